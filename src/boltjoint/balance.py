@@ -1,0 +1,156 @@
+"""Do the harmonics balance? Residual and Jacobian of the modal equations of a joint."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.joint import Joint
+
+
+@dataclass(frozen=True)
+class HarmonicBalance:
+    """Harmonic balance of a joint in the linear modes of its structure (eq. 2.9, 2.35).
+
+    With ``x(t) = b + s sin(wt) + c cos(wt)`` of the modal coordinates, excitation ``F sin(wt)``,
+    ``L = diag(w_r^2)``, loss factor eta and contact force f in modal coordinates::
+
+        bias:  L b                      + f_0           = 0
+        sin:   (L - w^2) s - eta L c    + f_s - phi_F F = 0
+        cos:   (L - w^2) c + eta L s    + f_c           = 0
+
+    The unknown x holds the components the joint's law needs (bias only where it does), one after
+    another: shape (components * modes,) [kg^1/2 m]. The parameter is the frequency w [rad/s].
+    In a basis V of fewer modes, ``q = V x``, the equations are projected onto it.
+
+    Parameters
+    ----------
+    joint
+        The structure and its friction elements.
+    loss_factor
+        eta, the same for all modes [-].
+    excitation_force
+        F [N].
+    basis
+        V, orthonormal combinations of the linear modes, shape (linear modes, modes); the linear
+        modes themselves by default.
+    """
+
+    joint: Joint
+    loss_factor: float
+    excitation_force: float
+    basis: NDArray[np.float64] | None = None
+
+    @cached_property
+    def components(self) -> tuple[str, ...]:
+        """Harmonic components in the order of the unknown."""
+        return self.joint.law.components
+
+    @cached_property
+    def stiffness(self) -> NDArray[np.float64]:
+        """L, or V^T L V [rad^2/s^2], shape (modes, modes)."""
+        return self._projected(np.diag((2 * np.pi * self.joint.natural_frequency) ** 2))
+
+    @cached_property
+    def rows(self) -> tuple[NDArray[np.float64], ...]:
+        """Relative modes of the contact points in each direction [kg^-1/2], (points, modes)."""
+        return tuple(B if self.basis is None else B @ self.basis for B in self.joint.rows)
+
+    @cached_property
+    def modal_force(self) -> NDArray[np.float64]:
+        """Excitation in modal coordinates [kg^-1/2 N], shape (components * modes,)."""
+        mode = self.joint.excitation_mode
+        mode = mode if self.basis is None else mode @ self.basis
+        force = np.zeros((len(self.components), mode.size))
+        force[self.components.index("sin")] = mode * self.excitation_force
+        return force.ravel()
+
+    def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Relative motion of the contact points [m], shape (points, directions * components)."""
+        amplitudes = x.reshape(len(self.components), -1)
+        return np.hstack([B @ amplitudes.T for B in self.rows])
+
+    def dynamic_stiffness(self, w: float) -> NDArray[np.float64]:
+        """The linear part of the equations at w, shape (components * modes,) * 2."""
+        modes, n = len(self.stiffness), len(self.components)
+        matrix = np.zeros((n, modes, n, modes))
+        each = np.arange(modes)
+        sin, cos = self.components.index("sin"), self.components.index("cos")
+        for i, component in enumerate(self.components):
+            matrix[i, :, i, :] = self.stiffness
+            if component != "bias":
+                matrix[i, each, i, each] -= w**2
+        structural = self.loss_factor * self.stiffness
+        matrix[sin, :, cos, :] = -structural
+        matrix[cos, :, sin, :] = structural
+        return matrix.reshape(n * modes, n * modes)
+
+    def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
+        """What is left of the equations at x and w, shape of x."""
+        force = self._to_modes(self.joint.law.force(self.motion(x)))
+        return self.dynamic_stiffness(w) @ x + force - self.modal_force
+
+    def residual_and_jacobian(
+        self, x: NDArray[np.float64], w: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Residual and its exact derivative by x, from one pass over the elements."""
+        force, tangent = self.joint.law.force_and_tangent(self.motion(x))
+        linear = self.dynamic_stiffness(w)
+        residual = linear @ x + self._to_modes(force) - self.modal_force
+        return residual, linear + self._tangent_to_modes(tangent)
+
+    def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
+        """Derivative of the residual by w, shape of x."""
+        derivative = (-2.0 * w) * x.reshape(len(self.components), -1)
+        if "bias" in self.components:
+            derivative[self.components.index("bias")] = 0.0
+        return derivative.ravel()
+
+    def stuck_solution(self, w: float) -> NDArray[np.float64]:
+        """The linear response at w while nothing slips, shape of x."""
+        contact = np.kron(
+            np.eye(len(self.components)), self._projected(self.joint.stuck_stiffness())
+        )
+        return np.linalg.solve(self.dynamic_stiffness(w) + contact, self.modal_force)
+
+    def secant_stiffness(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Describing function of each point and direction: complex force over displacement.
+
+        With u = Im((s + i c) exp(iwt)) it is (f_s + i f_c) / (s + i c); a point at rest has the
+        stiffness of its elements while they stick.
+
+        Returns
+        -------
+        ndarray
+            Shape (points, directions) [N/m].
+        """
+        motion = self.motion(x)
+        force = self.joint.law.force(motion)
+        shape = (self.joint.points, len(self.rows), len(self.components))
+        sin, cos = self.components.index("sin"), self.components.index("cos")
+        u, f = motion.reshape(shape), force.reshape(shape)
+        amplitude = u[..., sin] + 1j * u[..., cos]
+        at_rest = amplitude == 0
+        stuck = self.joint.law.stuck_stiffness(self.joint.points)
+        return np.where(
+            at_rest, stuck, (f[..., sin] + 1j * f[..., cos]) / np.where(at_rest, 1.0, amplitude)
+        )
+
+    def _projected(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+        return matrix if self.basis is None else self.basis.T @ matrix @ self.basis
+
+    def _to_modes(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+        n = len(self.components)
+        modal = sum(force[:, d * n : (d + 1) * n].T @ B for d, B in enumerate(self.rows))
+        return modal.ravel()
+
+    def _tangent_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        n, modes = len(self.components), len(self.stiffness)
+        jacobian = np.zeros((modes, n, n, modes))
+        for d, B in enumerate(self.rows):
+            for e, C in enumerate(self.rows):
+                block = tangent[:, d * n : (d + 1) * n, e * n : (e + 1) * n]
+                weighted = block[..., None] * C[:, None, None, :]
+                jacobian += (B.T @ weighted.reshape(len(C), -1)).reshape(jacobian.shape)
+        return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)

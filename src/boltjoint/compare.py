@@ -1,0 +1,304 @@
+"""How far is one answer from another, and what did it cost? The tables of a study."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.names import REFERENCE
+from boltjoint.published import Published
+
+
+def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) -> pd.DataFrame:
+    """Natural frequencies of the bending modes without contact, by assembly.
+
+    Parameters
+    ----------
+    modes
+        ``modes.nc`` of each assembly by its name.
+    published
+        The source's tables.
+    """
+    ours = pd.concat(
+        pd.DataFrame(
+            {
+                "assembly": name,
+                "bending_mode": np.arange(1, dataset.sizes["mode"] + 1),
+                "frequency_Hz": dataset["natural_frequency"].to_numpy(),
+            }
+        )
+        for name, dataset in modes.items()
+    )
+    printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
+    table = ours.merge(printed, how="left", on=["assembly", "bending_mode"])
+    table["difference_percent"] = 100 * (table["frequency_Hz"] / table["published_Hz"] - 1)
+    return table
+
+
+def tabulate_contact(
+    preloads: Mapping[tuple[str, float], xr.Dataset], published: Published
+) -> pd.DataFrame:
+    """What the bolts do to the contact surface, by assembly and preload per bolt [N].
+
+    Parameters
+    ----------
+    preloads
+        ``preload.nc`` of each pair of assembly name and preload.
+    published
+        The source's tables.
+    """
+    printed = published.contact_nodes().set_index(["assembly", "contact_law"])["contact_nodes"]
+    rows = []
+    for (assembly, newton), dataset in preloads.items():
+        load = dataset["normal_load"].to_numpy()
+        bolts = newton * dataset.sizes["bolt"]
+        pressure = load / dataset["area"].to_numpy()
+        rows.append(
+            {
+                "assembly": assembly,
+                "preload_N": newton,
+                "pairs": load.size,
+                "published_pairs": printed.get((assembly, "variable")),
+                "loaded_pairs": int(np.count_nonzero(load)),
+                "published_loaded_pairs": printed.get((assembly, "constant")),
+                "normal_load_N": load.sum(),
+                "bolt_load_N": bolts,
+                "load_difference_relative": load.sum() / bolts - 1,
+                "largest_load_N": load.max(),
+                "largest_pressure_MPa": pressure.max() / 1e6,
+                "largest_gap_um": dataset["gap"].to_numpy().max() * 1e6,
+                "shank_shortening_um": float(dataset["shank_shortening"].mean()) * 1e6,
+                "newton_iterations": int(dataset["iterations"]),
+                "converged": bool(dataset["converged"]),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def tabulate_regions(joint: xr.Dataset) -> pd.DataFrame:
+    """Elements, load and stiffness of each region of a joint, from its ``joint.nc``."""
+    region = joint["point_of_element"].to_numpy()
+    slip, stiffness = (joint[name].to_numpy() for name in ("slip_force", "tangential_stiffness"))
+    x = joint["element_position"].sel(axis="x").to_numpy() * 1e3
+    by_region = pd.DataFrame({"region": region + 1, "x": x, "slip": slip, "k": stiffness})
+    table = by_region.groupby("region").agg(
+        elements=("x", "size"),
+        from_x_mm=("x", "min"),
+        to_x_mm=("x", "max"),
+        slip_force_N=("slip", "sum"),
+        stiffness_kN_per_mm=("k", lambda k: k.sum() / 1e6),
+    )
+    table["share_of_load_percent"] = 100 * table["slip_force_N"] / slip.sum()
+    return table.reset_index()
+
+
+def tabulate_elements(joint: xr.Dataset, name: str, published: Published) -> pd.DataFrame:
+    """Fitted elements of a reduced joint beside the published ones, in the order they slip.
+
+    Parameters
+    ----------
+    joint
+        ``joint.nc`` of a reduced joint.
+    name
+        The joint's name, ``regions=N/elements=M``.
+    published
+        The source's tables.
+    """
+    ours = _in_order_of_slip(
+        joint["point_of_element"].to_numpy() + 1,
+        joint["tangential_stiffness"].to_numpy() / 1e6,
+        joint["slip_force"].to_numpy(),
+    )
+    table = ours.rename(columns={"k": "k_kN_per_mm", "s": "slip_force_N"})
+    printed = published.parameters(name)
+    if printed.empty:
+        return table
+    theirs = _in_order_of_slip(
+        printed["joint"].to_numpy(),
+        printed["k_kN_per_mm"].to_numpy(),
+        printed["mu_n_N"].to_numpy(),
+    ).rename(columns={"k": "published_k_kN_per_mm", "s": "published_slip_force_N"})
+    table = table.merge(theirs, how="left", on=["region", "element"])
+    table["k_ratio"] = table["k_kN_per_mm"] / table["published_k_kN_per_mm"]
+    table["slip_force_ratio"] = table["slip_force_N"] / table["published_slip_force_N"]
+    return table.assign(source_table=printed["source_table"].iloc[0])
+
+
+def tabulate_accuracy(
+    responses: Mapping[tuple[str, str, int], xr.Dataset],
+    checks: Mapping[tuple[str, str, int], pd.DataFrame],
+) -> pd.DataFrame:
+    """Every response of a case against the node-to-node joint in linear modes.
+
+    Parameters
+    ----------
+    responses
+        ``response.nc`` by joint, coordinates and resonance.
+    checks
+        ``check.csv`` of those that were marched in time: all in linear modes.
+
+    Returns
+    -------
+    DataFrame
+        A row for each response and force level. Errors are empty where there is no reference, or
+        it or the path broke off before the window's end; ``reason`` then says why.
+    """
+    rows = []
+    for (joint, coordinates, resonance), response in responses.items():
+        reference = responses.get((*REFERENCE, resonance))
+        for level, force in enumerate(response["force_level"].to_numpy()):
+            row = _peak(response, level)
+            truth = None if reference is None else _peak(reference, level)
+            if truth is not None and truth["complete"] and row["complete"]:
+                row |= {
+                    "peak_frequency_error_percent": _percent(
+                        row["peak_frequency_Hz"], truth["peak_frequency_Hz"]
+                    ),
+                    "peak_amplitude_error_percent": _percent(
+                        row["peak_mm_per_N"], truth["peak_mm_per_N"]
+                    ),
+                    "curve_error_dB": curve_error(
+                        _curve(response, level), _curve(reference, level)
+                    ),
+                }
+            where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+            rows.append({**where, "force_N": force, **row})
+    table = pd.DataFrame(rows)
+    marched = [
+        check[["force_N", "residual_in_time"]].assign(
+            joint=joint, coordinates=coordinates, resonance=resonance
+        )
+        for (joint, coordinates, resonance), check in checks.items()
+    ]
+    if marched:
+        on = ["joint", "coordinates", "resonance", "force_N"]
+        table = table.merge(pd.concat(marched), how="left", on=on)
+    return table[[name for name in table if name != "reason"] + ["reason"]]
+
+
+def curve_error(
+    curve: tuple[NDArray[np.float64], NDArray[np.float64]],
+    reference: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> float:
+    """Root-mean-square distance of two responses over frequency, in decibels.
+
+    Where a curve is folded, its largest amplitude counts. Both are compared over the frequencies
+    they share; 1 dB is a difference of 12 %.
+
+    Parameters
+    ----------
+    curve, reference
+        Frequency and amplitude along the branch, each of shape (solutions,).
+    """
+    shared = max(curve[0].min(), reference[0].min()), min(curve[0].max(), reference[0].max())
+    grid = np.unique(np.concatenate([curve[0], reference[0], shared]))
+    grid = grid[(grid >= shared[0]) & (grid <= shared[1])]
+    level, reference_level = (
+        20 * np.log10(upper_branch(*each, grid)) for each in (curve, reference)
+    )
+    square = np.trapezoid((level - reference_level) ** 2, grid) / (grid[-1] - grid[0])
+    return float(np.sqrt(square))
+
+
+def upper_branch(
+    frequency: NDArray[np.float64], amplitude: NDArray[np.float64], grid: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Largest amplitude of a piecewise-linear branch at each frequency of a grid it covers."""
+    before, after = frequency[:-1], frequency[1:]
+    covers = (np.minimum(before, after) <= grid[:, None]) & (
+        grid[:, None] <= np.maximum(before, after)
+    )
+    length = np.where(after == before, 1.0, after - before)
+    share = (grid[:, None] - before) / length
+    value = amplitude[:-1] + share * (amplitude[1:] - amplitude[:-1])
+    return np.where(covers, value, -np.inf).max(axis=1)
+
+
+def tabulate_times(
+    timings: Mapping[tuple[str, str, int], pd.DataFrame], published: Published
+) -> pd.DataFrame:
+    """Median processor times of every response, and their reduction against the reference's.
+
+    Parameters
+    ----------
+    timings
+        ``timing.csv`` by joint, coordinates and resonance.
+    published
+        The source's tables; they are about the first resonance.
+
+    Returns
+    -------
+    DataFrame
+        A row for each response and force level, with columns for both ways to the Jacobian. A path
+        that broke off has no reduction: it did less than the others.
+    """
+    parts = []
+    for (joint, coordinates, resonance), timing in timings.items():
+        medians = timing.pivot_table(index="force_N", columns="jacobian", aggfunc="median")
+        analytic = medians.xs("analytic", axis=1, level="jacobian").reset_index()
+        differences = medians.xs("forward-difference", axis=1, level="jacobian")
+        parts.append(
+            pd.DataFrame(
+                {
+                    "joint": joint,
+                    "coordinates": coordinates,
+                    "resonance": resonance,
+                    "force_N": analytic["force_N"],
+                    "cpu_s": analytic["cpu_s"],
+                    "cpu_forward_difference_s": differences["cpu_s"].to_numpy(),
+                    "solutions": analytic["solutions"].astype(int),
+                    "iterations": analytic["iterations"].astype(int),
+                    "complete": medians["complete"].min(axis=1).to_numpy() == 1,
+                }
+            )
+        )
+    table = pd.concat(parts, ignore_index=True)
+    times = ["cpu_s", "cpu_forward_difference_s"]
+    on = ["resonance", "force_N"]
+    is_reference = (table["joint"] == REFERENCE[0]) & (table["coordinates"] == REFERENCE[1])
+    reference = table.loc[is_reference & table["complete"], [*on, *times]]
+    joined = table.merge(reference, how="left", on=on, suffixes=("", "_of_reference"))
+    for name, column in zip(
+        ("reduction_percent", "reduction_forward_difference_percent"), times, strict=True
+    ):
+        reduction = 100 * (1 - joined[column] / joined[f"{column}_of_reference"])
+        table[name] = reduction.where(joined["complete"])
+    printed = published.time_reductions().assign(resonance=1)
+    on = ["joint", "coordinates", "resonance", "force_N"]
+    table = table.merge(printed, how="left", on=on)
+    table["difference_points"] = (
+        table["reduction_forward_difference_percent"] - table["published_reduction_percent"]
+    )
+    return table
+
+
+def _peak(response: xr.Dataset, level: int) -> dict[str, object]:
+    at = response.isel(force=level)
+    force = float(at["force_level"])
+    return {
+        "solutions": int((response["excitation_force"] == force).sum()),
+        "complete": bool(at["complete"]),
+        "peak_frequency_Hz": float(at["peak_frequency"]),
+        "peak_mm_per_N": float(at["peak_amplitude"]) * 1e3 / force,
+        "reason": str(at["reason"].item()),
+    }
+
+
+def _curve(response: xr.Dataset, level: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    mine = response["excitation_force"].to_numpy() == float(response["force_level"][level])
+    return response["frequency"].to_numpy()[mine], response["response_amplitude"].to_numpy()[mine]
+
+
+def _percent(value: float, reference: float) -> float:
+    return 100 * (value / reference - 1)
+
+
+def _in_order_of_slip(
+    region: NDArray[np.int64], k: NDArray[np.float64], s: NDArray[np.float64]
+) -> pd.DataFrame:
+    table = pd.DataFrame({"region": region, "k": k, "s": s, "slips_at": s / k})
+    table = table.sort_values(["region", "slips_at"], kind="stable", ignore_index=True)
+    table.insert(1, "element", table.groupby("region").cumcount() + 1)
+    return table.drop(columns="slips_at")

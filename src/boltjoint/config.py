@@ -1,0 +1,619 @@
+"""What a study consists of: its YAML files, read strictly into plain, checked objects.
+
+Run ``python -m boltjoint.config`` after changing a model: it rewrites the JSON schemas by which an
+editor completes and checks the files.
+"""
+# ruff: noqa: N815 - keys end in their unit, and units are case-sensitive
+
+import argparse
+import json
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import Field, ValidationError
+
+from boltjoint import names
+from boltjoint.entries import (
+    Count,
+    Entry,
+    KeyPath,
+    Number,
+    Positive,
+    WholeNumber,
+    choice,
+    explained,
+    parse_mapping,
+    repeated,
+    shown,
+)
+
+CONFIG_FILE = "config/config.yaml"
+CASE_FOLDER = "config/cases"
+ASSEMBLY_FOLDER = "config/assemblies"
+SCHEMA_FOLDER = "config/schemas"
+
+#: more modes than a mesh of this kind resolves
+MOST_MODES = 100
+
+
+class ConfigError(ValueError):
+    """The configuration cannot be used; one line of text for each problem of each file."""
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = tuple(problems)
+
+
+Name = Annotated[str, Field(pattern=names.NAME)]
+ModesName = Annotated[str, Field(pattern=names.MODES)]
+CoordinatesName = Annotated[str, Field(pattern=names.COORDINATES)]
+JointName = Annotated[str, Field(pattern=names.JOINT)]
+# left out of model_dump(), so that a result made from the dump does not go stale with the text
+Description = Annotated[str, Field(exclude=True)]
+
+
+class Bar(Entry):
+    """The two bars: of full height outside the lap, of half height in it."""
+
+    width_mm: Positive
+    """Width of both bars (y)."""
+    height_mm: Positive
+    """Height of a bar outside the lap (z); in the lap each bar has half of it."""
+    free_length_mm: tuple[Positive, Positive]
+    """Lengths outside the lap: from the clamp to the lap, and from the lap to the free end."""
+    lap_mm: Positive
+    """Length of the lap (x)."""
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the whole assembly, from the clamp to the free end."""
+        return self.free_length_mm[0] + self.lap_mm + self.free_length_mm[1]
+
+
+class Material(Entry):
+    """The linear elastic material of bars and bolts."""
+
+    youngs_modulus_GPa: Positive
+    """Young's modulus in GPa."""
+    poissons_ratio: Annotated[Number, Field(ge=0, lt=0.5)]
+    """Poisson's ratio."""
+    density_kg_per_m3: Positive
+    """Density in kg/m3."""
+
+
+class Bolts(Entry):
+    """A row of equal bolts on the centre line of the lap."""
+
+    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap."""
+    shank_diameter_mm: Positive
+    """Diameter of the shank."""
+    hole_diameter_mm: Positive
+    """Diameter of the clearance hole."""
+    head_diameter_mm: Positive
+    """Outer diameter of head and nut, both modelled round."""
+    head_height_mm: Positive
+    """Height of the head."""
+    nut_height_mm: Positive
+    """Height of the nut."""
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        if self.hole_diameter_mm <= self.shank_diameter_mm:
+            yield (
+                ("hole_diameter_mm",),
+                f"must be greater than the shank's diameter of {self.shank_diameter_mm:g} mm",
+            )
+        if self.head_diameter_mm <= self.hole_diameter_mm:
+            yield (
+                ("head_diameter_mm",),
+                f"must be greater than the hole's diameter of {self.hole_diameter_mm:g} mm",
+            )
+
+
+class Mesh(Entry):
+    """Divisions of the mesh. Each bolt sits in a rectangular cell as wide as the bar."""
+
+    ring_cells_across_width: Annotated[Count, Field(multiple_of=2)]
+    """Elements across the width of the bar; even, so that nodes lie on the centre line."""
+    ring_cells_along_bar: Annotated[WholeNumber, Field(ge=2)]
+    """Elements along each long side of a bolt cell."""
+    rings_under_head: Count
+    """Rings of elements between the edge of the hole and the edge of the head."""
+    rings_head_to_cell_edge: Count
+    """Rings of elements between the edge of the head and the edge of the bolt cell."""
+    bolt_cell_length_mm: Positive
+    """Length of a bolt cell along the bar, half of it on each side of the bolt's axis."""
+    columns_between_bolt_cells: Count
+    """Elements along the bar between two bolt cells."""
+    columns_at_each_lap_end: Count
+    """Elements along the bar between the outermost bolt cells and the ends of the lap."""
+    layers_per_half_height: Count
+    """Elements through half the height of a bar."""
+    element_length_free_mm: Positive
+    """Wanted length of the elements outside the lap."""
+    rings_in_shank: Count
+    """Rings of elements in the shank of a bolt."""
+    layers_in_head: Count
+    """Elements through the height of a head, and of a nut."""
+
+
+class StaticContact(Entry):
+    """Contact between the bars while the bolts are tightened."""
+
+    penalty_N_per_m3: Positive = 1e15
+    """Normal contact stiffness for each unit of area, in N/m3."""
+    friction_coefficient: Annotated[Number, Field(ge=0)] = 0.1
+    """Coulomb friction between the bars during tightening."""
+
+
+class Point(Entry):
+    """A point of the bars and a direction; the node nearest to the point is taken."""
+
+    x_mm: Number
+    """Distance from the clamp, along the bar."""
+    y_mm: Number
+    """Distance from the centre line, across the width."""
+    z_mm: Number
+    """Height above the plane of contact."""
+    direction: Literal["x", "y", "z"]
+    """Direction of the force or of the displacement."""
+
+
+class Assembly(Entry):
+    """Two bars with a half-lap joint, clamped at one end and held by a row of bolts."""
+
+    description: Description = ""
+    """What the assembly is, in one line; free text that no result depends on."""
+    bar: Bar
+    material: Material
+    bolts: Bolts
+    mesh: Mesh
+    contact: StaticContact = StaticContact()
+    preload_N: Positive | None = None
+    """Preload of each bolt, in N, to tabulate the contact while no case uses the assembly."""
+    excitation: Point | None = None
+    """Where the force acts; by default the middle of the free end's top edge, along z."""
+    response: Point | None = None
+    """Where the response is observed; by default as the force."""
+
+    @property
+    def excitation_point(self) -> Point:
+        """Where the harmonic force acts, the default filled in."""
+        return self.excitation or self._free_end()
+
+    @property
+    def response_point(self) -> Point:
+        """Where the response is observed, the default filled in."""
+        return self.response or self._free_end()
+
+    @property
+    def contact_pairs(self) -> int:
+        """Coincident node pairs of the plane of contact, by counting the mesh divisions."""
+        mesh = self.mesh
+        bolts = len(self.bolts.positions_from_lap_start_mm)
+        around = 2 * (mesh.ring_cells_across_width + mesh.ring_cells_along_bar)
+        rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
+        across = mesh.ring_cells_across_width + 1
+        in_cells = bolts * around * (rings + 1)
+        between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1) * across
+        at_ends = 2 * mesh.columns_at_each_lap_end * across
+        return in_cells + between + at_ends
+
+    def _free_end(self) -> Point:
+        return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        yield from self._conflicts_of_head()
+        yield from self._conflicts_of_positions()
+        for key in ("excitation", "response"):
+            point = getattr(self, key)
+            if point is not None:
+                yield from self._conflicts_of_point(key, point)
+
+    def _conflicts_of_head(self) -> Iterator[tuple[KeyPath, str]]:
+        for room, what in (
+            (self.bar.width_mm, "the bar's width"),
+            (self.mesh.bolt_cell_length_mm, "the bolt cell's length"),
+        ):
+            if self.bolts.head_diameter_mm >= room:
+                yield (
+                    ("bolts", "head_diameter_mm"),
+                    f"must be less than {what} of {room:g} mm",
+                )
+
+    def _conflicts_of_positions(self) -> Iterator[tuple[KeyPath, str]]:
+        key = ("bolts", "positions_from_lap_start_mm")
+        positions = self.bolts.positions_from_lap_start_mm
+        # to a nanometre: less room than that is a rounding error of the sums below
+        pitches = [round(right - left, 6) for left, right in pairwise(positions)]
+        if any(pitch <= 0 for pitch in pitches):
+            yield key, "must be ascending"
+            return
+
+        cell = self.mesh.bolt_cell_length_mm
+        for index, pitch in enumerate(pitches, start=1):
+            for length, what in (
+                (self.bolts.hole_diameter_mm, "holes"),
+                (self.bolts.head_diameter_mm, "heads"),
+                (cell, "bolt cells"),
+            ):
+                if pitch <= length:
+                    yield (
+                        (*key, index),
+                        f"is {pitch:g} mm from the bolt before it, where {what} of {length:g} mm "
+                        f"overlap or touch: must be more than {cell:g} mm from it",
+                    )
+                    break
+
+        for index, position in enumerate(positions):
+            before = round(position - cell / 2, 6)
+            behind = round(self.bar.lap_mm - position - cell / 2, 6)
+            if before <= 0 or behind <= 0:
+                yield (
+                    (*key, index),
+                    f"puts the bolt's cell outside the lap: must be more than {cell / 2:g} mm "
+                    f"(half a bolt cell) from both ends of the lap of {self.bar.lap_mm:g} mm",
+                )
+
+    def _conflicts_of_point(self, key: str, point: Point) -> Iterator[tuple[KeyPath, str]]:
+        bar = self.bar
+        for name, low, high in (
+            ("x_mm", 0.0, bar.length_mm),
+            ("y_mm", -bar.width_mm / 2, bar.width_mm / 2),
+            ("z_mm", -bar.height_mm / 2, bar.height_mm / 2),
+        ):
+            if not low <= round(getattr(point, name), 6) <= round(high, 6):
+                yield (key, name), f"must lie in the assembly, from {low:g} to {high:g} mm"
+
+
+class ConstantLoadContact(Entry):
+    """Friction elements whose normal load stays what the preload made it."""
+
+    law: Literal["constant"]
+    """The contact law; only ``constant`` (constant normal load) is available."""
+    tangential_stiffness_N_per_m: Positive
+    """Tangential stiffness of each contact pair, in N/m."""
+    friction_coefficient: Positive
+    """Coulomb friction coefficient: slip force over normal load."""
+
+
+# Another contact law joins here, as a union with its own `law`.
+Contact = Annotated[ConstantLoadContact, Field(discriminator="law")]
+
+
+class SolveBlock(Entry):
+    """A resonance and the joints whose response is computed around it."""
+
+    resonance: Count
+    """Which resonance, from 1; not more than there are modes."""
+    joints: Annotated[tuple[JointName, ...], Field(min_length=1)]
+    """Joint models: node-to-node, regions=N, or regions=N/elements=M (M elements a region)."""
+    window_Hz: tuple[Positive, Positive] | None = None
+    """Lowest and highest frequency; chosen around the resonance when left out."""
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        yield from repeated("joints", self.joints)
+        if self.window_Hz is not None and self.window_Hz[0] >= self.window_Hz[1]:
+            yield ("window_Hz",), "must be the lower frequency, then the higher one"
+
+
+class Case(Entry):
+    """One case study: an assembly under a preload, its contact, forces and the joints compared."""
+
+    description: Description = ""
+    """What the case is, in one line; free text that no result depends on."""
+    published: Name | None = None
+    """Case study of the source whose tables stand beside this case's (resources/source)."""
+    assembly: Name
+    """The assembly: a file of config/assemblies, without .yaml."""
+    preload_N: Positive
+    """Preload of each bolt, in N."""
+    contact: Contact
+    loss_factor: Annotated[Number, Field(gt=0, lt=1)] = 0.002
+    """Structural damping; above 0, since without it a peak has no bound where friction sticks."""
+    forces_N: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    """Amplitudes of the harmonic force, in N; one frequency response for each."""
+    modes: Annotated[tuple[ModesName, ...], Field(min_length=1)]
+    """Modal bases: free-N is the first N bending modes without contact."""
+    coordinates: Annotated[tuple[CoordinatesName, ...], Field(min_length=1)]
+    """Unknowns: linear (all modes of the basis) or rdnm-N (N response-dependent modes)."""
+    solve: Annotated[tuple[SolveBlock, ...], Field(min_length=1)]
+    """The resonances, each with the joints that are solved there."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """All joints of all resonances, each once, in the order of the file."""
+        return tuple(dict.fromkeys(joint for block in self.solve for joint in block.joints))
+
+    def window_around(self, resonance: int) -> tuple[float, float] | None:
+        """The frequencies [Hz] given for a resonance, or None if they are to be chosen."""
+        windows = {block.resonance: block.window_Hz for block in self.solve}
+        return windows[resonance]
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        yield from repeated("forces_N", self.forces_N)
+        yield from repeated("modes", self.modes)
+        yield from repeated("coordinates", self.coordinates)
+
+        for index, name in enumerate(self.modes):
+            if names.parse_modes(name) > MOST_MODES:
+                yield ("modes", index), f"must have at most {MOST_MODES} modes"
+        smallest = min(self.modes, key=names.parse_modes)
+        available = names.parse_modes(smallest)
+        for index, name in enumerate(self.coordinates):
+            if (names.parse_coordinates(name) or 0) > available:
+                yield (
+                    ("coordinates", index),
+                    f"must not have more modes than the basis {smallest}",
+                )
+
+        seen = set()
+        for index, block in enumerate(self.solve):
+            path = ("solve", index, "resonance")
+            if block.resonance > available:
+                yield path, f"must be at most {available}, the modes of the basis {smallest}"
+            if block.resonance in seen:
+                yield path, "must not appear twice: list all its joints in one block"
+            seen.add(block.resonance)
+
+
+class Solver(Entry):
+    """How the harmonic balance is solved and followed along frequency."""
+
+    jacobian: Literal["analytic", "forward-difference"] = "analytic"
+    """Where the derivatives come from: analytic, or forward-difference as in the source study."""
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-9
+    """Residual at which a point is solved, relative to the modal force."""
+    largest_step: Positive = 0.07
+    """Longest step along the curve, as a relative change of the response."""
+    smallest_step: Positive = 1e-6
+    """Shortest step along the curve; a curve that needs a shorter one is given up."""
+    target_iterations: Count = 4
+    """Newton corrections a point that the step control aims at."""
+    most_iterations: Count = 12
+    """Newton corrections after which a point is tried again with a shorter step."""
+    most_solutions: Count = 5000
+    """Points after which a curve is given up."""
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        if self.smallest_step >= self.largest_step:
+            yield ("smallest_step",), f"must be less than largest_step, {self.largest_step:g}"
+        if self.target_iterations >= self.most_iterations:
+            yield (
+                ("target_iterations",),
+                f"must be less than most_iterations, {self.most_iterations}",
+            )
+
+
+Fraction = Annotated[Number, Field(gt=0, lt=1)]
+
+
+class Fitting(Entry):
+    """How the elements of a region are replaced by a few."""
+
+    starts: Count = 16
+    """Starting points of the search; the best fit of all is kept."""
+    load_fractions: tuple[Fraction, Fraction, Fraction] = (0.3, 0.6, 0.9)
+    """Loops fit at the displacements where a region carries these parts of its slip force."""
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        yield from repeated("load_fractions", self.load_fractions)
+
+
+class Timing(Entry):
+    """How the solver is timed."""
+
+    repeats: Count = 3
+    """Times that each frequency response is computed while the clock runs."""
+
+
+class Settings(Entry):
+    """The file config.yaml: which cases run, and the numerical options."""
+
+    cases: Annotated[tuple[Name, ...], Field(min_length=1)]
+    """Case studies to run: files of config/cases, without .yaml."""
+    assemblies: tuple[Name, ...] = ()
+    """Assemblies to build and tabulate even if no case uses them: files of config/assemblies."""
+    solver: Solver = Solver()
+    fitting: Fitting = Fitting()
+    timing: Timing = Timing()
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        yield from repeated("cases", self.cases)
+        yield from repeated("assemblies", self.assemblies)
+
+
+class Study(Entry):
+    """All that is to be computed: the cases, the assemblies they need, the numerical options."""
+
+    cases: dict[str, Case]
+    """The cases that run, by name, in the order of config.yaml."""
+    assemblies: dict[str, Assembly]
+    """The assemblies that config.yaml names and those that its cases use, by name."""
+    solver: Solver
+    fitting: Fitting
+    timing: Timing
+
+    def case(self, name: str) -> Case:
+        """The case of this name; a ``KeyError`` names the cases there are."""
+        if name not in self.cases:
+            raise KeyError(f"{shown(name)} is not a case of this study{choice(name, self.cases)}")
+        return self.cases[name]
+
+
+def load_study(
+    folder: str | Path,
+    settings: Mapping[str, Any] | None = None,
+    published: Collection[str] | None = None,
+) -> Study:
+    """Read and check the configuration of a study.
+
+    Parameters
+    ----------
+    folder
+        The folder that holds ``config/``.
+    settings
+        The content of ``config.yaml`` if it is already read, with what the command line changed.
+    published
+        Case studies of the source that a case may be compared with; any name will do without.
+
+    Raises
+    ------
+    ConfigError
+        With one line for each problem of each file that the study uses.
+    """
+    reader = _Reader(Path(folder))
+    place = CONFIG_FILE
+    if settings is None:
+        settings = reader.read(CONFIG_FILE)
+    else:
+        # who read it may have passed over a key that stands there twice
+        if (reader.folder / CONFIG_FILE).exists():
+            reader.read(CONFIG_FILE)
+        place = f"{CONFIG_FILE} or command line"
+
+    # Files named beside a problem are read all the same, to report their problems with it.
+    checked = reader.check(Settings, place, settings)
+    cases = {}
+    named = [(place, path, name) for path, name in _names(settings, "assemblies")]
+    for path, name in _names(settings, "cases"):
+        file, content = reader.find(CASE_FOLDER, name, place, path)
+        cases[name] = reader.check(Case, file, content)
+        named += [(file, path, assembly) for path, assembly in _names(content, "assembly")]
+    assemblies: dict[str, Assembly | None] = {}
+    for place, path, name in named:
+        file, content = reader.find(ASSEMBLY_FOLDER, name, place, path)
+        if name not in assemblies:
+            assemblies[name] = reader.check(Assembly, file, content)
+    for name, case in cases.items():
+        if case is not None and (assembly := assemblies[case.assembly]) is not None:
+            reader.check_regions(f"{CASE_FOLDER}/{name}.yaml", case, assembly)
+        if case is not None and published is not None:
+            reader.check_published(f"{CASE_FOLDER}/{name}.yaml", case, published)
+
+    if reader.problems or checked is None:
+        raise ConfigError(reader.problems)
+    return Study(
+        cases=cases,
+        assemblies=assemblies,
+        solver=checked.solver,
+        fitting=checked.fitting,
+        timing=checked.timing,
+    )
+
+
+EntryT = TypeVar("EntryT", bound=Entry)
+
+
+class _Reader:
+    """Reads the files of one study and keeps every problem it meets."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.problems: list[str] = []
+        self._contents: dict[str, Mapping[str, Any] | None] = {}
+
+    def read(self, file: str) -> Mapping[str, Any] | None:
+        """The mapping that a file holds; None, with a problem noted, if it holds none."""
+        if file not in self._contents:
+            self._contents[file] = None
+            try:
+                text = (self.folder / file).read_text(encoding="utf-8")
+                self._contents[file] = parse_mapping(text)
+            except FileNotFoundError:
+                self.problems.append(f"{file}: there is no such file in {self.folder.resolve()}")
+            except (OSError, ValueError) as error:
+                self.problems.append(f"{file}: {error}")
+        return self._contents[file]
+
+    def find(
+        self, folder: str, name: str, place: str, path: KeyPath
+    ) -> tuple[str, Mapping[str, Any] | None]:
+        """The file of this name in a folder and what it holds; ``place`` is where it is named."""
+        file = f"{folder}/{name}.yaml"
+        if (self.folder / file).exists():
+            return file, self.read(file)
+        present = sorted(path.stem for path in (self.folder / folder).glob("*.yaml"))
+        self._note(place, path, shown(name), f"is not in {folder}{choice(name, present)}")
+        return file, None
+
+    def check(
+        self, model: type[EntryT], file: str, content: Mapping[str, Any] | None
+    ) -> EntryT | None:
+        """The content as a model; None, with the problems noted, if it is not one."""
+        if content is None:
+            return None
+        try:
+            return model.model_validate(content)
+        except ValidationError as error:
+            for path, value, sentence in explained(error, model, content, names.PATTERNS):
+                self._note(file, path, value, sentence)
+            return None
+
+    def check_regions(self, file: str, case: Case, assembly: Assembly) -> None:
+        """Note each joint with more regions, or elements in all, than there are contact pairs."""
+        pairs = assembly.contact_pairs
+        for block_index, block in enumerate(case.solve):
+            for index, joint in enumerate(block.joints):
+                regions, elements = names.parse_joint(joint)
+                for count, what in (
+                    (regions or 0, "regions"),
+                    ((regions or 0) * (elements or 0), "elements in all"),
+                ):
+                    if count > pairs:
+                        self._note(
+                            file,
+                            ("solve", block_index, "joints", index),
+                            shown(joint),
+                            f"must have at most {pairs} {what}, "
+                            f"the contact pairs of {case.assembly}",
+                        )
+                        break
+
+    def check_published(self, file: str, case: Case, published: Collection[str]) -> None:
+        """Note a case study that the source does not have."""
+        if case.published is not None and case.published not in published:
+            sentence = f"is no case study of the source{choice(case.published, published)}"
+            self._note(file, ("published",), shown(case.published), sentence)
+
+    def _note(self, file: str, path: KeyPath, value: str | None, sentence: str) -> None:
+        keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+        what = sentence if value is None else f"{value} {sentence}"
+        self.problems.append(f"{file}: {keys.removeprefix('.')}: {what}")
+
+
+def _names(content: Mapping[str, Any] | None, key: str) -> Iterator[tuple[KeyPath, str]]:
+    """The well-formed names under a key, one or a list of them, each with its key path."""
+    value = None if content is None else content.get(key)
+    listed = enumerate(value) if isinstance(value, list | tuple) else [(None, value)]
+    for index, name in listed:
+        if isinstance(name, str) and re.fullmatch(names.NAME, name):
+            yield (key,) if index is None else (key, index), name
+
+
+SCHEMAS: dict[str, type[Entry]] = {"config": Settings, "assembly": Assembly, "case": Case}
+
+
+def schema_text(model: type[Entry]) -> str:
+    """The JSON schema of a YAML file, as the text that is kept in config/schemas."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **model.model_json_schema(),
+    }
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def write_schemas(folder: str | Path) -> None:
+    """Write the JSON schemas of the YAML files into a folder."""
+    for name, model in SCHEMAS.items():
+        path = Path(folder) / f"{name}.schema.json"
+        path.write_text(schema_text(model), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description="Write the JSON schemas of the YAML files.")
+    parser.add_argument("folder", nargs="?", default=SCHEMA_FOLDER, help="default: %(default)s")
+    write_schemas(parser.parse_args().folder)

@@ -1,0 +1,30 @@
+"""What did a study run on? Machine, Python and package versions, apart from the results."""
+
+import os
+import platform
+import sys
+from importlib.metadata import distributions
+from pathlib import Path
+
+
+def record() -> dict[str, object]:
+    """The machine's processor, cores and system, Python, and the installed packages."""
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+        "python": sys.version.split()[0],
+        "packages": {
+            found.metadata["Name"]: found.version
+            for found in sorted(distributions(), key=lambda found: found.metadata["Name"].lower())
+        },
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()

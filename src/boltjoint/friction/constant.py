@@ -1,0 +1,187 @@
+"""What a dry friction element under constant normal load does in one period of harmonic motion.
+
+A spring of stiffness k in series with a slider that yields at mu N (a Jenkins element), driven by
+``u = s sin(wt) + c cos(wt)``. The slider starts without traction at the assembled state, so an
+element that never slips acts as the spring alone; one that slips forgets how it started after its
+first reversal, and its steady loop is that of eq. 2.25 of the source study.
+"""
+
+from dataclasses import dataclass
+from math import asin, hypot, pi, sqrt
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from boltjoint.friction.states import STICK, STICK_SLIP
+
+
+@dataclass(frozen=True)
+class ConstantLoad:
+    """Friction elements under constant normal load, any number of them on each contact point.
+
+    Parameters
+    ----------
+    point_of_element
+        The contact point each element acts on, counted from 0, shape (elements,).
+    tangential_stiffness
+        k of each element [N/m], shape (elements,).
+    slip_force
+        mu N of each element [N], shape (elements,).
+
+    Raises
+    ------
+    ValueError
+        If the three differ in length, or a stiffness or slip force is not positive.
+    """
+
+    point_of_element: NDArray[np.int64]
+    tangential_stiffness: NDArray[np.float64]
+    slip_force: NDArray[np.float64]
+
+    name: ClassVar[str] = "constant"
+    #: harmonic coefficients of the motion that the law needs; without bias the force has none
+    components: ClassVar[tuple[str, ...]] = ("sin", "cos")
+
+    def __post_init__(self) -> None:
+        """Refuse what is no friction element."""
+        count = self.point_of_element.shape
+        for name in ("tangential_stiffness", "slip_force"):
+            values = getattr(self, name)
+            if values.shape != count:
+                raise ValueError(f"{name} has shape {values.shape}, point_of_element {count}")
+            if not np.all(values > 0):
+                raise ValueError(f"{name} must be positive on every element")
+
+    def force(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+        """First-harmonic force of all elements on each point.
+
+        Parameters
+        ----------
+        motion
+            Sine and cosine coefficients of u [m], shape (points, 2).
+
+        Returns
+        -------
+        ndarray
+            Sine and cosine coefficients of the force [N], shape (points, 2).
+        """
+        force = np.zeros_like(motion)
+        _add_forces(*self._arrays(), motion, force)
+        return force
+
+    def force_and_tangent(
+        self, motion: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """First-harmonic force on each point and its derivative by the motion of that point.
+
+        Parameters
+        ----------
+        motion
+            Sine and cosine coefficients of u [m], shape (points, 2).
+
+        Returns
+        -------
+        force : ndarray
+            Shape (points, 2) [N].
+        tangent : ndarray
+            ``tangent[p, i, j]`` is d force_i / d motion_j [N/m], shape (points, 2, 2).
+        """
+        force = np.zeros_like(motion)
+        tangent = np.zeros((*motion.shape, 2))
+        _add_forces_and_tangents(*self._arrays(), motion, force, tangent)
+        return force, tangent
+
+    def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
+        """Stiffness of the points while nothing slips [N/m], shape (points, directions)."""
+        total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
+        return total[:, None]
+
+    def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+        """State of every element over the period (``boltjoint.friction.states``)."""
+        amplitude = np.hypot(motion[:, 0], motion[:, 1])[self.point_of_element]
+        slips = self.tangential_stiffness * amplitude > self.slip_force
+        return np.where(slips, STICK_SLIP, STICK).astype(np.int8)
+
+    def _arrays(
+        self,
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        return self.point_of_element, self.tangential_stiffness, self.slip_force
+
+
+@njit(cache=True)
+def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float, float, float]:
+    """In-phase and quadrature stiffness of a slipping element, and the sine of its slip angle.
+
+    The element sticks from a reversal until the phase theta with cos(theta) = 1 - 2 mu N / (k A)
+    (eq. 2.21, 2.23 counted from the reversal). The Fourier integrals (2.5, 2.6) over the loop
+    (2.25) give k/pi (theta - sin theta cos theta) in phase with u, and, in phase with its
+    velocity, 4 mu N (1 - mu N / (k A)) / (pi A): the loop's area over pi A^2.
+    """
+    ratio = slip / (k * amplitude)
+    cosine = 1.0 - 2.0 * ratio
+    sine = 2.0 * sqrt(ratio * (1.0 - ratio))
+    theta = 2.0 * asin(sqrt(ratio))  # acos(cosine), also where that rounds to zero
+    in_phase = k / pi * (theta - sine * cosine)
+    quadrature = 4.0 * k / pi * ratio * (1.0 - ratio)
+    return in_phase, quadrature, sine
+
+
+@njit(cache=True)
+def _add_forces(
+    point_of_element: NDArray[np.int64],
+    stiffness: NDArray[np.float64],
+    slip_force: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    for e in range(point_of_element.size):
+        p = point_of_element[e]
+        k, slip = stiffness[e], slip_force[e]
+        s, c = motion[p, 0], motion[p, 1]
+        amplitude = hypot(s, c)
+        if k * amplitude <= slip:
+            force[p, 0] += k * s
+            force[p, 1] += k * c
+        else:
+            real, imag, _ = _describing_function(k, slip, amplitude)
+            force[p, 0] += real * s - imag * c
+            force[p, 1] += real * c + imag * s
+
+
+@njit(cache=True)
+def _add_forces_and_tangents(
+    point_of_element: NDArray[np.int64],
+    stiffness: NDArray[np.float64],
+    slip_force: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    force: NDArray[np.float64],
+    tangent: NDArray[np.float64],
+) -> None:
+    for e in range(point_of_element.size):
+        p = point_of_element[e]
+        k, slip = stiffness[e], slip_force[e]
+        s, c = motion[p, 0], motion[p, 1]
+        amplitude = hypot(s, c)
+        if k * amplitude <= slip:
+            force[p, 0] += k * s
+            force[p, 1] += k * c
+            tangent[p, 0, 0] += k
+            tangent[p, 1, 1] += k
+        else:
+            real, imag, sine = _describing_function(k, slip, amplitude)
+            force[p, 0] += real * s - imag * c
+            force[p, 1] += real * c + imag * s
+            # f = D'(A) q + D''(A) Jq with J a quarter turn, so
+            # df = D' dq + D'' J dq + (dD'/dA q + dD''/dA Jq) dA, where A dA = q . dq
+            ratio = slip / (k * amplitude)
+            square = amplitude * amplitude
+            d_real = -4.0 * k / pi * ratio * sine / square
+            d_imag = 4.0 * k / pi * ratio * (2.0 * ratio - 1.0) / square
+            g_s = d_real * s - d_imag * c
+            g_c = d_real * c + d_imag * s
+            tangent[p, 0, 0] += real + g_s * s
+            tangent[p, 0, 1] += -imag + g_s * c
+            tangent[p, 1, 0] += imag + g_c * s
+            tangent[p, 1, 1] += real + g_c * c

@@ -1,0 +1,229 @@
+"""What a joint is to the solver: contact points with their modal rows, and friction elements.
+
+Node-to-node contact, regions and reduced joints are three ways to make the same thing.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import dataset
+from boltjoint.dataset import quantity
+from boltjoint.friction.constant import ConstantLoad
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A structure in modal coordinates and the friction elements that act on it.
+
+    Parameters
+    ----------
+    natural_frequency
+        Of the structure without contact [Hz], shape (modes,).
+    excitation_mode, response_mode
+        Mass-normalised modes at the excited and the observed point [kg^-1/2], shape (modes,).
+    tangential_mode
+        Relative modal displacement, side A minus side B, along the bar at every contact point
+        [kg^-1/2], shape (points, modes): u = tangential_mode @ q.
+    position
+        Of every contact point [m], shape (points, 3).
+    law
+        The friction elements and which point each acts on.
+    element_position
+        Of every element [m], shape (elements, 3): its contact pair, or its region's centre.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit each other or an element sits on a point that does not exist.
+    """
+
+    natural_frequency: NDArray[np.float64]
+    excitation_mode: NDArray[np.float64]
+    response_mode: NDArray[np.float64]
+    tangential_mode: NDArray[np.float64]
+    position: NDArray[np.float64]
+    law: ConstantLoad
+    element_position: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit each other."""
+        modes = self.natural_frequency.size
+        points, elements = len(self.position), self.law.point_of_element.size
+        expected = {
+            "natural_frequency": (modes,),
+            "excitation_mode": (modes,),
+            "response_mode": (modes,),
+            "tangential_mode": (points, modes),
+            "position": (points, 3),
+            "element_position": (elements, 3),
+        }
+        for name, shape in expected.items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ValueError(f"{name} has shape {found}, expected {shape}")
+        on = self.law.point_of_element
+        if elements == 0 or on.min() < 0 or on.max() >= points:
+            raise ValueError(f"elements must sit on points 0 to {points - 1}")
+
+    @property
+    def points(self) -> int:
+        """Number of contact points."""
+        return len(self.position)
+
+    @property
+    def rows(self) -> tuple[NDArray[np.float64], ...]:
+        """Modal rows of each direction the law needs, each (points, modes)."""
+        return (self.tangential_mode,)
+
+    def stuck_stiffness(self) -> NDArray[np.float64]:
+        """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
+        stiffness = self.law.stuck_stiffness(self.points)
+        return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
+
+
+def connect_nodes(
+    modes: xr.Dataset,
+    preload: xr.Dataset,
+    tangential_stiffness: float,
+    friction_coefficient: float,
+) -> Joint:
+    """Put one friction element under constant load on every contact pair that carries load.
+
+    Parameters
+    ----------
+    modes, preload
+        As written by ``structure.modes`` and ``structure.statics``, for the same pairs.
+    tangential_stiffness
+        k_u of every pair [N/m].
+    friction_coefficient
+        mu [-]; the slip force of a pair is mu times its normal load.
+
+    Raises
+    ------
+    ValueError
+        If the two datasets do not hold the same pairs, or no pair carries load.
+    """
+    position = modes["position"].transpose("pair", "axis").to_numpy()
+    if not np.array_equal(position, preload["position"].transpose("pair", "axis").to_numpy()):
+        raise ValueError("modes and preload were found on different contact pairs")
+    normal_load = preload["normal_load"].to_numpy()
+    loaded = np.flatnonzero(normal_load > 0)
+    if loaded.size == 0:
+        raise ValueError("no contact pair carries load")
+    along_bar = modes["relative_mode"].sel(axis="x").transpose("pair", "mode").to_numpy()
+    return Joint(
+        natural_frequency=modes["natural_frequency"].to_numpy(),
+        excitation_mode=modes["excitation_mode"].to_numpy(),
+        response_mode=modes["response_mode"].to_numpy(),
+        tangential_mode=along_bar[loaded],
+        position=position[loaded],
+        law=ConstantLoad(
+            point_of_element=np.arange(loaded.size),
+            tangential_stiffness=np.full(loaded.size, float(tangential_stiffness)),
+            slip_force=friction_coefficient * normal_load[loaded],
+        ),
+        element_position=position[loaded],
+    )
+
+
+def merge_points(joint: Joint, region: NDArray[np.int64]) -> Joint:
+    """Let the points of a region move as one artificial point, their mean (eq. 3.1, 3.2).
+
+    Every element stays; those of a region all see the displacement of its point.
+
+    Parameters
+    ----------
+    joint
+        A joint with any number of points.
+    region
+        Region of every point, from 0 without gaps, shape (points,).
+
+    Raises
+    ------
+    ValueError
+        If the regions do not fit the points or a number is left out.
+    """
+    size = np.bincount(region)
+    if region.shape != (joint.points,) or np.any(size == 0):
+        raise ValueError("every point needs a region, and regions count from 0 without gaps")
+    mean = np.zeros((size.size, joint.points))
+    mean[region, np.arange(joint.points)] = 1 / size[region]
+    return replace(
+        joint,
+        tangential_mode=mean @ joint.tangential_mode,
+        position=mean @ joint.position,
+        law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
+    )
+
+
+def to_dataset(joint: Joint) -> xr.Dataset:
+    """The joint as the result files keep it (``joint.nc``)."""
+    law = joint.law
+    return xr.Dataset(
+        {
+            "natural_frequency": quantity(
+                "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
+            ),
+            "excitation_mode": quantity(
+                "mode", joint.excitation_mode, "kg^-1/2", "mode at the excited point"
+            ),
+            "response_mode": quantity(
+                "mode", joint.response_mode, "kg^-1/2", "mode at the observed point"
+            ),
+            "tangential_mode": quantity(
+                ("point", "mode"),
+                joint.tangential_mode,
+                "kg^-1/2",
+                "relative mode along the bar, side A minus side B",
+            ),
+            "position": quantity(("point", "axis"), joint.position, "m", "contact point"),
+            "point_of_element": quantity(
+                "element", law.point_of_element, "1", "contact point of the element, from 0"
+            ),
+            "tangential_stiffness": quantity(
+                "element", law.tangential_stiffness, "N/m", "tangential contact stiffness"
+            ),
+            "slip_force": quantity(
+                "element", law.slip_force, "N", "friction coefficient times normal load"
+            ),
+            "element_position": quantity(
+                ("element", "axis"), joint.element_position, "m", "position of the element"
+            ),
+        },
+        coords={"axis": ["x", "y", "z"]},
+        attrs={"law": law.name},
+    )
+
+
+def load(path: str | Path) -> Joint:
+    """The joint in a file."""
+    return from_dataset(dataset.load(path))
+
+
+def from_dataset(stored: xr.Dataset) -> Joint:
+    """The joint that ``joint.nc`` describes.
+
+    Raises
+    ------
+    ValueError
+        If the law is one this version does not know.
+    """
+    if stored.attrs["law"] != ConstantLoad.name:
+        raise ValueError(f"law {stored.attrs['law']!r} is not known; allowed: {ConstantLoad.name}")
+    return Joint(
+        natural_frequency=stored["natural_frequency"].to_numpy(),
+        excitation_mode=stored["excitation_mode"].to_numpy(),
+        response_mode=stored["response_mode"].to_numpy(),
+        tangential_mode=stored["tangential_mode"].transpose("point", "mode").to_numpy(),
+        position=stored["position"].transpose("point", "axis").to_numpy(),
+        law=ConstantLoad(
+            point_of_element=stored["point_of_element"].to_numpy(),
+            tangential_stiffness=stored["tangential_stiffness"].to_numpy(),
+            slip_force=stored["slip_force"].to_numpy(),
+        ),
+        element_position=stored["element_position"].transpose("element", "axis").to_numpy(),
+    )

@@ -1,0 +1,155 @@
+"""Where does each result of a study lie? Folders are named by what was varied.
+
+A file sits in the folder of what it depends on, so that a new force never touches the preload and
+a new stiffness never touches the mesh.
+"""
+
+from collections.abc import Iterator
+
+from boltjoint.config import Study
+from boltjoint.names import parse_coordinates, parse_joint
+
+
+def assembly(name: str) -> str:
+    """Mesh of an assembly."""
+    return f"results/assemblies/{name}/assembly.nc"
+
+
+def modes(name: str, family: str) -> str:
+    """Linear modes of an assembly."""
+    return f"results/assemblies/{name}/{family}/modes.nc"
+
+
+def preload(name: str, newton: float) -> str:
+    """Contact of an assembly under a preload per bolt [N]."""
+    return f"results/assemblies/{name}/preload={newton:.15g}/preload.nc"
+
+
+def joint(case: str, family: str, name: str) -> str:
+    """A joint in the modes of its assembly."""
+    return f"results/cases/{case}/{family}/{name}/joint.nc"
+
+
+def response(case: str, family: str, name: str, coordinates: str, resonance: int) -> str:
+    """Frequency responses of a joint around a resonance."""
+    return f"results/cases/{case}/{family}/{name}/{coordinates}/resonance={resonance}/response.nc"
+
+
+def timing(case: str, family: str, name: str, coordinates: str, resonance: int) -> str:
+    """How long those responses took."""
+    return response(case, family, name, coordinates, resonance).replace("response.nc", "timing.csv")
+
+
+def check(case: str, family: str, name: str, coordinates: str, resonance: int) -> str:
+    """Whether those responses hold when they are marched in time."""
+    return response(case, family, name, coordinates, resonance).replace("response.nc", "check.csv")
+
+
+def preload_of_case(study: Study, case: str) -> str:
+    """Contact of the assembly of a case under the preload of that case."""
+    return preload(study.case(case).assembly, study.case(case).preload_N)
+
+
+def modes_of_case(study: Study, case: str, family: str) -> str:
+    """Linear modes of the assembly of a case."""
+    return modes(study.case(case).assembly, family)
+
+
+def solved(study: Study, case: str) -> Iterator[tuple[str, str, str, int]]:
+    """All responses of a case: modes, joint, coordinates and resonance of each."""
+    chosen = study.case(case)
+    for block in chosen.solve:
+        for family in chosen.modes:
+            for name in block.joints:
+                for coordinates in chosen.coordinates:
+                    yield family, name, coordinates, block.resonance
+
+
+def solves_full_equations(coordinates: str) -> bool:
+    """Whether responses in these coordinates can be checked by a march in time."""
+    return parse_coordinates(coordinates) is None
+
+
+def flat(joint_name: str) -> str:
+    """A joint's name without folders, for names of tables and figures."""
+    return joint_name.replace("/", "_")
+
+
+def unflat(name: str) -> str:
+    """The joint's name from its flat form."""
+    return name.replace("_", "/")
+
+
+def preloads(study: Study) -> list[tuple[str, float]]:
+    """Every assembly with every preload per bolt [N] that it is tightened to.
+
+    An assembly that no case uses is tightened to its own preload.
+    """
+    used = [(case.assembly, case.preload_N) for case in study.cases.values()]
+    nominal = [
+        (name, found.preload_N)
+        for name, found in study.assemblies.items()
+        if found.preload_N is not None and all(name != assembly for assembly, _ in used)
+    ]
+    return list(dict.fromkeys(used + nominal))
+
+
+def families(study: Study) -> list[str]:
+    """Every modal basis that a case uses."""
+    return list(dict.fromkeys(family for case in study.cases.values() for family in case.modes))
+
+
+def targets(study: Study) -> list[str]:
+    """Everything a study makes, so that whatever is lost is made again."""
+    return list(dict.fromkeys([*_data(study), *_shown(study)]))
+
+
+def _data(study: Study) -> list[str]:
+    found = ["results/environment.json"]
+    for name in study.assemblies:
+        found += [assembly(name), f"results/assemblies/{name}/mesh.vtu"]
+        for family in families(study):
+            found += _with_view(modes(name, family))
+    for which in preloads(study):
+        found += _with_view(preload(*which))
+    for case in study.cases:
+        for which in solved(study, case):
+            found += [joint(case, *which[:2]), response(case, *which), timing(case, *which)]
+            if solves_full_equations(which[2]):
+                found.append(check(case, *which))
+    return found
+
+
+def _with_view(path: str) -> list[str]:
+    return [path, path.removesuffix(".nc") + ".vtu"]
+
+
+def _shown(study: Study) -> list[str]:
+    found = _table("contact")
+    for family in families(study):
+        found += _table(f"natural_frequencies_{family}")
+        found += [f"results/figures/modes_{name}_{family}.svg" for name in study.assemblies]
+    for name, newton in preloads(study):
+        found.append(f"results/figures/contact_{name}_preload={newton:.15g}.svg")
+    for case_name, case in study.cases.items():
+        for family in case.modes:
+            where = f"{case_name}_{family}"
+            found += _table(f"accuracy_{where}") + _table(f"times_{where}")
+            for joint_name in case.joints:
+                regions, elements = parse_joint(joint_name)
+                if elements is not None:
+                    found += _table(f"elements_{where}_{flat(joint_name)}")
+                    found.append(f"results/figures/loops_{where}_{flat(joint_name)}.svg")
+                if regions is not None:
+                    found += _table(f"regions_{where}_regions={regions}")
+                    found.append(f"results/figures/regions_{where}_regions={regions}.svg")
+        for family, joint_name, coordinates, resonance in solved(study, case_name):
+            found.append(
+                f"results/figures/response_{case_name}_{family}_{flat(joint_name)}"
+                f"_{coordinates}_resonance={resonance}.svg"
+            )
+    return found
+
+
+def _table(name: str) -> list[str]:
+    return [f"results/tables/{name}.csv", f"results/tables/{name}.html"]

@@ -1,0 +1,49 @@
+"""What do the names of joints, bases and coordinates stand for? They are also folder names."""
+
+import re
+
+NAME = r"^[A-Za-z0-9_-]+$"
+MODES = r"^free-([1-9][0-9]*)$"
+COORDINATES = r"^(?:linear|rdnm-([1-9][0-9]*))$"
+JOINT = r"^(?:node-to-node|regions=([1-9][0-9]*)(?:/elements=([1-9][0-9]*))?)$"
+#: the patterns, in words
+PATTERNS = {
+    NAME: "must be a file name without .yaml, of letters, digits, _ and -",
+    MODES: "must be free-N, N being the number of modes",
+    COORDINATES: "must be linear or rdnm-N, N being the number of response-dependent modes",
+    JOINT: "must be node-to-node, regions=N or regions=N/elements=M",
+}
+
+
+#: joint and coordinates that all others are compared with
+REFERENCE = ("node-to-node", "linear")
+
+
+def parse_joint(name: str) -> tuple[int | None, int | None]:
+    """The regions, and the elements in each, that the name of a joint stands for.
+
+    >>> parse_joint("node-to-node"), parse_joint("regions=6"), parse_joint("regions=6/elements=7")
+    ((None, None), (6, None), (6, 7))
+    """
+    regions, elements = _numbers_in(JOINT, name)
+    return regions, elements
+
+
+def parse_modes(name: str) -> int:
+    """The number of modes that the name of a basis stands for: 4 for ``free-4``."""
+    (number,) = _numbers_in(MODES, name)
+    assert number is not None
+    return number
+
+
+def parse_coordinates(name: str) -> int | None:
+    """The number of response-dependent modes: 2 for ``rdnm-2``, None for ``linear``."""
+    (number,) = _numbers_in(COORDINATES, name)
+    return number
+
+
+def _numbers_in(pattern: str, name: str) -> tuple[int | None, ...]:
+    match = re.fullmatch(pattern, name)
+    if match is None:
+        raise ValueError(f"{name!r} {PATTERNS[pattern]}")
+    return tuple(None if group is None else int(group) for group in match.groups())

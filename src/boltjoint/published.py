@@ -1,0 +1,129 @@
+"""What did the source study print? Its tables, found by case study and joint."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+
+@dataclass(frozen=True)
+class Published:
+    """The published tables in a folder, of one case study or of none.
+
+    Parameters
+    ----------
+    folder
+        With the tables and ``tables.csv``, which says what each is about.
+    case
+        Name of the case study in the source; without one there is nothing to compare with.
+
+    Raises
+    ------
+    ValueError
+        If the source has no such case study.
+    """
+
+    folder: Path
+    case: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a case study that the source does not have."""
+        if self.case is not None and self.case not in self.case_studies:
+            raise ValueError(
+                f"the source has no case study {self.case!r}; "
+                f"there are: {', '.join(self.case_studies)}"
+            )
+
+    @classmethod
+    def beside(cls, table: str | Path, case: str | None = None) -> "Published":
+        """The tables in the folder of one of them."""
+        return cls(Path(table).parent, case)
+
+    @property
+    def case_studies(self) -> list[str]:
+        """Names of the source's case studies."""
+        return list(pd.read_csv(self.folder / "case_studies.csv")["case"])
+
+    def natural_frequencies(self) -> pd.DataFrame:
+        """Columns ``assembly, bending_mode, frequency_Hz``, of all assemblies."""
+        return pd.read_csv(self.folder / "natural_frequencies.csv").drop(columns="figure")
+
+    def contact_nodes(self) -> pd.DataFrame:
+        """Columns ``assembly, contact_law, contact_nodes``, of all case studies."""
+        cases = pd.read_csv(self.folder / "case_studies.csv")
+        return cases[["assembly", "contact_law", "contact_nodes"]].drop_duplicates()
+
+    def time_reductions(self) -> pd.DataFrame:
+        """Published solution times of the case study, by joint, coordinates and force.
+
+        Returns
+        -------
+        DataFrame
+            Columns ``source_table, joint, coordinates, force_N, published_s,
+            published_reduction_percent``; the reduction is against the node-to-node joint in linear
+            modes. Times were printed for node-to-node joints only.
+        """
+        parts = []
+        for kind in ("times", "reductions"):
+            for table in self._tables(kind).itertuples():
+                printed = pd.read_csv(self.folder / f"{table.file}.csv")
+                for coordinates, column in _SOLVED_IN.items():
+                    if kind == "times":
+                        seconds = printed[f"time_{column}_s"]
+                        reduction = 100 * (1 - seconds / printed["time_msm_s"])
+                    else:
+                        seconds = float("nan")
+                        reduction = printed[f"reduction_{column}_percent"]
+                    found = {
+                        "source_table": table.table,
+                        "joint": table.joint,
+                        "coordinates": coordinates,
+                        "force_N": printed["force_N"].astype(float),
+                        "published_s": seconds,
+                        "published_reduction_percent": reduction,
+                    }
+                    parts.append(pd.DataFrame(found))
+        return pd.concat([_NO_TIMES, *parts])
+
+    def parameters(self, joint: str) -> pd.DataFrame:
+        """Published elements of a reduced joint, in the order of the source.
+
+        Returns
+        -------
+        DataFrame
+            Columns ``joint, element, k_kN_per_mm, mu_n_N`` and ``source_table``; empty where the
+            source prints none.
+        """
+        tables = self._tables("parameters")
+        mine = tables[tables["joint"] == joint]
+        frames = [
+            pd.read_csv(self.folder / f"{file}.csv").set_index(["joint", "element"])
+            for file in mine["file"]
+        ]
+        if not frames:
+            return pd.DataFrame(columns=["joint", "element", "k_kN_per_mm", "mu_n_N"])
+        found = pd.concat(frames, axis=1).reset_index()
+        found = found[found["element"] <= _elements(joint)]
+        return found.assign(source_table=" and ".join(mine["table"]))
+
+    def _tables(self, kind: str) -> pd.DataFrame:
+        tables = pd.read_csv(self.folder / "tables.csv", dtype={"table": str})
+        return tables[(tables["case"] == self.case) & (tables["kind"] == kind)]
+
+
+_NO_TIMES = pd.DataFrame(
+    {
+        **dict.fromkeys(("source_table", "joint", "coordinates"), pd.Series(dtype=str)),
+        **dict.fromkeys(
+            ("force_N", "published_s", "published_reduction_percent"), pd.Series(dtype=float)
+        ),
+    }
+)
+
+#: the source's two ways to solve, by the names used here
+_SOLVED_IN = {"linear": "msm", "rdnm-1": "rdnm"}
+
+
+def _elements(joint: str) -> int:
+    # Table 3.11 prints its first column again as a seventh
+    return int(joint.rsplit("=", 1)[1])

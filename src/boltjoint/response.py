@@ -1,0 +1,290 @@
+"""How does the assembly respond? Frequency responses over force levels, and their peaks."""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.balance import HarmonicBalance
+from boltjoint.continuation import Path, StepControl, trace
+from boltjoint.coordinates import Jacobian, pose
+from boltjoint.dataset import quantity
+from boltjoint.friction import states
+from boltjoint.joint import Joint
+
+logger = logging.getLogger(__name__)
+
+#: share of the window that counts, in arc length, as much as doubling the response
+_WINDOW_SHARE = 1 / 15
+
+#: harmonic components as the result files order them
+_COMPONENTS = ("bias", "sin", "cos")
+
+
+@dataclass(frozen=True)
+class Branch:
+    """The response at one force level, in linear modal coordinates.
+
+    ``amplitude`` [m] is that of the observed point; ``modal_coordinate`` has the shape
+    (solutions, components * modes); frequencies are in Hz; ``located`` marks local maxima that
+    were solved for.
+    """
+
+    force: float
+    frequency: NDArray[np.float64]
+    modal_coordinate: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    iterations: NDArray[np.int64]
+    converged: NDArray[np.bool_]
+    located: NDArray[np.bool_]
+    complete: bool
+    reason: str
+
+    @property
+    def peak(self) -> int | None:
+        """Index of the largest maximum that was located; None if the branch shows none."""
+        if not self.located.any():
+            return None
+        return int(np.argmax(np.where(self.located, self.amplitude, -1.0)))
+
+
+def frequency_window(joint: Joint, resonance: int = 1) -> tuple[float, float]:
+    """From 0.85 of a contact-free natural frequency to 1.05 of the stuck one [Hz].
+
+    Parameters
+    ----------
+    joint
+        The joint and its structure.
+    resonance
+        Which natural frequency, counted from 1.
+
+    Raises
+    ------
+    ValueError
+        If the structure has fewer modes.
+    """
+    if not 1 <= resonance <= joint.natural_frequency.size:
+        raise ValueError(f"resonance {resonance} of {joint.natural_frequency.size} modes")
+    stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
+    highest = np.sqrt(np.linalg.eigvalsh(stuck)[resonance - 1]) / (2 * np.pi)
+    lowest = np.sort(joint.natural_frequency)[resonance - 1]
+    return 0.85 * float(lowest), 1.05 * float(highest)
+
+
+def solve_branch(
+    joint: Joint,
+    force: float,
+    *,
+    loss_factor: float,
+    window: tuple[float, float] | None = None,
+    coordinates: str = "linear",
+    resonance: int = 1,
+    jacobian: Jacobian = "analytic",
+    control: StepControl | None = None,
+) -> Branch:
+    """Frequency response of a joint at one force level, by harmonic balance and arc length.
+
+    The path starts from the stuck linear solution at the lower end of the window. Local maxima of
+    the response are located, not only sampled.
+
+    Parameters
+    ----------
+    joint
+        The joint and its structure.
+    force
+        Amplitude of the excitation [N].
+    loss_factor
+        Structural damping eta [-].
+    window
+        Lowest and highest frequency [Hz]; by default ``frequency_window`` of the resonance.
+    coordinates
+        ``linear`` or ``rdnm-N``.
+    resonance
+        Which resonance is followed, from 1: it sets the window and the mode ``rdnm-N`` must hold.
+    jacobian
+        ``analytic`` or ``forward-difference``.
+    control
+        Tolerance and step lengths.
+    """
+    balance = HarmonicBalance(joint, loss_factor, force)
+    equations = pose(coordinates, balance, resonance, jacobian)
+    low, high = (2 * np.pi * f for f in window or frequency_window(joint, resonance))
+    observe = _Observed(balance)
+
+    def amplitude_slope(x: NDArray[np.float64], dx: NDArray[np.float64]) -> float:
+        at, along = observe(equations.to_fixed(x)), observe(equations.to_fixed(dx))
+        return float((at.conjugate() * along).real)
+
+    path = trace(
+        equations,
+        equations.from_fixed(balance.stuck_solution(low)),
+        (low, high),
+        control or StepControl(),
+        scale=_WINDOW_SHARE * (high - low),
+        event=amplitude_slope,
+    )
+    return _branch(force, path, observe)
+
+
+def solve_response(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    loss_factor: float,
+    window: tuple[float, float] | None = None,
+    coordinates: str = "linear",
+    resonance: int = 1,
+    jacobian: Jacobian = "analytic",
+    control: StepControl | None = None,
+) -> xr.Dataset:
+    """Frequency responses at several force levels, as the result files keep them.
+
+    Parameters
+    ----------
+    joint, loss_factor, window, coordinates, resonance, jacobian, control
+        As for ``solve_branch``.
+    forces
+        Amplitudes of the excitation [N].
+
+    Returns
+    -------
+    Dataset
+        ``response.nc``: all solutions one after another, and by force level the peak (NaN where
+        the branch shows none), whether the branch is complete, and the contact states at the peak.
+    """
+    window = window or frequency_window(joint, resonance)
+    branches = []
+    for force in forces:
+        branch = solve_branch(
+            joint,
+            force,
+            loss_factor=loss_factor,
+            window=window,
+            coordinates=coordinates,
+            resonance=resonance,
+            jacobian=jacobian,
+            control=control,
+        )
+        branches.append(branch)
+        logger.info(
+            "%g N: %d solutions, %s, %s",
+            force,
+            branch.frequency.size,
+            "no peak"
+            if branch.peak is None
+            else f"peak {branch.amplitude[branch.peak]:.4g} m "
+            f"at {branch.frequency[branch.peak]:.2f} Hz",
+            "complete" if branch.complete else branch.reason,
+        )
+    return to_dataset(joint, branches).assign_attrs(
+        loss_factor=loss_factor,
+        coordinates=coordinates,
+        resonance=resonance,
+        jacobian=jacobian,
+        window_Hz=window,
+    )
+
+
+def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
+    """Branches of one joint over force levels as ``response.nc`` holds them."""
+    solved = joint.law.components
+    modes = joint.natural_frequency.size
+    coordinates, states_at_peak = [], []
+    for branch in branches:
+        found = branch.modal_coordinate.reshape(-1, len(solved), modes)
+        full = np.zeros((len(found), modes, len(_COMPONENTS)))
+        full[:, :, [_COMPONENTS.index(name) for name in solved]] = found.transpose(0, 2, 1)
+        coordinates.append(full)
+        elements = joint.law.point_of_element.size
+        at_peak = np.full(elements, states.UNKNOWN, dtype=np.int8)
+        if branch.peak is not None:
+            motion = HarmonicBalance(joint, 0.0, branch.force).motion(found[branch.peak])
+            at_peak = joint.law.contact_state(motion)
+        states_at_peak.append(at_peak)
+
+    def along(name: str) -> NDArray:
+        return np.concatenate([getattr(branch, name) for branch in branches])
+
+    def of_peak(name: str) -> list[float]:
+        return [
+            np.nan if branch.peak is None else getattr(branch, name)[branch.peak]
+            for branch in branches
+        ]
+
+    force = [branch.force for branch in branches]
+    count = [branch.frequency.size for branch in branches]
+    excitation = np.repeat(force, count)
+    return xr.Dataset(
+        {
+            "excitation_force": quantity("solution", excitation, "N", "excitation amplitude"),
+            "frequency": quantity("solution", along("frequency"), "Hz", "excitation frequency"),
+            "modal_coordinate": quantity(
+                ("solution", "mode", "component"),
+                np.concatenate(coordinates),
+                "kg^1/2 m",
+                "amplitude of the linear modes",
+            ),
+            "response_amplitude": quantity(
+                "solution", along("amplitude"), "m", "amplitude of the observed point"
+            ),
+            "iterations": quantity("solution", along("iterations"), "1", "corrections"),
+            "converged": quantity(
+                "solution", along("converged").astype(np.int8), "1", "1 where the equations hold"
+            ),
+            "force_level": quantity("force", force, "N", "excitation amplitude"),
+            "peak_frequency": quantity(
+                "force", of_peak("frequency"), "Hz", "frequency of the largest maximum"
+            ),
+            "peak_amplitude": quantity("force", of_peak("amplitude"), "m", "largest maximum"),
+            "complete": quantity(
+                "force",
+                np.array([branch.complete for branch in branches], dtype=np.int8),
+                "1",
+                "1 where the branch crosses the whole window",
+            ),
+            "reason": quantity(
+                "force", [branch.reason for branch in branches], "1", "why a branch broke off"
+            ),
+            "contact_state": xr.Variable(
+                ("force", "element"),
+                np.array(states_at_peak),
+                {
+                    "units": "1",
+                    "long_name": "contact state at the peak, -1 where the branch shows none",
+                    "flag_values": np.arange(len(states.MEANINGS), dtype=np.int8),
+                    "flag_meanings": " ".join(m.replace(" ", "_") for m in states.MEANINGS),
+                },
+            ),
+        },
+        coords={"component": list(_COMPONENTS)},
+    )
+
+
+def _branch(force: float, path: Path, observe: "_Observed") -> Branch:
+    x = np.array([solution.x for solution in path.solutions])
+    return Branch(
+        force=force,
+        frequency=np.array([solution.p for solution in path.solutions]) / (2 * np.pi),
+        modal_coordinate=x,
+        amplitude=np.array([abs(observe(row)) for row in x]),
+        iterations=np.array([solution.iterations for solution in path.solutions]),
+        converged=np.array([solution.converged for solution in path.solutions]),
+        located=np.array([solution.located for solution in path.solutions]),
+        complete=path.complete,
+        reason=path.reason,
+    )
+
+
+class _Observed:
+    """Complex first-harmonic amplitude of the observed point [m] from modal coordinates."""
+
+    def __init__(self, balance: HarmonicBalance) -> None:
+        self._mode = balance.joint.response_mode
+        self._sin, self._cos = (balance.components.index(name) for name in ("sin", "cos"))
+
+    def __call__(self, q: NDArray[np.float64]) -> complex:
+        amplitude = q.reshape(-1, self._mode.size) @ self._mode
+        return complex(amplitude[self._sin], amplitude[self._cos])

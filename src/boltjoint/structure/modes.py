@@ -1,0 +1,257 @@
+"""How does the linear structure vibrate? Mass-normalised modes, told apart by their energy.
+
+The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
+together.
+"""
+
+import logging
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, eigsh
+from threadpoolctl import threadpool_limits
+
+from boltjoint.dataset import quantity
+from boltjoint.structure.constraints import (
+    assemble_assembly,
+    factorise,
+    free_displacements,
+    relative_displacements,
+)
+from boltjoint.structure.mesh import FIRST_BOLT
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of vibration and what each of them is.
+
+    ``frequency`` (modes,) [Hz]; ``shape`` (nodes, 3, modes) [kg^-1/2], mass-normalised;
+    ``energy_share`` (modes, 3): kinetic energy along x, y, z over all of it; ``symmetric_share``
+    (modes,): see ``symmetric_share``; ``family`` (modes,): see ``classify``.
+    """
+
+    frequency: Array
+    shape: Array
+    energy_share: Array
+    symmetric_share: Array
+    family: NDArray[np.str_]
+
+
+# one thread: sums in another order would change the last digits from machine to machine
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def find_modes(assembly: xr.Dataset, family: str) -> xr.Dataset:
+    """Modal basis of an assembly, as ``modes.nc`` holds it.
+
+    Parameters
+    ----------
+    assembly
+        As from ``build_assembly``.
+    family
+        ``free-N``: the first N bending modes with the contact removed.
+
+    Returns
+    -------
+    Dataset
+        ``natural_frequency`` (mode) [Hz]; mass-normalised [kg^-1/2]: ``mode_shape`` (node, axis,
+        mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
+        (mode), positive where it does not vanish, ``excitation_mode`` (mode); ``position`` (pair,
+        axis) [m]; ``area`` (pair) [m2]. Of every mode the search met: ``candidate_frequency``
+        (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
+        decided it, ``energy_share`` (candidate, axis) and ``symmetric_share`` (candidate).
+
+    Raises
+    ------
+    ValueError
+        If there is no such family, or the mesh has not as many modes.
+    """
+    find, number = _parse(family)
+    met, chosen = find(assembly, number)
+    response = _at_point(assembly, "response", met.shape[..., chosen])
+    sign = _signs(response, met.shape[..., chosen])
+    shape = met.shape[..., chosen] * sign
+    relative = relative_displacements(assembly) @ shape.reshape(-1, len(chosen))
+    logger.info(
+        "modes %s: %s Hz, of %d modes up to %.6g Hz",
+        family,
+        ", ".join(f"{f:.6g}" for f in met.frequency[chosen]),
+        len(met.frequency),
+        met.frequency[-1],
+    )
+    per_mass = "kg^-1/2"
+    return xr.Dataset(
+        {
+            "natural_frequency": quantity("mode", met.frequency[chosen], "Hz", "natural frequency"),
+            "mode_shape": quantity(
+                ("node", "axis", "mode"), shape, per_mass, "mass-normalised mode"
+            ),
+            "relative_mode": quantity(
+                ("pair", "axis", "mode"),
+                relative.reshape(-1, 3, len(chosen)),
+                per_mass,
+                "mode of the contact pair, side A minus side B",
+            ),
+            "response_mode": quantity(
+                "mode", response * sign, per_mass, "mode where the response is observed"
+            ),
+            "excitation_mode": quantity(
+                "mode",
+                _at_point(assembly, "excitation", shape),
+                per_mass,
+                "mode where the force acts",
+            ),
+            "position": assembly["position"].variable,
+            "area": assembly["area"].variable,
+            "candidate_frequency": quantity(
+                "candidate", met.frequency, "Hz", "natural frequencies met in the search"
+            ),
+            "candidate_family": quantity("candidate", met.family, "1", "what the mode does"),
+            "energy_share": quantity(
+                ("candidate", "axis"), met.energy_share, "1", "kinetic energy along each axis"
+            ),
+            "symmetric_share": quantity(
+                "candidate",
+                met.symmetric_share,
+                "1",
+                "kinetic energy on the middle plane that is symmetric about it",
+            ),
+        },
+        coords={"axis": assembly["axis"].variable},
+        attrs={"modes": family},
+    )
+
+
+def classify(
+    energy_share: Array, symmetric_share: Array, width: float, height: float
+) -> NDArray[np.str_]:
+    """Tell bending, axial, lateral and torsional modes of a bar apart.
+
+    Symmetric about the width: bending where more than half of the kinetic energy is along z, else
+    axial. Antisymmetric: the energy along z is all from twisting. A rigidly twisting rectangle has
+    energies along y and z as height^2 to width^2, so the twist has 1 + (height / width)^2 times the
+    energy along z: torsional where that is more than half of all, else lateral.
+
+    Parameters
+    ----------
+    energy_share
+        Kinetic energy along x, y, z over all of it, shape (modes, 3).
+    symmetric_share
+        1 for a symmetric mode, 0 for an antisymmetric one, shape (modes,).
+    width, height
+        Of the cross-section [m].
+
+    Returns
+    -------
+    ndarray
+        The words ``bending``, ``axial``, ``lateral``, ``torsional``, shape (modes,).
+    """
+    along_z = energy_share[:, 2]
+    twist = along_z * (1 + (height / width) ** 2)
+    symmetric = np.where(along_z > 0.5, "bending", "axial")
+    antisymmetric = np.where(twist > 0.5, "torsional", "lateral")
+    return np.where(symmetric_share > 0.5, symmetric, antisymmetric)
+
+
+def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
+    """Modes with the contact removed up to the N-th bending one, and which of them bend."""
+    T = free_displacements(assembly, tightened=False)
+    K, M = assemble_assembly(assembly)
+    K_free, M_free = (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc()
+    factors = factorise(K_free)
+    inverse = LinearOperator(K_free.shape, factors.solve, dtype=float)
+    # any start vector will do that no mode is orthogonal to; a fixed one repeats the result
+    start = np.random.default_rng(0).standard_normal(len(K_free.indptr) - 1)
+
+    # in a slender bar about every third mode bends in the plane; where not, search further
+    count = 3 * number + 2
+    while count < start.size - 1:
+        squared, q = eigsh(K_free, k=count, M=M_free, sigma=0.0, OPinv=inverse, v0=start)
+        order = np.argsort(squared)
+        shape = (T @ q[:, order]).reshape(-1, 3, count)
+        met = _described(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
+        bending = np.flatnonzero(met.family == "bending")
+        if len(bending) >= number:
+            return met, bending[:number]
+        count *= 2
+    raise ValueError(f"free-{number}: the mesh has not as many bending modes")
+
+
+#: families of modes: how they are found
+_FAMILIES: dict[str, Callable[[xr.Dataset, int], tuple[Modes, NDArray[np.int64]]]] = {
+    "free": _free_bending,
+}
+
+
+def _parse(family: str) -> tuple[Callable[[xr.Dataset, int], tuple[Modes, NDArray]], int]:
+    match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", family)
+    if match is None or match[1] not in _FAMILIES:
+        allowed = ", ".join(f"{name}-N" for name in _FAMILIES)
+        raise ValueError(f"there are no modes {family!r}; allowed: {allowed}, N being their number")
+    return _FAMILIES[match[1]], int(match[2])
+
+
+def _described(assembly: xr.Dataset, M: sparse.csc_array, frequency: Array, shape: Array) -> Modes:
+    moved = (M @ shape.reshape(-1, len(frequency))).reshape(shape.shape)
+    energy_share = np.einsum("nam,nam->ma", shape, moved)
+    energy_share /= energy_share.sum(axis=1, keepdims=True)
+    lumped = np.asarray(M.sum(axis=0)).reshape(-1, 3)[:, 0]
+    symmetric = symmetric_share(assembly["coordinate"].to_numpy(), lumped, shape)
+    of_bars = np.unique(assembly["connectivity"].to_numpy()[assembly["part"] < FIRST_BOLT])
+    _, width, height = np.ptp(assembly["coordinate"].to_numpy()[of_bars], axis=0)
+    return Modes(
+        frequency, shape, energy_share, symmetric, classify(energy_share, symmetric, width, height)
+    )
+
+
+def symmetric_share(coordinate: Array, mass: Array, shape: Array) -> Array:
+    """How much of the middle plane's kinetic energy belongs to motion symmetric about it.
+
+    On y = 0 a symmetric mode moves along x and z only, an antisymmetric one along y only.
+
+    Parameters
+    ----------
+    coordinate
+        Nodes, shape (nodes, 3) [m].
+    mass
+        Lumped mass of the nodes, shape (nodes,) [kg].
+    shape
+        Modes, shape (nodes, 3, modes).
+
+    Returns
+    -------
+    ndarray
+        Between 0 and 1, shape (modes,).
+
+    Raises
+    ------
+    ValueError
+        If no nodes lie on y = 0.
+    """
+    y = coordinate[:, 1]
+    on_plane = abs(y) < 1e-9 * np.ptp(y)
+    if not on_plane.any():
+        raise ValueError("no nodes lie on the middle plane y = 0")
+    energy = np.einsum("n,nam->ma", mass[on_plane], shape[on_plane] ** 2)
+    return (energy[:, 0] + energy[:, 2]) / energy.sum(axis=1)
+
+
+def _at_point(assembly: xr.Dataset, point: str, shape: Array) -> Array:
+    node = assembly[f"{point}_node"]
+    axis = assembly["axis"].to_numpy().tolist().index(node.attrs["direction"])
+    return shape[node.item(), axis]
+
+
+def _signs(response: Array, shape: Array) -> Array:
+    """+1 or -1 for each mode, to make the response positive, or the largest entry without one."""
+    flat = shape.reshape(-1, shape.shape[-1])
+    largest = flat[np.argmax(abs(flat), axis=0), np.arange(flat.shape[1])]
+    reference = np.where(abs(response) > 1e-6 * abs(largest), response, largest)
+    return np.where(reference < 0, -1.0, 1.0)
