@@ -1,0 +1,78 @@
+rule solve_response:
+    input:
+        joint="results/cases/{case}/{modes}/{joint}/joint.nc",
+        nodes="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        library=library("solve_response.py"),
+    output:
+        response="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/response.nc",
+    log:
+        "results/logs/solve_response/{case}_{modes}_{joint}_{coordinates}_{resonance}.log",
+    benchmark:
+        "results/benchmarks/solve_response/{case}_{modes}_{joint}_{coordinates}_{resonance}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        window=lambda w: case_of(w).window_around(int(w.resonance)),
+        options=lambda w: {
+            "forces": case_of(w).forces_N,
+            "loss_factor": case_of(w).loss_factor,
+            "jacobian": study.solver.jacobian,
+        },
+        steps=study.solver.model_dump(exclude={"jacobian"}),
+    script:
+        "../scripts/solve_response.py"
+
+
+rule time_solver:
+    input:
+        joint="results/cases/{case}/{modes}/{joint}/joint.nc",
+        nodes="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        library=library("time_solver.py"),
+    output:
+        timing="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/timing.csv",
+    log:
+        "results/logs/time_solver/{case}_{modes}_{joint}_{coordinates}_{resonance}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    # all cores, so that nothing else runs on the machine meanwhile
+    threads: workflow.cores
+    params:
+        window=lambda w: case_of(w).window_around(int(w.resonance)),
+        options=lambda w: {
+            "forces": case_of(w).forces_N,
+            "loss_factor": case_of(w).loss_factor,
+            "repeats": study.timing.repeats,
+        },
+        steps=study.solver.model_dump(exclude={"jacobian"}),
+    script:
+        "../scripts/time_solver.py"
+
+
+rule check_solutions:
+    input:
+        joint="results/cases/{case}/{modes}/{joint}/joint.nc",
+        response="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/response.nc",
+        library=library("check_solutions.py"),
+    output:
+        check="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/check.csv",
+    log:
+        "results/logs/check_solutions/{case}_{modes}_{joint}_{coordinates}_{resonance}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/check_solutions.py"
+
+
+rule record_environment:
+    input:
+        library=library("record_environment.py"),
+    output:
+        "results/environment.json",
+    log:
+        "results/logs/record_environment.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        record=environment.record(),
+    script:
+        "../scripts/record_environment.py"

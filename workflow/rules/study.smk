@@ -1,0 +1,72 @@
+# The study that the configuration describes, and what the rules ask of it.
+
+import os
+from pathlib import Path
+
+from boltjoint import environment, layout
+from boltjoint.config import ConfigError, load_study
+from boltjoint.layout import targets
+from boltjoint.names import REFERENCE
+from boltjoint.published import Published
+from boltjoint.sources import library_sources
+
+SOURCE = Path(workflow.basedir, "resources/source")
+
+try:
+    study = load_study(Path.cwd(), config, Published(SOURCE).case_studies)
+except ConfigError as error:
+    raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
+
+
+wildcard_constraints:
+    assembly="|".join(study.assemblies),
+    case="|".join(study.cases),
+    modes=r"[a-z]+-\d+",
+    newton=r"[0-9.e+-]+",
+    n=r"\d+",
+    m=r"\d+",
+    joint=r"node-to-node|regions=\d+(/elements=\d+)?",
+    flat=r"node-to-node|regions=\d+(_elements=\d+)?",
+    coordinates=r"linear|rdnm-\d+",
+    resonance=r"\d+",
+
+
+def library(script):
+    """Modules of the library that a script uses: editing one makes what it wrote out of date."""
+    used = library_sources(Path(workflow.basedir, "workflow/scripts", script))
+    return [os.path.relpath(path) for path in used]
+
+
+# the tables of the source study
+published = sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
+
+
+def case_of(wildcards):
+    return study.case(wildcards.case)
+
+
+def solved(wildcards):
+    """Joint, coordinates and resonance of all responses of a case in a basis."""
+    return [
+        (joint, coordinates, resonance)
+        for modes, joint, coordinates, resonance in layout.solved(study, wildcards.case)
+        if modes == wildcards.modes
+    ]
+
+
+def checked(wildcards):
+    """Those of them that a march in time can check."""
+    return [
+        which for which in solved(wildcards) if layout.solves_full_equations(which[1])
+    ]
+
+
+def reference_of(wildcards):
+    """The node-to-node response in linear modes, where it is solved and is not the figure's own."""
+    resonance = int(wildcards.resonance)
+    reference = (wildcards.modes, *REFERENCE, resonance)
+    joint = layout.unflat(wildcards.flat)
+    own = (wildcards.modes, joint, wildcards.coordinates, resonance)
+    if own == reference or reference not in layout.solved(study, wildcards.case):
+        return []
+    return layout.response(wildcards.case, *reference)

@@ -1,0 +1,144 @@
+rule tabulate_frequencies:
+    input:
+        modes=lambda w: [layout.modes(name, w.modes) for name in study.assemblies],
+        published=published,
+        library=library("tabulate_frequencies.py"),
+    output:
+        csv="results/tables/natural_frequencies_{modes}.csv",
+        html=report(
+            "results/tables/natural_frequencies_{modes}.html",
+            caption="../report/natural_frequencies.rst",
+            category="Structure",
+            labels={"table": "natural frequencies", "basis": "{modes}"},
+        ),
+    log:
+        "results/logs/tabulate_frequencies/{modes}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        assemblies=list(study.assemblies),
+    script:
+        "../scripts/tabulate_frequencies.py"
+
+
+rule tabulate_contact:
+    input:
+        preloads=[layout.preload(*which) for which in layout.preloads(study)],
+        published=published,
+        library=library("tabulate_contact.py"),
+    output:
+        csv="results/tables/contact.csv",
+        html=report(
+            "results/tables/contact.html",
+            caption="../report/contact_table.rst",
+            category="Structure",
+            labels={"table": "contact under preload", "basis": ""},
+        ),
+    log:
+        "results/logs/tabulate_contact.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        preloads=layout.preloads(study),
+    script:
+        "../scripts/tabulate_contact.py"
+
+
+rule tabulate_regions:
+    input:
+        joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
+        library=library("tabulate_regions.py"),
+    output:
+        csv="results/tables/regions_{case}_{modes}_regions={n}.csv",
+        html=report(
+            "results/tables/regions_{case}_{modes}_regions={n}.html",
+            caption="../report/regions_table.rst",
+            category="{case}",
+            subcategory="Regions",
+            labels={"what": "table", "joint": "regions={n}"},
+        ),
+    log:
+        "results/logs/tabulate_regions/{case}_{modes}_{n}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/tabulate_regions.py"
+
+
+rule tabulate_elements:
+    input:
+        joint="results/cases/{case}/{modes}/regions={n}/elements={m}/joint.nc",
+        published=published,
+        library=library("tabulate_elements.py"),
+    output:
+        csv="results/tables/elements_{case}_{modes}_regions={n}_elements={m}.csv",
+        html=report(
+            "results/tables/elements_{case}_{modes}_regions={n}_elements={m}.html",
+            caption="../report/elements_table.rst",
+            category="{case}",
+            subcategory="Reduced joints",
+            labels={"what": "table", "joint": "regions={n}, elements={m}"},
+        ),
+    log:
+        "results/logs/tabulate_elements/{case}_{modes}_{n}_{m}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        joint="regions={n}/elements={m}",
+        case_study=lambda w: case_of(w).published,
+    script:
+        "../scripts/tabulate_elements.py"
+
+
+rule compare_accuracy:
+    input:
+        responses=lambda w: [
+            layout.response(w.case, w.modes, *which) for which in solved(w)
+        ],
+        checks=lambda w: [layout.check(w.case, w.modes, *which) for which in checked(w)],
+        library=library("compare_accuracy.py"),
+    output:
+        csv="results/tables/accuracy_{case}_{modes}.csv",
+        html=report(
+            "results/tables/accuracy_{case}_{modes}.html",
+            caption="../report/accuracy.rst",
+            category="{case}",
+            subcategory="Accuracy and time",
+            labels={"what": "table", "joint": "all: accuracy"},
+        ),
+    log:
+        "results/logs/compare_accuracy/{case}_{modes}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        solved=solved,
+        checked=checked,
+    script:
+        "../scripts/compare_accuracy.py"
+
+
+rule compare_times:
+    input:
+        timings=lambda w: [
+            layout.timing(w.case, w.modes, *which) for which in solved(w)
+        ],
+        published=published,
+        library=library("compare_times.py"),
+    output:
+        csv="results/tables/times_{case}_{modes}.csv",
+        html=report(
+            "results/tables/times_{case}_{modes}.html",
+            caption="../report/times.rst",
+            category="{case}",
+            subcategory="Accuracy and time",
+            labels={"what": "table", "joint": "all: time"},
+        ),
+    log:
+        "results/logs/compare_times/{case}_{modes}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        solved=solved,
+        case_study=lambda w: case_of(w).published,
+    script:
+        "../scripts/compare_times.py"

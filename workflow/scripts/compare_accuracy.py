@@ -1,0 +1,15 @@
+"""Compare every response of a case with the node-to-node joint in linear modes."""
+
+import pandas as pd
+
+from boltjoint import compare, dataset, logs, tables
+
+logs.write_to(snakemake.log[0])
+responses = map(dataset.load, snakemake.input.responses)
+checks = map(pd.read_csv, snakemake.input.checks)
+table = compare.tabulate_accuracy(
+    dict(zip(snakemake.params.solved, responses, strict=True)),
+    dict(zip(snakemake.params.checked, checks, strict=True)),
+)
+title = f"{snakemake.wildcards.case}: accuracy in {snakemake.wildcards.modes}"
+tables.write(table, snakemake.output.csv, snakemake.output.html, title)

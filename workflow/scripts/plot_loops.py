@@ -1,0 +1,9 @@
+"""Draw the hysteresis loops of a region and of the elements fitted to it."""
+
+from boltjoint import dataset, figures, logs
+
+logs.write_to(snakemake.log[0])
+figure = figures.plot_loops(
+    dataset.load(snakemake.input.reduced), dataset.load(snakemake.input.regions)
+)
+figures.save(figure, snakemake.output.figure)
