@@ -1,0 +1,34 @@
+"""Assemblies that are built once for all tests."""
+
+import examples
+import pytest
+
+from boltjoint.structure.mesh import build_assembly
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.statics import apply_preload
+
+
+@pytest.fixture(scope="session")
+def coarse():
+    return examples.coarse_assembly()
+
+
+@pytest.fixture(scope="session")
+def assembly(coarse):
+    return build_assembly(coarse)
+
+
+@pytest.fixture(scope="session")
+def modes(assembly):
+    return find_modes(assembly, "free-3")
+
+
+@pytest.fixture(scope="session")
+def preload(assembly):
+    return apply_preload(assembly, 8e3)
+
+
+@pytest.fixture(scope="session", params=["three_bolt", "four_bolt"])
+def of_study(request):
+    config = examples.study_assembly(request.param)
+    return config, build_assembly(config)

@@ -1,0 +1,57 @@
+"""Small structures that the tests share: plain bars of bricks, and a coarse two-bolt assembly."""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from boltjoint.config import Assembly
+from boltjoint.structure.mesh import extrude
+from boltjoint.structure.plan import rectangle_plan
+
+COARSE = {
+    "description": "two bolts, coarse mesh",
+    "bar": {"width_mm": 20, "height_mm": 20, "free_length_mm": [90, 110], "lap_mm": 70},
+    "material": {"youngs_modulus_GPa": 200, "poissons_ratio": 0.3, "density_kg_per_m3": 7800},
+    "bolts": {
+        "positions_from_lap_start_mm": [19, 49],
+        "shank_diameter_mm": 8,
+        "hole_diameter_mm": 9,
+        "head_diameter_mm": 13,
+        "head_height_mm": 5,
+        "nut_height_mm": 7,
+    },
+    "mesh": {
+        "ring_cells_across_width": 4,
+        "ring_cells_along_bar": 5,
+        "rings_under_head": 1,
+        "rings_head_to_cell_edge": 2,
+        "bolt_cell_length_mm": 22,
+        "columns_between_bolt_cells": 2,
+        "columns_at_each_lap_end": 3,
+        "layers_per_half_height": 2,
+        "element_length_free_mm": 14,
+        "rings_in_shank": 1,
+        "layers_in_head": 1,
+    },
+}
+
+
+def coarse_assembly(**mesh):
+    """The coarse assembly with other divisions of its mesh."""
+    return Assembly.model_validate({**COARSE, "mesh": {**COARSE["mesh"], **mesh}})
+
+
+def study_assembly(name):
+    """An assembly as the configuration of the study describes it."""
+    folder = Path(__file__).parents[2] / "config" / "assemblies"
+    return Assembly.model_validate(yaml.safe_load((folder / f"{name}.yaml").read_text()))
+
+
+def brick_bar(length, width, height, elements):
+    """Nodes and hexahedra of a bar from x = 0, centred at y = z = 0."""
+    along, across, through = elements
+    plan = rectangle_plan(
+        np.linspace(0, length, along + 1), np.linspace(-width / 2, width / 2, across + 1)
+    )
+    return extrude(plan, np.linspace(-height / 2, height / 2, through + 1))

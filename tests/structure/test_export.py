@@ -1,0 +1,63 @@
+"""VTU files: what ParaView reads is what the datasets hold, and bytes repeat."""
+
+import meshio
+import numpy as np
+import pytest
+
+from boltjoint.structure.export import write_mesh, write_modes, write_preload
+
+
+def test_mesh_by_part(assembly, tmp_path):
+    write_mesh(assembly, tmp_path / "new folder" / "mesh.vtu")
+    read = meshio.read(tmp_path / "new folder" / "mesh.vtu")
+    np.testing.assert_array_equal(read.points, assembly["coordinate"])
+    np.testing.assert_array_equal(read.cells_dict["hexahedron"], assembly["connectivity"])
+    np.testing.assert_array_equal(read.cell_data_dict["part"]["hexahedron"], assembly["part"])
+
+
+def test_modes_as_displacements(assembly, modes, tmp_path):
+    write_modes(assembly, modes, tmp_path / "modes.vtu")
+    read = meshio.read(tmp_path / "modes.vtu").point_data
+    assert len(read) == modes.sizes["mode"]
+    first = f"mode 1, {modes['natural_frequency'][0]:.1f} Hz"
+    np.testing.assert_array_equal(read[first], modes["mode_shape"].sel(mode=0))
+
+
+def test_contact_as_a_surface(assembly, coarse, preload, tmp_path):
+    write_preload(assembly, preload, tmp_path / "preload.vtu")
+    read = meshio.read(tmp_path / "preload.vtu")
+    np.testing.assert_array_equal(read.point_data["displacement"], preload["displacement"])
+    assert np.nansum(read.point_data["normal_load"]) == pytest.approx(16e3)
+    quad = read.cells_dict["quad"]
+    part = read.cell_data_dict["part"]["quad"]
+    assert np.unique(part).tolist() == [2 + assembly.sizes["bolt"]]
+    np.testing.assert_array_equal(
+        np.unique(quad), np.sort(assembly["pair_node"].sel(side="A").to_numpy())
+    )
+    # Gauss: the resultant of the pressure over the quads is that of the pairs, up to how pressure
+    # varies within a quad
+    corner = read.points[quad]
+    area = (
+        np.linalg.norm(
+            np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]), axis=1
+        ).sum()
+        / 2
+    )
+    assert area == pytest.approx(float(assembly["area"].sum()), rel=1e-12)
+
+
+def test_bytes_repeat(assembly, modes, preload, tmp_path):
+    for name in ("a", "b"):
+        write_mesh(assembly, tmp_path / name / "mesh.vtu")
+        write_modes(assembly, modes, tmp_path / name / "modes.vtu")
+        write_preload(assembly, preload, tmp_path / name / "preload.vtu")
+    for file in (tmp_path / "a").iterdir():
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes()
+
+
+def test_refuses_results_of_another_mesh(assembly, modes, preload, tmp_path):
+    nodes = {"node": slice(0, 10)}
+    with pytest.raises(ValueError, match="mode_shape has 10 nodes"):
+        write_modes(assembly, modes.isel(nodes), tmp_path / "modes.vtu")
+    with pytest.raises(ValueError, match="displacement has 10 nodes"):
+        write_preload(assembly, preload.isel(nodes), tmp_path / "preload.vtu")

@@ -1,0 +1,122 @@
+"""Modes: normalisation, classification, choice, signs, and the published frequencies."""
+
+import numpy as np
+import pytest
+from examples import study_assembly
+
+from boltjoint.dataset import save
+from boltjoint.structure.constraints import assemble_assembly
+from boltjoint.structure.mesh import build_assembly
+from boltjoint.structure.modes import classify, find_modes, symmetric_share
+
+
+def test_modes_are_normalised_by_mass_and_solve_the_eigenproblem(assembly, modes):
+    K, M = assemble_assembly(assembly)
+    shape = modes["mode_shape"].to_numpy().reshape(K.shape[0], -1)
+    squared = (2 * np.pi * modes["natural_frequency"].to_numpy()) ** 2
+    np.testing.assert_allclose(shape.T @ M @ shape, np.eye(3), atol=1e-10)
+    np.testing.assert_allclose(shape.T @ K @ shape, np.diag(squared), atol=1e-9 * squared.max())
+
+
+def test_modes_keep_the_clamp_and_the_closed_sections(assembly, modes):
+    shape = modes["mode_shape"].to_numpy()
+    nut, head = assembly["section_node"].to_numpy().T
+    assert not shape[assembly["clamped_node"].to_numpy()].any()
+    np.testing.assert_array_equal(shape[nut], shape[head])
+
+
+def test_relative_modes_are_side_a_minus_side_b(assembly, modes):
+    a, b = assembly["pair_node"].to_numpy().T
+    shape = modes["mode_shape"].to_numpy()
+    np.testing.assert_array_equal(modes["relative_mode"], shape[a] - shape[b])
+    # without contact the bars slide on one another
+    assert abs(modes["relative_mode"].sel(axis="x")).max() > 1e-3
+
+
+def test_excited_and_observed_entries(assembly, modes):
+    for name in ("excitation", "response"):
+        node = assembly[f"{name}_node"].item()
+        np.testing.assert_array_equal(
+            modes[f"{name}_mode"], modes["mode_shape"].sel(axis="z")[node]
+        )
+    assert modes["response_mode"].min() > 0
+
+
+def test_chosen_modes_are_the_first_bending_ones(modes):
+    frequency = modes["candidate_frequency"].to_numpy()
+    assert np.all(np.diff(frequency) > 0)
+    bending = frequency[modes["candidate_family"].to_numpy() == "bending"]
+    np.testing.assert_array_equal(modes["natural_frequency"], bending[:3])
+    np.testing.assert_allclose(modes["energy_share"].sum("axis"), 1, rtol=1e-12)
+    # the mesh is symmetric, so every mode is wholly one or the other
+    share = modes["symmetric_share"].to_numpy()
+    np.testing.assert_allclose(np.minimum(share, 1 - share), 0, atol=1e-9)
+
+
+def test_search_goes_on_until_enough_bending_modes_are_found(assembly, modes):
+    many = find_modes(assembly, "free-12")
+    assert many.sizes["mode"] == 12
+    assert np.sum(many["candidate_family"] == "bending") >= 12
+    # another number of vectors, another path to the same modes
+    np.testing.assert_allclose(many["natural_frequency"][:3], modes["natural_frequency"], rtol=1e-9)
+    np.testing.assert_allclose(many["response_mode"][:3], modes["response_mode"], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("energy_share", "symmetric", "family"),
+    [
+        ([0.02, 0.00, 0.98], 1.0, "bending"),
+        ([0.27, 0.00, 0.73], 1.0, "bending"),
+        ([0.73, 0.00, 0.27], 1.0, "axial"),  # 1562 Hz of the three-bolt assembly
+        ([0.02, 0.98, 0.00], 0.0, "lateral"),
+        ([0.00, 0.53, 0.47], 0.0, "torsional"),
+    ],
+)
+def test_families_of_modes(energy_share, symmetric, family):
+    found = classify(np.array([energy_share]), np.array([symmetric]), 0.02, 0.02)
+    assert found.tolist() == [family]
+
+
+@pytest.mark.parametrize("height", [0.005, 0.02, 0.08])
+def test_a_twisting_bar_is_torsional_whatever_its_section(height):
+    width = 0.02
+    share = np.array([[0.0, height**2, width**2]]) / (height**2 + width**2)
+    assert classify(share, np.zeros(1), width, height).tolist() == ["torsional"]
+
+
+def test_symmetry_is_seen_on_the_middle_plane():
+    x, y, z = np.meshgrid([0.0, 1.0], [-1.0, 0.0, 1.0], [-1.0, 1.0], indexing="ij")
+    coordinate = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    x, y, z = coordinate.T
+    zero = np.zeros_like(x)
+    bend, lateral, twist = ([-x * z, zero, x], [-x * y, x, zero], [zero, -x * z, x * y])
+    shape = np.transpose([bend, lateral, twist], (2, 1, 0))
+    np.testing.assert_array_equal(symmetric_share(coordinate, np.ones(12), shape), [1, 0, 0])
+    with pytest.raises(ValueError, match="no nodes lie on the middle plane"):
+        symmetric_share(coordinate[y != 0], np.ones(8), shape[y != 0])
+
+
+@pytest.mark.parametrize("family", ["free", "free-0", "free-04", "Free-4", "stuck-4", "free-4 "])
+def test_refuses_unknown_families(assembly, family):
+    with pytest.raises(ValueError, match="allowed: free-N"):
+        find_modes(assembly, family)
+
+
+def test_every_variable_has_units(modes, tmp_path):
+    save(modes, tmp_path / "modes.nc")
+
+
+def test_result_is_the_same_every_time(assembly, modes):
+    assert modes.identical(find_modes(assembly, "free-3"))
+
+
+@pytest.mark.parametrize(
+    ("name", "published"),
+    [("three_bolt", [71, 362, 946, 2571]), ("four_bolt", [51, 263, 731, 1899])],
+)
+def test_published_frequencies(name, published):
+    found = find_modes(build_assembly(study_assembly(name)), "free-4")
+    # the dimensions were calibrated on the published values, which have two or three digits
+    np.testing.assert_allclose(found["natural_frequency"], published, rtol=0.01)
+    left_out = found["candidate_family"].to_numpy()[found["candidate_frequency"] < 2600] == "axial"
+    assert left_out.sum() == 1

@@ -1,0 +1,194 @@
+"""Preload and contact: laws, closed forms, equilibrium, and how a failed search shows."""
+
+import logging
+
+import numpy as np
+import pytest
+from examples import brick_bar
+from scipy import sparse
+
+from boltjoint.dataset import save
+from boltjoint.structure import statics
+from boltjoint.structure.elasticity import assemble
+from boltjoint.structure.statics import apply_preload, contact_force, solve_contact
+
+
+def test_derivative_of_the_contact_law():
+    rng = np.random.default_rng(1)
+    relative, stiffness = rng.uniform(-1, 1, (400, 3)) * [0.3, 0.3, 1], rng.uniform(0.5, 2, 400)
+    force, derivative = contact_force(relative, stiffness, 0.4)
+    sticking = abs(force[:, :2] - stiffness[:, None] * relative[:, :2]).max(axis=1) == 0
+    states = [np.sum(relative[:, 2] < 0), np.sum(sticking & (force[:, 2] > 0))]
+    assert min(*states, 400 - sum(states)) > 20
+    step = 1e-6
+    for axis, unit in enumerate(np.eye(3)):
+        ahead, behind = (
+            contact_force(relative + s * unit, stiffness, 0.4)[0] for s in (step, -step)
+        )
+        # central differences: step^2 from truncation, 1e-16 / step from rounding
+        np.testing.assert_allclose(
+            derivative[..., axis], (ahead - behind) / (2 * step), atol=2e-8 / 0.02
+        )
+
+
+def test_contact_law_obeys_coulomb_and_never_pulls():
+    rng = np.random.default_rng(2)
+    force, _ = contact_force(rng.uniform(-1, 1, (400, 3)), np.full(400, 3.0), 0.4)
+    assert force[:, 2].min() >= 0
+    assert np.all(np.linalg.norm(force[:, :2], axis=1) <= 0.4 * force[:, 2] * (1 + 1e-14))
+
+
+def block_on_ground(elements, youngs_modulus, penalty):
+    """A block of 40 x 10 x 20 mm on rigid ground: its K, C, pair areas and coordinates."""
+    coordinate, connectivity = brick_bar(0.04, 0.01, 0.02, elements)
+    K, _ = assemble(coordinate, connectivity, youngs_modulus, 0.3, 1.0)
+    base = np.flatnonzero(np.isclose(coordinate[:, 2], -0.01))
+    x, y = coordinate[base, 0], coordinate[base, 1]
+    weight = np.where(np.isclose(x, 0) | np.isclose(x, 0.04), 0.5, 1.0)
+    weight *= np.where(np.isclose(abs(y), 0.005), 0.5, 1.0)
+    area = weight / weight.sum() * 0.04 * 0.01
+    # closing is downward
+    C = sparse.csr_array(
+        (
+            np.tile([1.0, 1.0, -1.0], len(base)),
+            (np.arange(3 * len(base)), (3 * base[:, None] + np.arange(3)).ravel()),
+        ),
+        shape=(3 * len(base), K.shape[0]),
+    )
+    return K, C, penalty * area, area, coordinate, base
+
+
+def test_uniform_pressure_passes_through_a_block():
+    K, C, stiffness, area, coordinate, _ = block_on_ground((4, 2, 3), 200e9, 1e14)
+    pressure = 5e6
+    force = np.zeros(K.shape[0])
+    top = np.flatnonzero(np.isclose(coordinate[:, 2], 0.01))
+    # nodes of top and base stand in the same order
+    force[3 * top + 2] = -pressure * area
+    found = solve_contact(K, C, stiffness, 0.0, force)
+    assert found.converged
+    np.testing.assert_allclose(found.force[:, 2] / area, pressure, rtol=1e-9)
+    np.testing.assert_allclose(found.relative[:, 2], pressure / 1e14, rtol=1e-9)
+
+
+def test_eccentric_load_lifts_one_end_of_a_stiff_block():
+    # A rigid block on springs that only push, load P at distance e > L / 6 from the middle: the
+    # contact length is 3 (L / 2 - e), the pressure triangular.
+    P, e, L = 100.0, 0.012, 0.04
+    K, C, stiffness, area, coordinate, base = block_on_ground((80, 1, 2), 1e12, 1e10)
+    force = np.zeros(K.shape[0])
+    node = np.flatnonzero(
+        np.isclose(coordinate[:, 2], 0.01) & np.isclose(coordinate[:, 0], L / 2 + e)
+    )
+    force[3 * node + 2] = -P / len(node)
+    found = solve_contact(K, C, stiffness, 0.3, force)
+    x, load = coordinate[base, 0], found.force[:, 2]
+    length = 3 * (L / 2 - e)
+    exact = np.maximum(x - (L - length), 0) * 2 * P / (length**2 * 0.01)
+    assert found.converged
+    assert load.sum() == pytest.approx(P, rel=1e-9)
+    assert np.sum(load * (x - L / 2)) == pytest.approx(P * e, rel=1e-9)
+    # the edge of the contact falls between two of 80 nodes
+    np.testing.assert_allclose(load / area, exact, atol=0.01 * exact.max())
+
+
+def test_loads_add_up_to_the_bolts(assembly, preload):
+    load = preload["normal_load"]
+    assert preload["converged"] == 1
+    assert float(load.sum()) == pytest.approx(8e3 * assembly.sizes["bolt"], rel=1e-8)
+    friction = preload["friction_force"].to_numpy()
+    along, across = abs(friction.sum(axis=0)) / abs(friction).sum()
+    assert across < 1e-9
+    # along the bar the shanks take the rest: head and nut differ, so they bend a little
+    assert along < 0.01
+
+
+def test_pairs_push_or_gape_never_both(preload):
+    load, gap = preload["normal_load"].to_numpy(), preload["gap"].to_numpy()
+    assert load.min() == 0 and gap.min() == 0
+    np.testing.assert_array_equal(load > 0, gap == 0)
+    friction = np.linalg.norm(preload["friction_force"], axis=1)
+    assert np.all(friction <= 0.1 * load * (1 + 1e-12))
+    assert 0.3 < np.mean(load > 0) < 1
+
+
+def test_displacements_show_the_gaps_and_the_shortening(assembly, preload):
+    u = preload["displacement"].to_numpy()
+    a, b = assembly["pair_node"].to_numpy().T
+    opening = u[b, 2] - u[a, 2]
+    is_open = preload["gap"].to_numpy() > 0
+    np.testing.assert_allclose(opening[is_open], preload["gap"].to_numpy()[is_open], rtol=1e-9)
+    nut, head = assembly["section_node"].to_numpy().T
+    shortening = preload["shank_shortening"].to_numpy()[assembly["section_bolt"].to_numpy()]
+    np.testing.assert_allclose(u[nut] - u[head], np.outer(shortening, [0, 0, 1]), atol=1e-18)
+    assert not u[assembly["clamped_node"].to_numpy()].any()
+    assert preload["shank_shortening"].min() > 0
+
+
+def test_loads_are_symmetric_about_the_width(preload):
+    position = np.round(preload["position"].to_numpy(), 9)
+    mirrored = np.lexsort([-position[:, 1], position[:, 0]])
+    load = preload["normal_load"].to_numpy()
+    # the order of unknowns is not symmetric, so rounding is not either
+    np.testing.assert_allclose(load, load[mirrored], atol=1e-6)
+
+
+def test_search_is_short_and_reported(preload):
+    residual = preload["residual"].to_numpy()
+    assert len(residual) == preload["iterations"] + 1 <= 13
+    assert residual[0] == 1 and residual[-1] <= 1e-10
+
+
+def test_twice_the_preload_doubles_everything(assembly, preload):
+    # nothing gapes before the bolts are tight, so the problem is homogeneous of degree one
+    doubled = apply_preload(assembly, 16e3)
+    for name, size in (("normal_load", 1e3), ("gap", 1e-6), ("shank_shortening", 1e-5)):
+        np.testing.assert_allclose(doubled[name], 2 * preload[name], rtol=1e-6, atol=1e-7 * size)
+
+
+def test_friction_hardly_moves_the_normal_loads(assembly, preload):
+    frictionless = assembly.assign(friction_coefficient=0 * assembly["friction_coefficient"])
+    without = apply_preload(frictionless, 8e3)
+    assert without["converged"] == 1
+    assert not without["friction_force"].any()
+    # the halves of the lap are alike and spread alike under the heads
+    np.testing.assert_allclose(without["normal_load"], preload["normal_load"], atol=1.0)
+
+
+@pytest.mark.parametrize("friction_coefficient", [1e-3, 0.01, 0.03])
+def test_weak_friction_that_turns_round_converges(assembly, friction_coefficient):
+    # full Newton steps go to and fro at 0.01
+    mu = friction_coefficient + 0 * assembly["friction_coefficient"]
+    found = apply_preload(assembly.assign(friction_coefficient=mu), 8e3)
+    assert found["converged"] == 1 and found["iterations"] <= 20
+    load = found["normal_load"].to_numpy()
+    friction = np.linalg.norm(found["friction_force"], axis=1)
+    assert np.all(friction <= friction_coefficient * load * (1 + 1e-12))
+
+
+def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatch):
+    monkeypatch.setattr(statics, "_MOST_LINEAR_ITERATIONS", 1)
+    renewed = apply_preload(assembly, 8e3)
+    # both leave 1e-10 of the preload unbalanced
+    np.testing.assert_allclose(renewed["normal_load"], preload["normal_load"], atol=1e-5)
+
+
+def test_a_failed_search_is_flagged(assembly, caplog):
+    with caplog.at_level(logging.WARNING):
+        found = apply_preload(assembly, 8e3, most_iterations=2)
+    assert found["converged"] == 0 and found["iterations"] == 2
+    assert "NO equilibrium" in caplog.text
+
+
+@pytest.mark.parametrize("preload_N", [0.0, -5.0, np.nan, np.inf])
+def test_refuses_a_preload_that_is_none(assembly, preload_N):
+    with pytest.raises(ValueError, match="must be positive"):
+        apply_preload(assembly, preload_N)
+
+
+def test_every_variable_has_units(preload, tmp_path):
+    save(preload, tmp_path / "preload.nc")
+
+
+def test_result_is_the_same_every_time(assembly, preload):
+    assert preload.identical(apply_preload(assembly, 8e3))

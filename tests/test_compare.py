@@ -1,0 +1,205 @@
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from boltjoint import compare, tables
+from boltjoint import joint as joints
+from boltjoint.fitting import fit_reduced_joint
+from boltjoint.march import check_solutions
+from boltjoint.partition import partition_regions
+from boltjoint.published import Published
+from boltjoint.response import solve_response
+from boltjoint.timing import time_solver
+
+SOURCE = Path(__file__).parents[1] / "resources" / "source"
+FORCES = [0.001, 1.0, 5.0]
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Joints and responses of a tiny study, as a case would have them."""
+    from small_joint import make_joint
+
+    nodes = make_joint()
+    regions = partition_regions(nodes, 6)
+    reduced, _ = fit_reduced_joint(regions, 4)
+    found = {"node-to-node": nodes, "regions=6": regions, "regions=6/elements=4": reduced}
+    solved = {
+        (name, coordinates, 1): solve_response(
+            one, FORCES, loss_factor=0.01, coordinates=coordinates
+        )
+        for name, one in found.items()
+        for coordinates in ("linear", "rdnm-1")
+    }
+    return found, solved
+
+
+def test_upper_branch_of_a_folded_curve():
+    frequency = np.array([0.0, 2.0, 1.0, 3.0])
+    amplitude = np.array([0.0, 2.0, 3.0, 5.0])
+    grid = np.array([0.5, 1.0, 1.5, 2.5])
+    np.testing.assert_allclose(
+        compare.upper_branch(frequency, amplitude, grid), [0.5, 3.0, 3.5, 4.5]
+    )
+
+
+def test_curve_error_of_a_scaled_curve():
+    frequency = np.linspace(50, 100, 3000)
+    amplitude = 1 / (1 + (frequency - 80) ** 2)
+    reference = frequency, amplitude
+    assert compare.curve_error(reference, reference) == 0
+    tenfold = compare.curve_error((frequency, 10 * amplitude), reference)
+    assert tenfold == pytest.approx(20.0)
+    other = np.linspace(40, 90, 3710)
+    same = other, 1 / (1 + (other - 80) ** 2)
+    assert compare.curve_error(same, reference) < 1e-3  # straight lines between solutions
+
+
+def test_accuracy_table_measures_against_node_to_node(study):
+    _, solved = study
+    table = compare.tabulate_accuracy(solved, {}).set_index(["joint", "coordinates", "force_N"])
+    assert len(table) == 6 * len(FORCES)
+    own = table.loc[("node-to-node", "linear")]
+    for name in ("peak_frequency_error_percent", "peak_amplitude_error_percent", "curve_error_dB"):
+        assert (own[name] == 0).all()
+    row = table.loc[("regions=6", "linear", 5.0)]
+    truth, reduced = solved["node-to-node", "linear", 1], solved["regions=6", "linear", 1]
+    expected = 100 * (reduced["peak_amplitude"][2] / truth["peak_amplitude"][2] - 1)
+    assert row["peak_amplitude_error_percent"] == pytest.approx(float(expected))
+    assert row["peak_mm_per_N"] == pytest.approx(float(reduced["peak_amplitude"][2]) * 1e3 / 5)
+
+
+def test_accuracy_table_tells_what_the_march_in_time_found(study):
+    found, solved = study
+    which = ("regions=6/elements=4", "linear", 1)
+    check = check_solutions(joints.to_dataset(found[which[0]]), solved[which])
+    table = compare.tabulate_accuracy(solved, {which: check})
+    mine = (table["joint"] == which[0]) & (table["coordinates"] == "linear")
+    np.testing.assert_array_equal(table.loc[mine, "residual_in_time"], check["residual_in_time"])
+    assert table.loc[~mine, "residual_in_time"].isna().all()
+
+
+def test_a_broken_path_has_no_errors_but_a_reason(study):
+    _, solved = study
+    broken = solved["regions=6", "rdnm-1", 1].copy(deep=True)
+    broken["complete"][1] = 0
+    broken["reason"] = ("force", np.array(["", "no solution found near the last one", ""]))
+    table = compare.tabulate_accuracy({**solved, ("regions=6", "rdnm-1", 1): broken}, {})
+    row = table.query("joint == 'regions=6' and coordinates == 'rdnm-1' and force_N == 1").iloc[0]
+    assert np.isnan(row["peak_frequency_error_percent"])
+    assert row["reason"] == "no solution found near the last one"
+    assert not row["complete"]
+
+
+def test_nothing_is_compared_with_a_reference_that_broke_off(study):
+    _, solved = study
+    broken = solved["node-to-node", "linear", 1].copy(deep=True)
+    broken["complete"][2] = 0
+    table = compare.tabulate_accuracy({**solved, ("node-to-node", "linear", 1): broken}, {})
+    errors = table.set_index("force_N")["curve_error_dB"]
+    assert errors.loc[5.0].isna().all()
+    assert errors.loc[1.0].notna().all()
+
+
+def test_without_a_reference_there_are_no_errors(study):
+    _, solved = study
+    only = {("regions=6", "linear", 1): solved["regions=6", "linear", 1]}
+    table = compare.tabulate_accuracy(only, {})
+    assert "curve_error_dB" not in table
+
+
+def test_times_stand_beside_the_published_ones(study):
+    found, _ = study
+    timings = {
+        (name, coordinates, 1): time_solver(
+            one, FORCES, repeats=1, loss_factor=0.01, coordinates=coordinates
+        )
+        for name, one in found.items()
+        for coordinates in ("linear", "rdnm-1")
+    }
+    table = compare.tabulate_times(timings, Published(SOURCE, "three_bolt_constant"))
+    table = table.set_index(["joint", "coordinates", "force_N"])
+    assert len(table) == 6 * len(FORCES)
+    assert table.loc[("node-to-node", "linear", 1.0), "published_s"] == 695.3
+    assert table.loc[("node-to-node", "rdnm-1", 1.0), "published_reduction_percent"] == (
+        pytest.approx(55.11, abs=0.01)
+    )
+    row = table.loc[("regions=6", "rdnm-1", 5.0)]
+    assert row["published_reduction_percent"] == 99.91
+    assert row["source_table"] == "3.4"
+    reference = timings["node-to-node", "linear", 1].query("force_N == 5")
+    mine = timings["regions=6", "rdnm-1", 1].query("force_N == 5")
+    for way, column in (
+        ("analytic", "reduction_percent"),
+        ("forward-difference", "reduction_forward_difference_percent"),
+    ):
+        ratio = mine.query(f"jacobian == {way!r}")["cpu_s"].item() / (
+            reference.query(f"jacobian == {way!r}")["cpu_s"].item()
+        )
+        assert row[column] == pytest.approx(100 * (1 - ratio))
+
+
+def test_elements_stand_beside_the_published_ones_in_order_of_slip(study):
+    found, _ = study
+    dataset = joints.to_dataset(found["regions=6/elements=4"])
+    table = compare.tabulate_elements(
+        dataset, "regions=6/elements=4", Published(SOURCE, "three_bolt_constant")
+    )
+    assert len(table) == 24
+    assert table["published_slip_force_N"].sum() == pytest.approx(11392.8)
+    slips_at = table["slip_force_N"] / table["k_kN_per_mm"]
+    assert (slips_at.groupby(table["region"]).diff().dropna() >= 0).all()
+    theirs = table["published_slip_force_N"] / table["published_k_kN_per_mm"]
+    assert (theirs.groupby(table["region"]).diff().dropna() >= 0).all()
+
+
+def test_joint_that_was_not_published_stands_alone(study):
+    found, _ = study
+    dataset = joints.to_dataset(found["regions=6/elements=4"])
+    for published in (Published(SOURCE), Published(SOURCE, "four_bolt_constant")):
+        table = compare.tabulate_elements(dataset, "regions=6/elements=4", published)
+        assert "published_k_kN_per_mm" not in table
+
+
+def test_unknown_case_study_is_refused():
+    with pytest.raises(ValueError, match=r"no case study 'five_bolt'.*three_bolt_constant"):
+        Published(SOURCE, "five_bolt")
+
+
+def test_published_table_3_11_has_six_elements():
+    printed = Published(SOURCE, "four_bolt_constant").parameters("regions=8/elements=6")
+    assert printed["element"].max() == 6
+    assert printed["mu_n_N"].sum() == pytest.approx(15194.7, abs=0.05)
+
+
+def test_published_tables_in_two_parts_are_joined():
+    printed = Published(SOURCE, "four_bolt_variable").parameters("regions=16/elements=4")
+    assert printed[["k_kN_per_mm", "mu_n_N"]].notna().all(axis=None)
+    assert set(printed["source_table"]) == {"3.21 and 3.22"}
+
+
+def test_regions_table(study):
+    found, _ = study
+    table = compare.tabulate_regions(joints.to_dataset(found["regions=6"]))
+    assert table["elements"].sum() == 60
+    assert table["share_of_load_percent"].sum() == pytest.approx(100)
+    assert (table["from_x_mm"].diff().dropna() > 0).all()
+
+
+def test_table_on_paper(tmp_path):
+    table = pd.DataFrame({"peak_frequency_Hz": [70.123456, np.nan], "joint": ["a<b", "c"]})
+    tables.write(table, tmp_path / "t.csv", tmp_path / "t.html", "A & B")
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "t.csv"), table)
+    page = (tmp_path / "t.html").read_text()
+    for text in ("peak frequency (Hz)", "a&lt;b", "<h1>A &amp; B</h1>", "70.12", "–"):
+        assert text in page
+
+
+def test_times_of_a_case_that_was_not_published_stand_alone(study):
+    found, _ = study
+    times = time_solver(found["node-to-node"], [1.0], repeats=1, loss_factor=0.01)
+    table = compare.tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
+    assert table["published_s"].isna().all()
+    assert table["cpu_s"].item() > 0

@@ -1,0 +1,780 @@
+"""The configuration: what is shipped is right, and what is wrong is said in words."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from pydantic import ValidationError
+
+from boltjoint import config
+from boltjoint.config import (
+    Assembly,
+    Case,
+    ConfigError,
+    Material,
+    Point,
+    load_study,
+)
+from boltjoint.entries import parse_mapping
+from boltjoint.names import parse_coordinates, parse_joint, parse_modes
+
+ROOT = Path(__file__).parents[1]
+CONFIG = "config/config.yaml"
+CASE = "config/cases/three_bolt_constant.yaml"
+HIGH = "config/cases/three_bolt_constant_38kN.yaml"
+ASSEMBLY = "config/assemblies/three_bolt.yaml"
+FOUR = "config/assemblies/four_bolt.yaml"
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A copy of the shipped study."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    return tmp_path
+
+
+def edit(study, file, old, new):
+    path = study / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text, f"{old!r} is no longer in {file}"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def problems_of(study, settings=None):
+    with pytest.raises(ConfigError) as caught:
+        load_study(study, settings)
+    assert str(caught.value).splitlines() == list(caught.value.problems)
+    return list(caught.value.problems)
+
+
+# ---- what is shipped
+
+
+def test_shipped_study_is_the_source_study():
+    study = load_study(ROOT)
+    assert list(study.cases) == ["three_bolt_constant", "three_bolt_constant_38kN"]
+    assert set(study.assemblies) == {"three_bolt", "four_bolt"}
+    # the published numbers of contact nodes
+    assert study.assemblies["three_bolt"].contact_pairs == 1370
+    assert study.assemblies["four_bolt"].contact_pairs == 1693
+
+    stated = study.case("three_bolt_constant")
+    implied = study.case("three_bolt_constant_38kN")
+    assert (stated.preload_N, implied.preload_N) == (10000, 37976)
+    same = {"preload_N"}
+    assert stated.model_dump(exclude=same) == implied.model_dump(exclude=same)
+    assert stated.contact.tangential_stiffness_N_per_m == 1e8
+
+
+def test_every_shipped_file_is_valid_even_if_unused():
+    for model, folder in ((Case, "cases"), (Assembly, "assemblies")):
+        files = sorted((ROOT / "config" / folder).glob("*.yaml"))
+        assert files
+        for file in files:
+            model.model_validate(parse_mapping(file.read_text(encoding="utf-8")))
+
+
+def test_shipped_options_are_the_defaults(study):
+    shipped = load_study(study)
+    (study / CONFIG).write_text("cases: [three_bolt_constant]\n", encoding="utf-8")
+    bare = load_study(study)
+    assert (bare.solver, bare.fitting, bare.timing) == (
+        shipped.solver,
+        shipped.fitting,
+        shipped.timing,
+    )
+    assert list(bare.assemblies) == ["three_bolt"]
+
+
+def test_joints_are_listed_once_in_the_order_of_the_file():
+    joints = load_study(ROOT).case("three_bolt_constant").joints
+    assert joints == (
+        "node-to-node",
+        "regions=4",
+        "regions=6",
+        "regions=6/elements=4",
+        "regions=6/elements=7",
+    )
+
+
+def test_reduced_joint_needs_no_listed_regions(study):
+    edit(study, CASE, "      - regions=6\n", "")
+    assert "regions=6" not in load_study(study).case("three_bolt_constant").joints
+
+
+def test_window_of_a_resonance(study):
+    edit(study, CASE, "# window_Hz: [low, high]", "window_Hz: [300, 5e2]")
+    case = load_study(study).case("three_bolt_constant")
+    assert case.window_around(1) is None
+    assert case.window_around(2) == (300.0, 500.0)
+
+
+def test_points_default_to_the_free_end(study):
+    edit(study, ASSEMBLY, "# response: {x_mm: 403.5", "response: {x_mm: 100")
+    assembly = load_study(study).assemblies["three_bolt"]
+    free_end = Point(x_mm=403.5, y_mm=0, z_mm=10, direction="z")
+    assert assembly.excitation_point == free_end
+    assert assembly.response_point == free_end.model_copy(update={"x_mm": 100.0})
+
+
+def test_a_dump_holds_what_results_depend_on():
+    assembly = load_study(ROOT).assemblies["three_bolt"]
+    renamed = assembly.model_copy(update={"description": "other words"})
+    longer = assembly.model_copy(update={"bar": assembly.bar.model_copy(update={"lap_mm": 111.0})})
+    assert renamed.model_dump() == assembly.model_dump()
+    assert longer.model_dump() != assembly.model_dump()
+    assert Assembly.model_validate(longer.model_dump()).bar.lap_mm == 111.0
+
+
+def test_models_do_not_change_once_read():
+    case = load_study(ROOT).case("three_bolt_constant")
+    with pytest.raises(ValidationError, match="frozen"):
+        case.preload_N = 1.0
+
+
+def test_unknown_case_of_a_study_is_named():
+    with pytest.raises(KeyError, match="did you mean three_bolt_constant"):
+        load_study(ROOT).case("three_bolt_constnat")
+
+
+def test_names_of_joints_modes_and_coordinates():
+    assert parse_joint("node-to-node") == (None, None)
+    assert parse_joint("regions=4") == (4, None)
+    assert parse_joint("regions=6/elements=7") == (6, 7)
+    assert parse_modes("free-16") == 16
+    assert parse_coordinates("linear") is None
+    assert parse_coordinates("rdnm-2") == 2
+
+
+@pytest.mark.parametrize(
+    "name", ["", "regions=0", "regions=6/", "regions=6/elements=0", "regions=06", "regions=6\n"]
+)
+def test_other_names_of_joints_are_refused(name):
+    with pytest.raises(ValueError, match="must be node-to-node, regions=N or regions=N/elements=M"):
+        parse_joint(name)
+
+
+# ---- numbers
+
+
+@pytest.mark.parametrize("number", ["1e8", "1E+8", "100000000", "1.0e+8", '"1e8"', "+1e8", "1.e8"])
+def test_numbers_as_people_write_them(study, number):
+    edit(study, CASE, "N_per_m: 1.0e+8", f"N_per_m: {number}")
+    case = load_study(study).case("three_bolt_constant")
+    assert case.contact.tangential_stiffness_N_per_m == 1e8
+
+
+def test_whole_numbers_as_people_write_them(study):
+    edit(study, CONFIG, "most_solutions: 5000", "most_solutions: 5e3")
+    most = load_study(study).solver.most_solutions
+    assert most == 5000
+    assert isinstance(most, int)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("true", "true"),
+        ("yes", '"yes"'),
+        ("1_000", '"1_000"'),
+        ("1:30", '"1:30"'),
+        ("10 kN", '"10 kN"'),
+        ("0x10", '"0x10"'),
+        ("null", "null"),
+        ("[1]", "[1]"),
+    ],
+)
+def test_what_is_no_number(study, text, shown):
+    edit(study, CASE, "preload_N: 10000", f"preload_N: {text}")
+    assert problems_of(study) == [f"{CASE}: preload_N: {shown} must be a number"]
+
+
+# ---- one problem, one line with its exact words
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "line"),
+    [
+        # keys
+        (
+            CASE,
+            "loss_factor:",
+            "loss_facter:",
+            "loss_facter: is not a known key; did you mean loss_factor? there are: description, "
+            "published, assembly, preload_N, contact, loss_factor, forces_N, modes, coordinates, "
+            "solve",
+        ),
+        (
+            CASE,
+            "  law: constant",
+            "  stiffness: 1\n  law: constant",
+            "contact.stiffness: is not a known key; there are: law, "
+            "tangential_stiffness_N_per_m, friction_coefficient",
+        ),
+        (
+            CASE,
+            "    # window_Hz: [low, high]",
+            "    window_hz: [1, 2]\n   #",
+            "solve[1].window_hz: is not a known key; did you mean window_Hz? "
+            "there are: resonance, joints, window_Hz",
+        ),
+        (CASE, "preload_N: 10000", "#", "preload_N: is missing: Preload of each bolt, in N."),
+        (
+            ASSEMBLY,
+            "  width_mm: 20",
+            "  #",
+            "bar.width_mm: is missing: Width of both bars (y).",
+        ),
+        (ASSEMBLY, "[146.5, 146.5]", "[146.5]", "bar.free_length_mm[1]: is missing"),
+        (
+            ASSEMBLY,
+            "[146.5, 146.5]",
+            "[1, 2, 3]",
+            "bar.free_length_mm: [1, 2, 3] must have at most 2 entries",
+        ),
+        # single values
+        (CASE, "preload_N: 10000", "preload_N: 0", "preload_N: 0 must be greater than 0"),
+        (
+            CASE,
+            "preload_N: 10000",
+            "preload_N: .inf",
+            "preload_N: Infinity must be a finite number",
+        ),
+        (CASE, "0.001, 1,", "-1, 1,", "forces_N[0]: -1 must be greater than 0"),
+        (CASE, "forces_N: [0.001,", "forces_N: 5 # [", "forces_N: 5 must be a list, as in [1, 2]"),
+        (CASE, "[free-4]", "[]", "modes: [] must have at least 1 entry"),
+        (CASE, "loss_factor: 0.002", "loss_factor: 0", "loss_factor: 0 must be greater than 0"),
+        (CASE, "loss_factor: 0.002", "loss_factor: 1", "loss_factor: 1 must be less than 1"),
+        (
+            CASE,
+            "[free-4]",
+            "[free-0]",
+            'modes[0]: "free-0" must be free-N, N being the number of modes',
+        ),
+        (
+            CASE,
+            "rdnm-1]",
+            "rdnm]",
+            'coordinates[1]: "rdnm" must be linear or rdnm-N, '
+            "N being the number of response-dependent modes",
+        ),
+        (
+            CASE,
+            "- regions=4",
+            "- regions=4/elements",
+            'solve[0].joints[1]: "regions=4/elements" must be node-to-node, '
+            "regions=N or regions=N/elements=M",
+        ),
+        (
+            CASE,
+            "assembly: three_bolt ",
+            "assembly: ../three_bolt ",
+            'assembly: "../three_bolt" must be a file name without .yaml, '
+            "of letters, digits, _ and -",
+        ),
+        (CASE, "resonance: 1", "resonance: 1.5", "solve[0].resonance: 1.5 must be a whole number"),
+        (
+            CASE,
+            "resonance: 1",
+            "resonance: true",
+            "solve[0].resonance: true must be a whole number",
+        ),
+        (CASE, "resonance: 1", "resonance: 0", "solve[0].resonance: 0 must be at least 1"),
+        (CASE, "description: Three", "description: 3 #", "description: 3 must be text"),
+        (
+            CASE,
+            "law: constant",
+            "law: variable",
+            'contact.law: "variable" is not available: must be constant',
+        ),
+        (
+            CASE,
+            "  law: constant",
+            "  #",
+            "contact.law: is missing: The contact law; only ``constant`` (constant normal load) "
+            "is available.",
+        ),
+        (
+            ASSEMBLY,
+            "poissons_ratio: 0.3",
+            "poissons_ratio: 0.5",
+            "material.poissons_ratio: 0.5 must be less than 0.5",
+        ),
+        (
+            ASSEMBLY,
+            "ring_cells_across_width: 12",
+            "ring_cells_across_width: 11",
+            "mesh.ring_cells_across_width: 11 must be a multiple of 2",
+        ),
+        (
+            ASSEMBLY,
+            "# response: {x_mm: 403.5, y_mm: 0, z_mm: 10, direction: z}",
+            "response: {x_mm: 403.5, y_mm: 0, z_mm: 10, direction: up}",
+            'response.direction: "up" must be x, y or z',
+        ),
+        (
+            CONFIG,
+            "jacobian: analytic ",
+            "jacobian: finite ",
+            'solver.jacobian: "finite" must be analytic or forward-difference',
+        ),
+        (CONFIG, "repeats: 3", "repeats: 0", "timing.repeats: 0 must be at least 1"),
+        (
+            CONFIG,
+            "0.6, 0.9]",
+            "0.6, 1]",
+            "fitting.load_fractions[2]: 1 must be less than 1",
+        ),
+        (
+            CONFIG,
+            "timing:\n  repeats: 3",
+            "timing:\n  #",
+            "timing: null must hold keys with values",
+        ),
+        # values that contradict each other
+        (CASE, "5, 10, 15", "5, 10, 5.0", "forces_N[4]: 5.0 must not appear twice"),
+        (CASE, "[free-4]", "[free-4, free-4]", 'modes[1]: "free-4" must not appear twice'),
+        (
+            CASE,
+            "[linear, rdnm-1]",
+            "[linear, linear]",
+            'coordinates[1]: "linear" must not appear twice',
+        ),
+        (
+            CASE,
+            "- regions=6\n",
+            "- regions=4\n",
+            'solve[0].joints[2]: "regions=4" must not appear twice',
+        ),
+        (
+            CASE,
+            "resonance: 2",
+            "resonance: 1",
+            "solve[1].resonance: 1 must not appear twice: list all its joints in one block",
+        ),
+        (
+            CASE,
+            "resonance: 2",
+            "resonance: 5",
+            "solve[1].resonance: 5 must be at most 4, the modes of the basis free-4",
+        ),
+        (
+            CASE,
+            "coordinates: [linear, rdnm-1]",
+            "coordinates: [linear, rdnm-5]",
+            'coordinates[1]: "rdnm-5" must not have more modes than the basis free-4',
+        ),
+        (
+            CASE,
+            "# window_Hz: [low, high]",
+            "window_Hz: [90, 90]",
+            "solve[1].window_Hz: [90, 90] must be the lower frequency, then the higher one",
+        ),
+        (
+            CASE,
+            "- regions=4",
+            "- regions=1371",
+            'solve[0].joints[1]: "regions=1371" must have at most 1370 regions, '
+            "the contact pairs of three_bolt",
+        ),
+        (
+            ASSEMBLY,
+            "hole_diameter_mm: 9",
+            "hole_diameter_mm: 8",
+            "bolts.hole_diameter_mm: 8 must be greater than the shank's diameter of 8 mm",
+        ),
+        (
+            ASSEMBLY,
+            "head_diameter_mm: 13",
+            "head_diameter_mm: 9",
+            "bolts.head_diameter_mm: 9 must be greater than the hole's diameter of 9 mm",
+        ),
+        (
+            ASSEMBLY,
+            "head_diameter_mm: 13",
+            "head_diameter_mm: 20",
+            "bolts.head_diameter_mm: 20 must be less than the bar's width of 20 mm",
+        ),
+        (
+            ASSEMBLY,
+            "bolt_cell_length_mm: 25",
+            "bolt_cell_length_mm: 13",
+            "bolts.head_diameter_mm: 13 must be less than the bolt cell's length of 13 mm",
+        ),
+        (
+            ASSEMBLY,
+            "25.25, 55.25,",
+            "55.25, 25.25,",
+            "bolts.positions_from_lap_start_mm: [55.25, 25.25, 85.25] must be ascending",
+        ),
+        (
+            ASSEMBLY,
+            "25.25, 55.25,",
+            "47, 55.25,",
+            "bolts.positions_from_lap_start_mm[1]: 55.25 is 8.25 mm from the bolt before it, where "
+            "holes of 9 mm overlap or touch: must be more than 25 mm from it",
+        ),
+        (
+            ASSEMBLY,
+            "25.25, 55.25,",
+            "45.25, 55.25,",
+            "bolts.positions_from_lap_start_mm[1]: 55.25 is 10 mm from the bolt before it, where "
+            "heads of 13 mm overlap or touch: must be more than 25 mm from it",
+        ),
+        (
+            ASSEMBLY,
+            "25.25, 55.25,",
+            "30.25, 55.25,",
+            "bolts.positions_from_lap_start_mm[1]: 55.25 is 25 mm from the bolt before it, where "
+            "bolt cells of 25 mm overlap or touch: must be more than 25 mm from it",
+        ),
+        (
+            ASSEMBLY,
+            "25.25, 55.25,",
+            "12.5, 55.25,",
+            "bolts.positions_from_lap_start_mm[0]: 12.5 puts the bolt's cell outside the "
+            "lap: must be more than 12.5 mm (half a bolt cell) from both ends of the lap "
+            "of 110.5 mm",
+        ),
+        (
+            ASSEMBLY,
+            "lap_mm: 110.5",
+            "lap_mm: 90",
+            "bolts.positions_from_lap_start_mm[2]: 85.25 puts the bolt's cell outside the "
+            "lap: must be more than 12.5 mm (half a bolt cell) from both ends of the lap of 90 mm",
+        ),
+        (
+            ASSEMBLY,
+            "# response: {x_mm: 403.5, y_mm: 0,",
+            "excitation: {x_mm: 403.5, y_mm: -10.1,",
+            "excitation.y_mm: -10.1 must lie in the assembly, from -10 to 10 mm",
+        ),
+        (
+            CONFIG,
+            "smallest_step: 1.0e-6",
+            "smallest_step: 0.07",
+            "solver.smallest_step: 0.07 must be less than largest_step, 0.07",
+        ),
+        (
+            CONFIG,
+            "target_iterations: 4",
+            "target_iterations: 12",
+            "solver.target_iterations: 12 must be less than most_iterations, 12",
+        ),
+        (
+            CONFIG,
+            "[0.3, 0.6, 0.9]",
+            "[0.3, 0.6, 0.6]",
+            "fitting.load_fractions[2]: 0.6 must not appear twice",
+        ),
+        (
+            CONFIG,
+            "- three_bolt_constant_38kN",
+            "- three_bolt_constant",
+            'cases[1]: "three_bolt_constant" must not appear twice',
+        ),
+        (
+            CONFIG,
+            "  - four_bolt",
+            "  - three_bolt",
+            'assemblies[1]: "three_bolt" must not appear twice',
+        ),
+        # files
+        (
+            CONFIG,
+            "- three_bolt_constant\n",
+            "- three_bolt_constnat\n",
+            'cases[0]: "three_bolt_constnat" is not in config/cases; did you mean '
+            "three_bolt_constant? there are: three_bolt_constant, three_bolt_constant_38kN",
+        ),
+        (
+            CONFIG,
+            "  - four_bolt",
+            "  - six_screws",
+            'assemblies[1]: "six_screws" is not in config/assemblies; '
+            "there are: four_bolt, three_bolt",
+        ),
+        (
+            CASE,
+            "assembly: three_bolt ",
+            "assembly: three_bolts ",
+            'assembly: "three_bolts" is not in config/assemblies; did you mean three_bolt? '
+            "there are: four_bolt, three_bolt",
+        ),
+    ],
+)
+def test_problem_is_said_in_one_line(study, file, old, new, line):
+    edit(study, file, old, new)
+    assert problems_of(study) == [f"{file}: {line}"]
+
+
+# ---- texts that are no configuration
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a: 1\nb: 2\na: 3\n", 'line 3, column 1: the key "a" stands twice, first in line 1'),
+        ("a:\n  b: 2\n  b: 3\n", 'line 3, column 3: the key "b" stands twice, first in line 2'),
+        ("1: a\n", "line 1, column 1: the key 1 must be a word"),
+        ("a: [1, 2\nb: 3\n", "line 2, column 2: expected ',' or ']', but got ':'"),
+        ("- a\n", "must hold keys with values, as in `description: ...`"),
+        ("", "must hold keys with values, as in `description: ...`"),
+    ],
+)
+def test_text_that_is_no_configuration(study, text, line):
+    (study / CASE).write_text(text, encoding="utf-8")
+    assert problems_of(study) == [f"{CASE}: {line}"]
+
+
+def test_text_that_is_not_utf8(study):
+    (study / CASE).write_bytes(b"description: \xff\n")
+    (problem,) = problems_of(study)
+    assert problem.startswith(f"{CASE}: 'utf-8' codec can't decode")
+
+
+def test_folder_without_a_study(tmp_path):
+    assert problems_of(tmp_path) == [f"{CONFIG}: there is no such file in {tmp_path.resolve()}"]
+
+
+# ---- several problems
+
+
+def test_problems_of_several_files_are_reported_together(study):
+    edit(study, CONFIG, "repeats: 3", "repeats: 0")
+    edit(study, CASE, "preload_N: 10000", "preload_N: -1")
+    edit(study, CASE, "- regions=4", "- regions=x")
+    edit(study, HIGH, "resonance: 2", "resonance: 9")
+    edit(study, FOUR, "lap_mm: 132", "lap_mm: 100")
+    edit(study, FOUR, "head_diameter_mm: 13", "head_diameter_mm: 25")
+    problems = problems_of(study)
+    assert [problem.split(": ")[:2] for problem in problems] == [
+        [CONFIG, "timing.repeats"],
+        [CASE, "preload_N"],
+        [CASE, "solve[0].joints[1]"],
+        [HIGH, "solve[1].resonance"],
+        [FOUR, "bolts.head_diameter_mm"],  # wider than the bar
+        [FOUR, "bolts.head_diameter_mm"],  # longer than the bolt cell
+        [FOUR, "bolts.positions_from_lap_start_mm[3]"],
+    ]
+
+
+def test_assembly_shared_by_cases_is_reported_once(study):
+    edit(study, ASSEMBLY, "lap_mm: 110.5", "lap_mm: -1")
+    assert problems_of(study) == [f"{ASSEMBLY}: bar.lap_mm: -1 must be greater than 0"]
+
+
+def test_assembly_of_a_faulty_case_is_checked_too(study):
+    edit(study, CONFIG, "  - three_bolt\n", "")
+    edit(study, CONFIG, "  - three_bolt_constant_38kN\n", "")
+    edit(study, CASE, "preload_N: 10000", "preload_N: -1")
+    edit(study, ASSEMBLY, "lap_mm: 110.5", "lap_mm: -1")
+    assert [problem.split(":")[0] for problem in problems_of(study)] == [CASE, ASSEMBLY]
+
+
+def test_smallest_basis_bounds_the_coordinates_and_resonances(study):
+    edit(study, CASE, "[free-4]", "[free-16, free-2]")
+    edit(study, CASE, "rdnm-1]", "rdnm-2, rdnm-3]")
+    edit(study, CASE, "resonance: 2", "resonance: 3")
+    assert problems_of(study) == [
+        f'{CASE}: coordinates[2]: "rdnm-3" must not have more modes than the basis free-2',
+        f"{CASE}: solve[1].resonance: 3 must be at most 2, the modes of the basis free-2",
+    ]
+
+
+def test_unused_files_are_not_read(study):
+    (study / "config/cases/draft.yaml").write_text("not: finished", encoding="utf-8")
+    load_study(study)
+
+
+# ---- settings that are read already, as a workflow does
+
+
+def test_settings_in_place_of_the_file(study):
+    settings = {"cases": ["three_bolt_constant"], "solver": {"tolerance": "1e-6"}}
+    loaded = load_study(study, settings)
+    assert list(loaded.cases) == ["three_bolt_constant"]
+    assert loaded.solver.tolerance == 1e-6
+
+
+def test_problem_in_settings_may_come_from_the_command_line(study):
+    assert problems_of(study, {"cases": ["three_bolt_constant"], "timing": {"repeats": "no"}}) == [
+        f'{CONFIG} or command line: timing.repeats: "no" must be a whole number'
+    ]
+
+
+def test_key_that_stands_twice_is_seen_though_settings_are_given(study):
+    path = study / CONFIG
+    text = path.read_text(encoding="utf-8")
+    line = len(text.splitlines()) + 1
+    path.write_text(text + "cases: [three_bolt_constant]\n", encoding="utf-8")
+    (problem,) = problems_of(study, yaml.safe_load(path.read_text(encoding="utf-8")))
+    assert problem.startswith(f'{CONFIG}: line {line}, column 1: the key "cases" stands twice')
+
+
+# ---- a model made in code is checked like a file
+
+
+def test_model_made_in_code_is_checked():
+    with pytest.raises(ValidationError, match="must be greater than the shank's diameter"):
+        config.Bolts(
+            positions_from_lap_start_mm=(10,),
+            shank_diameter_mm=9,
+            hole_diameter_mm=9,
+            head_diameter_mm=13,
+            head_height_mm=5,
+            nut_height_mm=6,
+        )
+    with pytest.raises(ValidationError, match="valid number"):
+        Material(youngs_modulus_GPa=True, poissons_ratio=0.3, density_kg_per_m3=7900)
+
+
+@pytest.mark.parametrize("bolts", [1, 2, 5])
+def test_contact_pairs_count_the_nodes_of_the_plane(bolts):
+    """Nodes counted cell by cell: each column of nodes once, rings once for each circle."""
+    shipped = load_study(ROOT).assemblies["three_bolt"].model_dump()
+    shipped["bar"]["lap_mm"] = 30.0 * bolts + 30
+    shipped["bolts"]["positions_from_lap_start_mm"] = [30.0 * (i + 1) for i in range(bolts)]
+    shipped["mesh"] |= {"columns_between_bolt_cells": 3, "columns_at_each_lap_end": 2}
+    assembly = Assembly.model_validate(shipped)
+
+    along, across = 10, 12
+    inner_rings = 2 + 6  # the outermost ring of nodes is the edge of the cell
+    on_circles = 2 * (along + across) * inner_rings
+    on_cell_edges = 2 * (along + 1) + 2 * (across - 1)
+    columns = 2 * (bolts - 1) + 2 * 2  # without those that are cell edges
+    expected = bolts * (on_circles + on_cell_edges) + columns * (across + 1)
+    assert assembly.contact_pairs == expected
+
+
+# ---- schemas and README
+
+
+@pytest.mark.parametrize("name", config.SCHEMAS)
+def test_schema_is_that_of_the_model(name):
+    kept = (ROOT / "config/schemas" / f"{name}.schema.json").read_text(encoding="utf-8")
+    assert kept == config.schema_text(config.SCHEMAS[name]), "run: python -m boltjoint.config"
+
+
+def test_command_writes_the_schemas(tmp_path):
+    subprocess.run([sys.executable, "-m", "boltjoint.config", str(tmp_path)], check=True)
+    written = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()}
+    assert written == {
+        f"{name}.schema.json": config.schema_text(model) for name, model in config.SCHEMAS.items()
+    }
+
+
+def test_yaml_files_name_a_schema_that_accepts_them():
+    files = [ROOT / CONFIG, *(ROOT / "config").glob("*/*.yaml")]
+    assert len(files) >= 5
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        named = re.match(r"# yaml-language-server: \$schema=(\S+)\n", text)
+        assert named, f"{file} names no schema in its first line"
+        schema = json.loads((file.parent / named[1]).read_text(encoding="utf-8"))
+        jsonschema.validate(parse_mapping(text), schema)
+
+
+def test_schema_refuses_what_the_model_refuses():
+    text = (ROOT / CASE).read_text(encoding="utf-8")
+    schema = json.loads(config.schema_text(Case))
+    for old, new in (("1.0e+8", "true"), ("regions=4", "regons=4"), ("loss_factor", "loss")):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(parse_mapping(text.replace(old, new)), schema)
+
+
+def readme_tables():
+    """Rows of README by heading and bold section: key, default and allowed of each."""
+    tables = {}
+    heading = section = ""
+    for line in (ROOT / "config/README.md").read_text(encoding="utf-8").splitlines():
+        if line.startswith("## "):
+            heading, section = line.removeprefix("## "), ""
+        elif line.startswith("**"):
+            section = line.split("**")[1]
+        elif row := re.match(r"\| `(\w+)` \|", line):
+            cells = [cell.strip() for cell in line.strip("|").split("|")]
+            tables.setdefault((heading, section), {})[row[1]] = cells[3]
+    return tables
+
+
+TABLES = {
+    ("config.yaml", ""): config.Settings,
+    ("config.yaml", "solver"): config.Solver,
+    ("config.yaml", "fitting"): config.Fitting,
+    ("config.yaml", "timing"): config.Timing,
+    ("assemblies/*.yaml", ""): config.Assembly,
+    ("assemblies/*.yaml", "bar"): config.Bar,
+    ("assemblies/*.yaml", "material"): config.Material,
+    ("assemblies/*.yaml", "bolts"): config.Bolts,
+    ("assemblies/*.yaml", "mesh"): config.Mesh,
+    ("assemblies/*.yaml", "contact"): config.StaticContact,
+    ("assemblies/*.yaml", "excitation"): config.Point,
+    ("cases/*.yaml", ""): config.Case,
+    ("cases/*.yaml", "contact"): config.ConstantLoadContact,
+    ("cases/*.yaml", "solve"): config.SolveBlock,
+}
+
+
+@pytest.mark.parametrize("place", TABLES, ids="-".join)
+def test_readme_has_every_key_and_its_default(place):
+    fields = TABLES[place].model_fields
+    written = readme_tables()[place]
+    assert list(written) == list(fields)
+    for key, field in fields.items():
+        assert (written[key] == "required") == field.is_required(), key
+        if isinstance(field.default, int | float | str | tuple) and field.default:
+            assert parse_mapping(f"{key}: {written[key].strip('`')}") == {
+                key: list(field.default) if isinstance(field.default, tuple) else field.default
+            }
+
+
+def test_readme_has_a_table_for_every_model():
+    assert set(readme_tables()) == set(TABLES)
+    models = {model for model in vars(config).values() if is_entry(model)}
+    assert models - set(TABLES.values()) == {config.Study}
+
+
+def is_entry(value):
+    return isinstance(value, type) and issubclass(value, config.Entry) and value is not config.Entry
+
+
+@pytest.mark.parametrize(
+    ("new", "line"),
+    [
+        (
+            "regions=1371",
+            'solve[0].joints[1]: "regions=1371" must have at most 1370 regions, '
+            "the contact pairs of three_bolt",
+        ),
+        (
+            "regions=6/elements=229",
+            'solve[0].joints[1]: "regions=6/elements=229" must have at most 1370 elements in all, '
+            "the contact pairs of three_bolt",
+        ),
+    ],
+)
+def test_a_joint_has_no_more_than_the_contact_pairs(study, new, line):
+    edit(study, CASE, "- regions=4", f"- {new}")
+    assert problems_of(study) == [f"{CASE}: {line}"]
+
+
+def test_a_basis_has_a_bound(study):
+    edit(study, CASE, "modes: [free-4]", "modes: [free-101]")
+    assert problems_of(study) == [f'{CASE}: modes[0]: "free-101" must have at most 100 modes']
+
+
+def test_published_case_must_be_one_of_the_source(study):
+    edit(study, CASE, "published: three_bolt_constant", "published: three_bolt_constat")
+    config.load_study(study)  # without a list any name will do
+    with pytest.raises(config.ConfigError) as error:
+        config.load_study(study, published=["three_bolt_constant", "four_bolt_constant"])
+    (problem,) = error.value.problems
+    assert problem.startswith(f'{CASE}: published: "three_bolt_constat" is no case study')
+    assert "did you mean three_bolt_constant" in problem

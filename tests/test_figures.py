@@ -1,0 +1,379 @@
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import LineCollection, PathCollection
+from small_joint import make_joint
+
+from boltjoint import figures
+from boltjoint import joint as joints
+from boltjoint.continuation import StepControl
+from boltjoint.fitting import fit_reduced_joint, loading_curve
+from boltjoint.partition import partition_regions
+from boltjoint.response import solve_response
+
+FORCES = [0.01, 5.0, 20.0]
+HEIGHT = 0.01
+
+
+@pytest.fixture(scope="module")
+def assembly():
+    """Two plates of 6 x 2 elements on each other, in contact all over."""
+    plan = np.stack(np.meshgrid(np.linspace(0, 0.06, 7), [-0.01, 0, 0.01], indexing="ij"), -1)
+    plan = plan.reshape(-1, 2)
+    quad = np.array(
+        [[3 * i + j, 3 * i + 3 + j, 3 * i + 4 + j, 3 * i + 1 + j] for i in range(6) for j in (0, 1)]
+    )
+    levels = (-HEIGHT, 0, 0, HEIGHT)
+    coordinate = np.concatenate([np.c_[plan, np.full(21, z)] for z in levels])
+    bar_a, bar_b = (np.c_[quad + 42 * bar, quad + 42 * bar + 21] for bar in (0, 1))
+    pair_node = np.c_[np.arange(21, 42), np.arange(42, 63)]
+    area = np.bincount(quad.ravel(), minlength=21) * 1e-4 / 4
+    return xr.Dataset(
+        {
+            "coordinate": (("node", "axis"), coordinate),
+            "connectivity": (("element", "corner"), np.concatenate([bar_a, bar_b])),
+            "part": ("element", np.repeat([0, 1], 12)),
+            "pair_node": (("pair", "side"), pair_node),
+            "position": (("pair", "axis"), coordinate[21:42]),
+            "area": ("pair", area),
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+
+
+@pytest.fixture(scope="module")
+def modes(assembly):
+    x = assembly["coordinate"].sel(axis="x").to_numpy()
+    shape = np.zeros((x.size, 3, 2))
+    shape[:, 2] = np.c_[x**2, x**3 - 0.03 * x**2]
+    return xr.Dataset(
+        {
+            "mode_shape": (("node", "axis", "mode"), shape),
+            "natural_frequency": ("mode", [70.62, 360.59]),
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+
+
+@pytest.fixture(scope="module")
+def preload(assembly):
+    load = np.clip(500 - 2e4 * assembly["position"].sel(axis="x"), 0, None)
+    return xr.Dataset(
+        {
+            "normal_load": load.drop_vars("axis"),
+            "gap": ("pair", np.where(load > 0, 0, 1e-6)),
+            "position": assembly["position"],
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def regions():
+    return partition_regions(make_joint(), 3)
+
+
+@pytest.fixture(scope="module")
+def reduced(regions):
+    fitted, fit = fit_reduced_joint(regions, 2, starts=2)
+    return joints.to_dataset(fitted).merge(fit)
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return solve_response(make_joint(), FORCES, loss_factor=0.01)
+
+
+@pytest.fixture(scope="module")
+def response(regions):
+    return solve_response(regions, FORCES, loss_factor=0.01)
+
+
+def shapes(axes):
+    return [c for c in axes.collections if isinstance(c, PathCollection)]
+
+
+def curves(axes):
+    """What was drawn of each method and level, by name."""
+    lines = (line for line in axes.get_lines() if not line.get_label().startswith("_"))
+    return {line.get_label(): line.get_xydata() for line in lines}
+
+
+def marks(axes, marker):
+    return [line.get_xydata()[0] for line in axes.get_lines() if line.get_marker() == marker]
+
+
+def legend_texts(axes):
+    legends = [axes.get_legend(), *axes.figure.legends]
+    return [text.get_text() for legend in legends for text in legend.get_texts()]
+
+
+def test_a_mode_is_the_section_moved_by_its_shape(assembly, modes):
+    figure = figures.plot_modes(assembly, modes)
+    assert [axes.get_title() for axes in figure.axes] == ["mode 1: 70.6 Hz", "mode 2: 360.6 Hz"]
+    for axes, shape in zip(figure.axes, modes["mode_shape"].to_numpy()[:, 2].T, strict=True):
+        (at_rest,) = axes.collections[0].get_paths()
+        (moved,) = shapes(axes)[0].get_paths()
+        x, rise = (moved.vertices[:-1] - at_rest.vertices[:-1]).T
+        # bar A: a row of nodes at the bottom and one at the top, z does not change along y
+        along = at_rest.vertices[:-1, 0] * 1e-3
+        expected = np.interp(along, np.linspace(0, 0.06, 7), shape[:21:3])
+        np.testing.assert_allclose(x, 0, atol=1e-12)
+        largest = np.abs(shape).max()
+        np.testing.assert_allclose(rise / np.abs(rise).max(), expected / largest, atol=1e-12)
+    assert figure.get_supxlabel() == "x (mm)"
+    assert figure.get_supylabel().startswith("z (mm)")
+
+
+def test_many_modes_stand_in_two_columns(assembly, modes):
+    six = xr.concat([modes] * 3, "mode", data_vars="minimal")
+    panels = [axes for axes in figures.plot_modes(assembly, six).axes if axes.get_title()]
+    assert len(panels) == 6
+    assert len({axes.get_subplotspec().colspan.start for axes in panels}) == 2
+
+
+def test_a_section_needs_faces_on_the_plane(assembly, modes):
+    beside = assembly.assign(coordinate=assembly["coordinate"] + 1e-3)
+    with pytest.raises(ValueError, match="no faces in the plane y = 0"):
+        figures.plot_modes(beside, modes)
+
+
+def test_every_pair_is_drawn_as_its_area(assembly, preload):
+    figure = figures.plot_contact(assembly, preload)
+    pressure, load, gap, _ = figure.axes[:4]
+    loaded = preload["normal_load"].to_numpy() > 0
+    for axes, shown in ((pressure, loaded), (load, loaded), (gap, ~loaded)):
+        rest, cells = shapes(axes)
+        assert len(cells.get_paths()) == shown.sum()
+        drawn = [polygon_area(path.to_polygons()) for path in cells.get_paths()]
+        # on a grid of rectangles the shares are those of the shape functions; mm2 from m2
+        np.testing.assert_allclose(drawn, assembly["area"].to_numpy()[shown] * 1e6)
+        whole = polygon_area(rest.get_paths()[0].to_polygons()) + sum(drawn)
+        assert whole == pytest.approx(60 * 20)
+    labels = {axes.get_ylabel() for axes in figure.axes}
+    assert {"pressure (MPa)", "normal load (N)", "gap (μm)", "y (mm)"} <= labels
+
+
+def test_loads_along_the_middle_are_those_of_the_pairs(assembly, preload):
+    axes = figures.plot_contact(assembly, preload).axes[3]
+    drawn = np.concatenate([line.get_xydata() for line in axes.get_lines()])
+    middle = np.arange(1, 21, 3)
+    x = assembly["position"].sel(axis="x").to_numpy() * 1e3
+    expected = np.c_[x, preload["normal_load"].to_numpy()][middle]
+    np.testing.assert_allclose(drawn[np.argsort(drawn[:, 0])], expected)
+    (line,) = [c for c in axes.collections if isinstance(c, LineCollection)]
+    assert len(line.get_segments()) == 6
+
+
+@pytest.mark.parametrize("load", [0.0, 10.0])
+def test_a_contact_may_be_all_open_or_all_closed(assembly, preload, load):
+    one = preload.assign(normal_load=0 * preload["normal_load"] + load, gap=0 * preload["gap"])
+    figure = figures.plot_contact(assembly, one)
+    counts = [len(shapes(axes)[1].get_paths()) for axes in figure.axes[:3]]
+    assert counts == ([21, 21, 0] if load else [0, 0, 21])
+
+
+def test_assembly_and_preload_must_belong_together(assembly, preload):
+    moved = preload.assign(position=preload["position"] + 1e-3)
+    with pytest.raises(ValueError, match="different contact pairs"):
+        figures.plot_contact(assembly, moved)
+
+
+def on_pairs(assembly, loaded):
+    """A joint of two regions on some pairs of the small assembly."""
+    part = joints.to_dataset(partition_regions(make_joint(len(loaded)), 2))
+    position = assembly["position"].isel(pair=loaded).rename(pair="element")
+    load = np.arange(1.0, len(loaded) + 1)
+    region = (np.arange(len(loaded)) >= 9).astype(int)
+    return part.assign(
+        element_position=position,
+        slip_force=("element", load),
+        point_of_element=("element", region),
+    )
+
+
+def test_regions_show_their_place_their_elements_and_their_share(assembly):
+    plan, bars = figures.plot_regions(assembly, on_pairs(assembly, np.arange(15))).axes
+    unused, *drawn = [polygon_area(c.get_paths()[0].to_polygons()) for c in shapes(plan)]
+    area = assembly["area"].to_numpy() * 1e6
+    assert [unused, *drawn] == pytest.approx([area[15:].sum(), area[:9].sum(), area[9:15].sum()])
+    assert [bar.get_height() for bar in bars.patches] == pytest.approx([37.5, 62.5])
+    assert [text.get_text() for text in bars.texts] == ["9\n37.5 %", "6\n62.5 %"]
+    assert [text.get_text() for text in plan.texts] == ["1", "2"]
+    assert "(%)" in bars.get_ylabel()
+    assert bars.get_xlabel() == "x (mm)"
+
+
+def test_regions_must_lie_on_the_assembly(assembly):
+    joint = on_pairs(assembly, np.arange(15))
+    moved = joint.assign(element_position=joint["element_position"] + 1e-4)
+    with pytest.raises(ValueError, match="15 elements lie on no contact pair"):
+        figures.plot_regions(assembly, moved)
+
+
+def test_loops_are_whole_and_end_on_the_loading_curve(reduced, regions):
+    (axes,) = figures.plot_loops(reduced, joints.to_dataset(regions), region=2).axes
+    drawn = curves(axes)
+    assert len(drawn) == 3 * 2
+    of = regions.law.point_of_element == 1
+    law = regions.law.tangential_stiffness[of], regions.law.slip_force[of]
+    for loop in range(3):
+        amplitude = reduced["loop_amplitude"].to_numpy()[1, loop]
+        many = drawn[f"region 2, all its {of.sum()} elements, {amplitude * 1e6:.3g} μm"]
+        half = len(many) // 2
+        np.testing.assert_allclose(many[:half], -many[half:])
+        tip = [amplitude * 1e6, loading_curve(np.array(amplitude), *law)]
+        np.testing.assert_allclose(many[0], tip)
+        # from tip to tip and back
+        np.testing.assert_allclose(many[half - 1], many[half], rtol=1e-9)
+        few = drawn[f"the 2 fitted to them, {amplitude * 1e6:.3g} μm"]
+        np.testing.assert_allclose(
+            few[:half, 1], reduced["loop_force_of_fit"].to_numpy()[1, loop], rtol=1e-12
+        )
+    assert axes.get_xlabel() == "relative displacement (μm)"
+    assert axes.get_ylabel() == "friction force (N)"
+    texts = legend_texts(axes)
+    assert f"region 2, all its {of.sum()} elements" in texts
+    assert "the 2 fitted to them" in texts
+
+
+@pytest.mark.parametrize("region", [0, 4])
+def test_loops_need_a_region(reduced, regions, region):
+    with pytest.raises(ValueError, match=f"region {region} of 3"):
+        figures.plot_loops(reduced, joints.to_dataset(regions), region)
+
+
+def test_a_response_is_drawn_over_its_reference(response, reference):
+    (axes,) = figures.plot_response(response, "regions=3", "linear", reference).axes
+    drawn = curves(axes)
+    assert len(drawn) == 2 * len(FORCES)
+    for name, solved in (("3 regions", response), ("node-to-node", reference)):
+        for force in FORCES:
+            mine = solved["excitation_force"].to_numpy() == force
+            expected = [solved["frequency"], solved["response_amplitude"] * 1e3 / force]
+            found = drawn[f"{name}, linear modes, {force:g} N"]
+            np.testing.assert_allclose(found, np.stack(expected, axis=-1)[mine])
+    assert axes.get_xlabel() == "frequency (Hz)"
+    assert axes.get_ylabel() == "response / force (mm/N)"
+    assert axes.get_yscale() == "log"
+    texts = legend_texts(axes)
+    assert texts[:2] == ["node-to-node, linear modes", "3 regions, linear modes"]
+    assert texts[-3:] == ["0.01 N", "5 N", "20 N"]
+    assert "path breaks off" not in texts
+    assert not marks(axes, "X")
+
+
+def test_peaks_are_marked_and_in_view(response, reference):
+    (axes,) = figures.plot_response(response, "regions=3", "linear", reference).axes
+    expected = [
+        (frequency, 1e3 * amplitude / force)
+        for solved in (reference, response)
+        for frequency, amplitude, force in zip(
+            *(solved[name].to_numpy() for name in ("peak_frequency", "peak_amplitude")),
+            FORCES,
+            strict=True,
+        )
+    ]
+    np.testing.assert_allclose(marks(axes, "o"), expected)
+    low, high = axes.get_xlim()
+    assert all(low < frequency < high for frequency, _ in expected)
+
+
+def test_only_what_is_near_a_peak_is_in_view():
+    stuck = solve_response(make_joint(), [1e-4], loss_factor=0.01)
+    (axes,) = figures.plot_response(stuck, "node-to-node", "linear").axes
+    peak = stuck["peak_frequency"].item()
+    low, high = axes.get_xlim()
+    assert stuck["frequency"].min() < 0.9 * peak < low < peak < high
+    # a sharp peak still has something on both sides
+    assert low < 0.985 * peak
+
+
+def test_a_level_has_one_colour_in_both_methods(response, reference):
+    (axes,) = figures.plot_response(response, "regions=3", "linear", reference).axes
+    colours = {}
+    for line in axes.get_lines():
+        if not line.get_label().startswith("_"):
+            level = line.get_label().rpartition(", ")[2]
+            colours.setdefault(level, set()).add(tuple(line.get_color()))
+    assert [len(found) for found in colours.values()] == [1, 1, 1]
+    assert len(set.union(*colours.values())) == 3
+
+
+def test_a_broken_path_ends_in_a_cross_and_is_named(regions, reference):
+    short = StepControl(most_solutions=12)
+    broken = solve_response(regions, FORCES, loss_factor=0.01, control=short)
+    (axes,) = figures.plot_response(broken, "regions=3", "linear", reference).axes
+    crosses = marks(axes, "X")
+    assert len(crosses) == len(FORCES)
+    for force, cross in zip(FORCES, crosses, strict=True):
+        np.testing.assert_allclose(cross, curves(axes)[f"3 regions, linear modes, {force:g} N"][-1])
+        assert axes.get_xlim()[0] <= cross[0] <= axes.get_xlim()[1]
+    texts = legend_texts(axes)
+    assert "path breaks off" in texts
+    assert f"5 N\nbreaks off at {crosses[1][0]:.1f} Hz" in texts
+
+
+def test_what_did_not_converge_is_not_drawn_as_a_solution(reference):
+    failed = reference.assign(
+        converged=reference["converged"] * (reference["excitation_force"] != 5.0),
+        complete=reference["complete"] * (reference["force_level"] != 5.0),
+    )
+    (axes,) = figures.plot_response(failed, "node-to-node", "linear").axes
+    assert len(curves(axes)["node-to-node, linear modes, 5 N"]) == 0
+    assert "5 N\nno solution found" in legend_texts(axes)
+
+
+@pytest.mark.parametrize(
+    ("joint", "coordinates", "words"),
+    [
+        ("node-to-node", "linear", "node-to-node, linear modes"),
+        ("regions=6", "rdnm-1", "6 regions, 1 RDNM"),
+    ],
+)
+def test_methods_are_named_in_words(reference, joint, coordinates, words):
+    (axes,) = figures.plot_response(reference, joint, coordinates).axes
+    assert legend_texts(axes)[0] == words
+    assert len(curves(axes)) == len(FORCES)
+
+
+def test_response_and_reference_need_the_same_forces(response, reference):
+    other = reference.assign(force_level=reference["force_level"] * 2)
+    with pytest.raises(ValueError, match="different forces"):
+        figures.plot_response(response, "regions=3", "linear", other)
+
+
+def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, tmp_path):
+    for name in ("first", "second"):
+        figures.save(figures.plot_modes(assembly, modes), tmp_path / name / "modes.svg")
+        figures.save(figures.plot_contact(assembly, preload), tmp_path / name / "contact.svg")
+    for name in ("modes.svg", "contact.svg"):
+        written = (tmp_path / "first" / name).read_bytes()
+        assert written == (tmp_path / "second" / name).read_bytes()
+        assert not re.search(rb"<dc:date>", written)
+
+
+def test_another_process_writes_the_same_bytes(response, reference, tmp_path):
+    figure = figures.plot_response(response, "regions=3", "linear", reference)
+    figures.save(figure, tmp_path / "here.svg")
+    response.to_netcdf(tmp_path / "response.nc")
+    reference.to_netcdf(tmp_path / "reference.nc")
+    program = (
+        "from boltjoint import dataset, figures\n"
+        "response, reference = (dataset.load(f'{n}.nc') for n in ('response', 'reference'))\n"
+        "figure = figures.plot_response(response, 'regions=3', 'linear', reference)\n"
+        "figures.save(figure, 'there.svg')\n"
+    )
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
+    assert Path(tmp_path, "here.svg").read_bytes() == Path(tmp_path, "there.svg").read_bytes()
+
+
+def polygon_area(polygons):
+    """Area [of the square unit] of closed loops, those around holes running the other way."""
+    return sum(
+        np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) / 2 for x, y in (loop.T for loop in polygons)
+    )

@@ -1,0 +1,142 @@
+import numpy as np
+import pytest
+
+from boltjoint.fitting import (
+    _Loops,
+    amplitude_of_load,
+    fit_elements,
+    fit_reduced_joint,
+    loading_curve,
+    unloading_branch,
+)
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.march import forces_in_time
+from boltjoint.partition import partition_regions
+
+
+def many_elements(count=200):
+    random = np.random.default_rng(4)
+    return np.full(count, 1e8), random.gamma(0.8, 3.0, count) + 1e-3
+
+
+def test_unloading_branch_has_the_harmonics_of_the_law():
+    k, s = many_elements()
+    amplitude = 5e-8
+    phase = np.linspace(0, np.pi, 20001)
+    force = unloading_branch(amplitude, amplitude * np.cos(phase), k, s)
+    in_phase = 2 / np.pi * np.trapezoid(force * np.cos(phase), phase)
+    quadrature = -2 / np.pi * np.trapezoid(force * np.sin(phase), phase)
+    law = ConstantLoad(np.zeros(k.size, dtype=np.int64), k, s)
+    # u = A cos: the sine coefficient is minus the part in phase with velocity
+    expected = law.force(np.array([[0.0, amplitude]]))[0]
+    np.testing.assert_allclose([-quadrature, in_phase], expected, rtol=1e-7)
+
+
+def test_unloading_branch_closes_the_loop():
+    k, s = many_elements()
+    up, down = unloading_branch(1e-7, np.array([1e-7, -1e-7]), k, s)
+    assert up == pytest.approx(-down)
+    assert up == pytest.approx(loading_curve(np.array(1e-7), k, s))
+
+
+def test_amplitude_of_load_inverts_the_loading_curve():
+    k, s = many_elements()
+    for fraction in (0.1, 0.5, 0.99):
+        amplitude = amplitude_of_load(fraction, k, s)
+        assert loading_curve(np.array(amplitude), k, s) == pytest.approx(fraction * s.sum())
+
+
+def test_totals_hold_and_parameters_are_positive():
+    k, s = many_elements()
+    fit = fit_elements(k, s, 4)
+    assert fit.tangential_stiffness.sum() == pytest.approx(k.sum(), rel=1e-12)
+    assert fit.slip_force.sum() == pytest.approx(s.sum(), rel=1e-12)
+    assert np.all(fit.tangential_stiffness > 0)
+    assert np.all(fit.slip_force > 0)
+
+
+def test_few_elements_are_found_again():
+    k, s = np.array([1e8, 2e8, 3e8]), np.array([5.0, 30.0, 150.0])
+    fit = fit_elements(np.repeat(k / 50, 50), np.repeat(s / 50, 50), 3)
+    np.testing.assert_allclose(fit.tangential_stiffness, k, rtol=1e-5)
+    np.testing.assert_allclose(fit.slip_force, s, rtol=1e-5)
+    assert fit.cost < 1e-8 * s.sum() ** 2
+
+
+def test_more_elements_fit_better():
+    k, s = many_elements()
+    costs = [fit_elements(k, s, count).cost for count in (1, 2, 4, 7)]
+    assert np.all(np.diff(costs) < 0)
+
+
+def test_more_starts_are_never_worse():
+    k, s = many_elements()
+    assert fit_elements(k, s, 7, starts=16).cost <= fit_elements(k, s, 7, starts=1).cost
+
+
+def test_cost_is_the_squared_difference_of_both_halves_of_all_loops():
+    k, s = many_elements()
+    fit = fit_elements(k, s, 4)
+    phase = np.linspace(0, np.pi, 64)
+    half = 0.0
+    for amplitude in fit.amplitude:
+        u = amplitude * np.cos(phase)
+        difference = unloading_branch(amplitude, u, k, s) - unloading_branch(
+            amplitude, u, fit.tangential_stiffness, fit.slip_force
+        )
+        half += difference @ difference
+    assert fit.cost == pytest.approx(2 * half, rel=1e-9)
+
+
+def test_jacobian_equals_differences():
+    k, s = many_elements()
+    loops = _Loops(k, s, np.array([1e-8, 5e-8, 2e-7]))
+    unknown = np.array([0.1, -0.4, 0.3, 0.0, 0.5, -0.2, 0.1, 0.7])
+    for j in range(unknown.size):
+        step = np.zeros(unknown.size)
+        step[j] = 1e-6
+        difference = (loops.residual(unknown + step) - loops.residual(unknown - step)) / 2e-6
+        np.testing.assert_allclose(loops.jacobian(unknown)[:, j], difference, atol=1e-8)
+
+
+def test_fit_does_not_depend_on_units():
+    k, s = many_elements()
+    fit, scaled = fit_elements(k, s, 4), fit_elements(k * 1e-3, s * 1e3, 4)
+    np.testing.assert_allclose(scaled.slip_force, fit.slip_force * 1e3, rtol=1e-4)
+    np.testing.assert_allclose(
+        scaled.tangential_stiffness, fit.tangential_stiffness * 1e-3, rtol=1e-4
+    )
+
+
+def test_more_elements_than_the_region_has_are_refused():
+    with pytest.raises(ValueError, match="cannot fit 4 elements to the 3 of a region"):
+        fit_elements(np.ones(3), np.ones(3), 4)
+
+
+def test_reduced_joint_keeps_points_and_totals(joint):
+    regions = partition_regions(joint, 3)
+    reduced, fit = fit_reduced_joint(regions, 2)
+    np.testing.assert_array_equal(reduced.tangential_mode, regions.tangential_mode)
+    np.testing.assert_array_equal(reduced.law.point_of_element, [0, 0, 1, 1, 2, 2])
+    for name in ("slip_force", "tangential_stiffness"):
+        np.testing.assert_allclose(
+            np.bincount(reduced.law.point_of_element, getattr(reduced.law, name)),
+            np.bincount(regions.law.point_of_element, getattr(regions.law, name)),
+        )
+    assert fit["loop_force_of_fit"].dims == ("point", "loop", "sample")
+    assert fit.sizes["loop"] == 3
+
+
+def test_harmonics_of_a_fit_hold_between_the_fitted_amplitudes():
+    k, s = many_elements()
+    fit = fit_elements(k, s, 7)
+    amplitude = float(np.sqrt(fit.amplitude[0] * fit.amplitude[1]))
+
+    def marched(stiffness, slip):
+        together = np.zeros(slip.size, dtype=np.int64)
+        return forces_in_time(together, stiffness, slip, np.array([[amplitude, 0.0]]), 2000)[0]
+
+    true = marched(k, s)
+    few = marched(fit.tangential_stiffness, fit.slip_force)
+    # seven corners in place of two hundred: a per cent of the force
+    assert np.linalg.norm(few - true) < 0.01 * np.linalg.norm(true)

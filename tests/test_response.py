@@ -1,0 +1,250 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from boltjoint import dataset
+from boltjoint.balance import HarmonicBalance
+from boltjoint.continuation import StepControl
+from boltjoint.coordinates import pose
+from boltjoint.joint import merge_points, to_dataset
+from boltjoint.march import residuals_in_time
+from boltjoint.partition import partition_regions
+from boltjoint.response import frequency_window, solve_branch, solve_response
+from boltjoint.timing import time_solver
+
+LOSS = 0.01
+
+
+def linear_response(joint, frequency, stiffness, force):
+    """Complex response of the linear structure with extra modal stiffness, one by one."""
+    L = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + 0j
+    out = []
+    for f in frequency:
+        dynamic = L * (1 + 1j * LOSS) + stiffness - (2 * np.pi * f) ** 2 * np.eye(len(L))
+        out.append(joint.response_mode @ np.linalg.solve(dynamic, joint.excitation_mode * force))
+    return np.array(out)
+
+
+def test_window_spans_from_free_to_stuck(joint):
+    low, high = frequency_window(joint)
+    L = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
+    stuck = np.sqrt(np.linalg.eigvalsh(L + joint.stuck_stiffness())) / (2 * np.pi)
+    assert (low, high) == pytest.approx((0.85 * 70.0, 1.05 * stuck[0]))
+    assert frequency_window(joint, 2) == pytest.approx((0.85 * 360.0, 1.05 * stuck[1]))
+
+
+@pytest.mark.parametrize("resonance", [0, 4])
+def test_window_needs_a_mode(joint, resonance):
+    with pytest.raises(ValueError, match=f"resonance {resonance} of 3 modes"):
+        frequency_window(joint, resonance)
+
+
+@pytest.mark.parametrize("coordinates", ["linear", "rdnm-3"])
+def test_while_all_sticks_the_response_is_linear(joint, coordinates):
+    branch = solve_branch(joint, 1e-4, loss_factor=LOSS, coordinates=coordinates)
+    assert branch.complete
+    expected = np.abs(linear_response(joint, branch.frequency, joint.stuck_stiffness(), 1e-4))
+    # residuals below 1e-9 of the force, amplified at most by the resonance
+    np.testing.assert_allclose(branch.amplitude, expected, rtol=1e-6)
+
+
+def test_without_friction_the_response_is_that_of_the_free_structure(joint):
+    slippery = replace(joint, law=replace(joint.law, slip_force=joint.law.slip_force * 1e-9))
+    branch = solve_branch(slippery, 10.0, loss_factor=LOSS)
+    assert branch.complete
+    expected = np.abs(linear_response(joint, branch.frequency, 0.0, 10.0))
+    np.testing.assert_allclose(branch.amplitude, expected, rtol=1e-5)
+
+
+def test_solutions_hold_when_friction_is_marched_in_time(joint):
+    forces = [0.5, 5.0, 20.0, 80.0]
+    for one in (joint, partition_regions(joint, 4)):
+        response = solve_response(one, forces, loss_factor=LOSS)
+        assert response["complete"].all()
+        assert response["converged"].all()
+        some = response.isel(solution=slice(None, None, 10))
+        # the march errs by about 1 / samples^2 of the slip forces
+        assert residuals_in_time(to_dataset(one), some).max() < 1e-6
+
+
+def test_the_march_finds_a_solution_that_is_none(joint):
+    response = solve_response(joint, [5.0], loss_factor=LOSS)
+    response["modal_coordinate"][100] *= 1.001
+    assert residuals_in_time(to_dataset(joint), response.isel(solution=[100])).max() > 1e-5
+
+
+def test_energy_balances(joint):
+    """Work of the excitation in a period equals friction plus structural loss."""
+    force = 20.0
+    branch = solve_branch(joint, force, loss_factor=LOSS)
+    x = branch.modal_coordinate[branch.peak]
+    sine, cosine = np.split(x, 2)
+    balance = HarmonicBalance(joint, LOSS, force)
+    motion = balance.motion(x)
+    amplitude = np.hypot(*motion.T)
+    k, slip = joint.law.tangential_stiffness, joint.law.slip_force
+    friction = 4 * np.maximum(amplitude - slip / k, 0) @ slip
+    structural = np.pi * LOSS * np.diag(balance.stiffness) @ (sine**2 + cosine**2)
+    work = -np.pi * force * joint.excitation_mode @ cosine
+    assert work == pytest.approx(friction + structural, rel=1e-8)
+
+
+def test_peak_is_located_not_sampled(joint):
+    coarse = solve_branch(joint, 5.0, loss_factor=LOSS, control=StepControl(largest_step=0.3))
+    fine = solve_branch(joint, 5.0, loss_factor=LOSS, control=StepControl(largest_step=0.005))
+    assert coarse.located[coarse.peak]
+    assert coarse.frequency.size < fine.frequency.size / 5
+    assert coarse.frequency[coarse.peak] == pytest.approx(fine.frequency[fine.peak], rel=1e-6)
+    assert coarse.amplitude[coarse.peak] == pytest.approx(fine.amplitude[fine.peak], rel=1e-9)
+
+
+def test_analytic_and_forward_difference_jacobian_give_the_same_branch(joint):
+    one, other = (
+        solve_branch(joint, 5.0, loss_factor=LOSS, jacobian=jacobian)
+        for jacobian in ("analytic", "forward-difference")
+    )
+    assert other.complete
+    assert one.frequency[one.peak] == pytest.approx(other.frequency[other.peak], rel=1e-6)
+    assert one.amplitude[one.peak] == pytest.approx(other.amplitude[other.peak], rel=1e-6)
+
+
+def test_all_response_dependent_modes_together_are_the_linear_ones(joint):
+    full = solve_branch(joint, 5.0, loss_factor=LOSS)
+    same = solve_branch(joint, 5.0, loss_factor=LOSS, coordinates="rdnm-3")
+    assert same.amplitude[same.peak] == pytest.approx(full.amplitude[full.peak], rel=1e-8)
+
+
+def test_one_response_dependent_mode_is_close_while_little_slips(joint):
+    full = solve_branch(joint, 0.05, loss_factor=LOSS)
+    one = solve_branch(joint, 0.05, loss_factor=LOSS, coordinates="rdnm-1")
+    assert one.complete
+    assert one.frequency[one.peak] == pytest.approx(full.frequency[full.peak], rel=2e-3)
+    assert one.amplitude[one.peak] == pytest.approx(full.amplitude[full.peak], rel=2e-2)
+
+
+@pytest.mark.parametrize("force", [0.05, 1.0, 5.0])
+def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(joint, force):
+    """Though the mode is renewed only between solutions, and a renewal may pass the peak."""
+    coarse, fine = (
+        solve_branch(
+            joint,
+            force,
+            loss_factor=LOSS,
+            coordinates="rdnm-1",
+            control=StepControl(largest_step=step),
+        )
+        for step in (0.08, 0.01)
+    )
+    assert coarse.complete
+    assert fine.complete
+    # events are located within an arc of 1e-3, over which the mode lags behind
+    assert coarse.frequency[coarse.peak] == pytest.approx(fine.frequency[fine.peak], rel=1e-4)
+    assert coarse.amplitude[coarse.peak] == pytest.approx(fine.amplitude[fine.peak], rel=1e-3)
+
+
+def test_without_a_resonance_in_the_window_there_is_no_peak(joint):
+    response = solve_response(joint, [1e-4], loss_factor=LOSS, window=(10.0, 40.0))
+    assert response["complete"].all()
+    assert response["peak_frequency"].isnull().all()
+    assert response["peak_amplitude"].isnull().all()
+    assert (response["contact_state"] == -1).all()
+
+
+def test_a_start_without_solution_has_no_peak(joint):
+    control = StepControl(most_iterations=1)
+    response = solve_response(joint, [200.0], loss_factor=LOSS, control=control)
+    assert not response["converged"].any()
+    assert response["peak_amplitude"].isnull().all()
+    assert response["reason"].item() == "no solution found at the start of the window"
+
+
+def test_a_region_of_one_element_is_the_pair(joint):
+    regions = merge_points(joint, np.arange(joint.points))
+    one, other = (solve_branch(j, 5.0, loss_factor=LOSS) for j in (joint, regions))
+    np.testing.assert_array_equal(one.amplitude, other.amplitude)
+
+
+def test_order_of_pairs_does_not_matter(joint):
+    turned = replace(
+        joint,
+        tangential_mode=joint.tangential_mode[::-1].copy(),
+        position=joint.position[::-1].copy(),
+        element_position=joint.element_position[::-1].copy(),
+        law=replace(joint.law, slip_force=joint.law.slip_force[::-1].copy()),
+    )
+    one, other = (solve_branch(j, 5.0, loss_factor=LOSS) for j in (joint, turned))
+    assert one.amplitude[one.peak] == pytest.approx(other.amplitude[other.peak], rel=1e-9)
+
+
+def test_second_resonance(joint):
+    branch = solve_branch(joint, 1e-4, loss_factor=LOSS, coordinates="rdnm-1", resonance=2)
+    full = solve_branch(joint, 1e-4, loss_factor=LOSS, resonance=2)
+    assert branch.complete
+    # the other modes are left out off resonance
+    assert branch.frequency[branch.peak] == pytest.approx(full.frequency[full.peak], rel=1e-4)
+    assert branch.amplitude[branch.peak] == pytest.approx(full.amplitude[full.peak], rel=5e-2)
+
+
+def test_file_holds_every_force_level(joint, tmp_path):
+    forces = [0.01, 5.0, 20.0]
+    response = solve_response(partition_regions(joint, 3), forces, loss_factor=LOSS)
+    dataset.save(response, tmp_path / "response.nc")
+    again = dataset.load(tmp_path / "response.nc")
+    np.testing.assert_array_equal(again["force_level"], forces)
+    np.testing.assert_array_equal(np.unique(again["excitation_force"]), forces)
+    assert again["modal_coordinate"].dims == ("solution", "mode", "component")
+    assert list(again["component"].to_numpy()) == ["bias", "sin", "cos"]
+    assert not again["modal_coordinate"].sel(component="bias").any()
+    assert again["complete"].all()
+    assert again["contact_state"].sizes == {"force": 3, "element": 60}
+    assert again.attrs["loss_factor"] == LOSS
+    assert again.attrs["coordinates"] == "linear"
+    amplitude = np.abs(
+        again["modal_coordinate"].sel(component="sin").to_numpy() @ joint.response_mode
+        + 1j * again["modal_coordinate"].sel(component="cos").to_numpy() @ joint.response_mode
+    )
+    np.testing.assert_allclose(again["response_amplitude"], amplitude, rtol=1e-12)
+
+
+def test_states_at_the_peak_go_from_stick_to_slip(joint):
+    response = solve_response(joint, [1e-5, 200.0], loss_factor=LOSS)
+    assert not response["contact_state"].isel(force=0).any()
+    assert (response["contact_state"].isel(force=1) == 1).all()
+
+
+def test_a_path_that_breaks_off_is_a_result_with_a_flag(joint):
+    control = StepControl(most_solutions=5)
+    response = solve_response(joint, [5.0, 20.0], loss_factor=LOSS, control=control)
+    assert not response["complete"].any()
+    assert set(response["reason"].to_numpy()) == {"the path has more solutions than allowed"}
+    assert response.sizes["solution"] == 10
+
+
+def test_unknown_coordinates_are_refused(joint):
+    with pytest.raises(ValueError, match="'cartesian' must be linear or rdnm-N"):
+        solve_branch(joint, 1.0, loss_factor=LOSS, coordinates="cartesian")
+    with pytest.raises(ValueError, match="4 response-dependent modes of 3 linear ones"):
+        solve_branch(joint, 1.0, loss_factor=LOSS, coordinates="rdnm-4")
+
+
+def test_forward_differences_come_close_to_the_jacobian(joint):
+    balance = HarmonicBalance(joint, LOSS, 5.0)
+    for name in ("linear", "rdnm-2"):
+        analytic, differences = (
+            pose(name, balance, 1, jacobian) for jacobian in ("analytic", "forward-difference")
+        )
+        x = analytic.from_fixed(1e-5 * np.random.default_rng(3).normal(size=6))
+        exact, near = (each.evaluate(x, 500.0)[1] for each in (analytic, differences))
+        np.testing.assert_allclose(near, exact, atol=1e-5 * np.abs(exact).max())
+
+
+def test_timing_has_a_row_for_every_run(joint):
+    times = time_solver(joint, [1.0, 5.0], repeats=2, loss_factor=LOSS)
+    assert list(times) == [
+        *("force_N", "repeat", "wall_s", "cpu_s", "solutions", "iterations"),
+        *("jacobian", "complete"),
+    ]
+    assert len(times) == 2 * 2 * 2
+    assert (times["cpu_s"] > 0).all()
+    assert set(times["jacobian"]) == {"analytic", "forward-difference"}

@@ -1,0 +1,279 @@
+"""The workflow itself, on a study small enough to run in a minute."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import xarray as xr
+import yaml
+
+ROOT = Path(__file__).parents[1]
+
+ASSEMBLY = {
+    "bar": {"width_mm": 20, "height_mm": 20, "free_length_mm": [60, 60], "lap_mm": 62},
+    "material": {"youngs_modulus_GPa": 190, "poissons_ratio": 0.3, "density_kg_per_m3": 7900},
+    "bolts": {
+        "positions_from_lap_start_mm": [16, 46],
+        "shank_diameter_mm": 8,
+        "hole_diameter_mm": 9,
+        "head_diameter_mm": 13,
+        "head_height_mm": 5,
+        "nut_height_mm": 6,
+    },
+    "mesh": {
+        "ring_cells_across_width": 4,
+        "ring_cells_along_bar": 4,
+        "rings_under_head": 1,
+        "rings_head_to_cell_edge": 2,
+        "bolt_cell_length_mm": 24,
+        "columns_between_bolt_cells": 1,
+        "columns_at_each_lap_end": 1,
+        "layers_per_half_height": 2,
+        "element_length_free_mm": 15,
+        "rings_in_shank": 1,
+        "layers_in_head": 1,
+    },
+}
+CASE = {
+    "assembly": "two_bolt",
+    "preload_N": 10000,
+    "contact": {
+        "law": "constant",
+        "tangential_stiffness_N_per_m": 1e9,
+        "friction_coefficient": 0.1,
+    },
+    "loss_factor": 0.005,
+    "forces_N": [0.01, 20],
+    "modes": ["free-2"],
+    "coordinates": ["linear", "rdnm-1"],
+    "solve": [
+        {"resonance": 1, "joints": ["node-to-node", "regions=2", "regions=2/elements=2"]},
+    ],
+}
+SETTINGS = {"cases": ["small"], "timing": {"repeats": 1}, "fitting": {"starts": 2}}
+
+COMMAND = [sys.executable, "-m", "snakemake", "--cores", "2"]
+
+SOLVED = 6  # three joints in two kinds of coordinates
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    """A copy of the project, so that a test may edit the library."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("workflow", "profiles", "resources", "src"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", folder)
+    write(folder / "config/assemblies/two_bolt.yaml", ASSEMBLY)
+    write(folder / "config/cases/small.yaml", CASE)
+    write(folder / "config/config.yaml", SETTINGS)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(project):
+    """The small study, killed as by a power cut after its first result, and run to its end."""
+    first = project / "results/assemblies/two_bolt/assembly.nc"
+    with subprocess.Popen(
+        COMMAND,
+        cwd=project,
+        env=environment(project),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    ) as running:
+        while not first.exists():
+            assert running.poll() is None, "the run ended before its first result"
+            time.sleep(0.1)
+        os.killpg(running.pid, signal.SIGKILL)
+    assert not (project / "results/tables").exists()
+    assert "cannot be locked" in snakemake(project).stderr
+    assert snakemake(project, "--unlock").returncode == 0
+    ran = snakemake(project)
+    assert ran.returncode == 0, ran.stderr
+    return project
+
+
+def write(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(yaml.safe_dump(content))
+
+
+def environment(folder):
+    return os.environ | {"PYTHONPATH": str(folder / "src")}
+
+
+def snakemake(folder, *options):
+    return subprocess.run(
+        [*COMMAND, *options],
+        cwd=folder,
+        env=environment(folder),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def planned(folder, *options):
+    """How often each rule would run."""
+    ran = snakemake(folder, "--dry-run", *options)
+    assert ran.returncode == 0, ran.stderr
+    lines = (ran.stdout + ran.stderr).splitlines()
+    starts = [i for i, line in enumerate(lines) if line.startswith("job ")]
+    if not starts:
+        return {}
+    counts = {}
+    for line in lines[starts[0] + 2 :]:
+        if not line.strip():
+            break
+        rule, count = line.split()
+        counts[rule] = int(count)
+    counts.pop("total", None)
+    counts.pop("all", None)
+    return counts
+
+
+def test_every_result_is_there_and_nothing_is_left_to_do(finished):
+    results = finished / "results"
+    tables = {path.name for path in (results / "tables").iterdir()}
+    assert {"contact.csv", "accuracy_small_free-2.csv", "times_small_free-2.html"} <= tables
+    assert len(list((results / "cases").rglob("response.nc"))) == SOLVED
+    assert len(list((results / "cases").rglob("timing.csv"))) == SOLVED
+    assert (results / "assemblies/two_bolt/preload=10000/preload.nc").exists()
+    assert list((results / "figures").glob("response_small_*.svg"))
+    assert planned(finished) == {}
+
+
+def test_tables_hold_the_responses(finished):
+    table = pd.read_csv(finished / "results/tables/accuracy_small_free-2.csv")
+    assert len(table) == SOLVED * len(CASE["forces_N"])
+    where = finished / "results/cases/small/free-2/regions=2/linear/resonance=1/response.nc"
+    with xr.open_dataset(where) as response:
+        row = table.query("joint == 'regions=2' and coordinates == 'linear' and force_N == 20")
+        # the table is written with nine digits
+        assert row["peak_frequency_Hz"].item() == pytest.approx(
+            float(response["peak_frequency"][1]), rel=1e-8
+        )
+
+
+def test_files_tell_their_units_and_parameters(finished):
+    for path in (finished / "results").rglob("*.nc"):
+        with xr.open_dataset(path) as dataset:
+            assert dataset.attrs["boltjoint_version"]
+            assert "parameters" in dataset.attrs
+            for name, variable in dataset.variables.items():
+                assert variable.dtype.kind in "UOST" or variable.attrs.get("units"), (path, name)
+
+
+def test_two_runs_give_the_same_bytes(finished, tmp_path):
+    for name in ("workflow", "profiles", "resources", "src", "config"):
+        shutil.copytree(finished / name, tmp_path / name)
+    shutil.copy(finished / "Snakefile", tmp_path)
+    ran = snakemake(tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    # what depends on the clock, or records the machine
+    timed = ("timing.csv", "environment.json")
+    for path in sorted((finished / "results").rglob("*")):
+        where = path.relative_to(finished)
+        if path.is_dir() or path.name in timed or path.name.startswith("times_"):
+            continue
+        if where.parts[1] in ("logs", "benchmarks"):
+            continue
+        assert path.read_bytes() == (tmp_path / where).read_bytes(), where
+
+
+def test_a_new_force_runs_only_solves_and_what_follows(finished):
+    case = finished / "config/cases/small.yaml"
+    write(case, CASE | {"forces_N": [0.01, 5, 20]})
+    counts = planned(finished)
+    write(case, CASE)
+    assert counts["solve_response"] == counts["time_solver"] == SOLVED
+    assert not {"build_assembly", "apply_preload", "find_modes", "connect_nodes"} & set(counts)
+    assert not {"partition_regions", "fit_reduced_joint"} & set(counts)
+    assert planned(finished) == {}
+
+
+def test_a_new_stiffness_leaves_the_structure_alone(finished):
+    case = finished / "config/cases/small.yaml"
+    softer = CASE["contact"] | {"tangential_stiffness_N_per_m": 5e8}
+    write(case, CASE | {"contact": softer})
+    counts = planned(finished)
+    write(case, CASE)
+    assert counts["connect_nodes"] == 1
+    assert not {"build_assembly", "apply_preload", "find_modes"} & set(counts)
+
+
+def test_another_description_runs_nothing(finished):
+    case = finished / "config/cases/small.yaml"
+    write(case, CASE | {"description": "Other words"})
+    counts = planned(finished)
+    write(case, CASE)
+    assert counts == {}
+
+
+@pytest.mark.parametrize(
+    ("module", "runs", "rests"),
+    [
+        ("fitting.py", "fit_reduced_joint", "partition_regions"),
+        ("structure/statics.py", "apply_preload", "find_modes"),
+        ("continuation.py", "solve_response", "connect_nodes"),
+        ("tables.py", "compare_accuracy", "solve_response"),
+    ],
+)
+def test_editing_a_library_module_runs_what_uses_it(finished, module, runs, rests):
+    path = finished / "src/boltjoint" / module
+    text, times = path.read_text(), (path.stat().st_atime, path.stat().st_mtime)
+    path.write_text(text + "\n# edited\n")
+    counts = planned(finished)
+    path.write_text(text)
+    os.utime(path, times)
+    assert runs in counts
+    assert rests not in counts
+
+
+def test_a_lost_result_is_made_again(finished):
+    lost = finished / "results/cases/small/free-2/regions=2/joint.nc"
+    kept = lost.read_bytes()
+    lost.unlink()
+    assert planned(finished).get("partition_regions") == 1
+    assert snakemake(finished, str(lost.relative_to(finished))).returncode == 0
+    assert lost.read_bytes() == kept
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("preload_N", -1, ["config/cases/small.yaml", "preload_N", "must be greater than 0"]),
+        ("forces", [1], ["config/cases/small.yaml", "forces: is not a known key", "forces_N"]),
+        ("assembly", "six_bolt", ['"six_bolt"', "config/assemblies", "two_bolt"]),
+        ("published", "five_bolt", ["published", '"five_bolt"', "three_bolt_constant"]),
+    ],
+)
+def test_bad_input_stops_before_any_job(finished, key, value, words):
+    case = finished / "config/cases/small.yaml"
+    write(case, CASE | {key: value})
+    ran = snakemake(finished)
+    write(case, CASE)
+    assert ran.returncode != 0
+    for word in words:
+        assert word in ran.stderr
+    assert "Traceback" not in ran.stderr
+    assert "rule " not in ran.stderr
+
+
+def test_a_solve_that_breaks_off_is_flagged_and_the_study_goes_on(finished):
+    options = ["--config", "cases=[small]", "solver={most_solutions: 3}"]
+    table = finished / "results/tables/accuracy_small_free-2.csv"
+    ran = snakemake(finished, str(table.relative_to(finished)), *options)
+    assert ran.returncode == 0, ran.stderr
+    broken = pd.read_csv(table)
+    assert not broken["complete"].any()
+    assert set(broken["reason"]) == {"the path has more solutions than allowed"}
+    assert snakemake(finished, str(table.relative_to(finished))).returncode == 0
+    assert pd.read_csv(table)["complete"].any()
