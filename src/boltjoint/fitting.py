@@ -14,7 +14,6 @@ from scipy.optimize import least_squares
 from scipy.special import softmax
 
 from boltjoint.dataset import quantity
-from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint import Joint
 
 #: points along each loop at which forces are compared, evenly in phase over half a period
@@ -132,12 +131,20 @@ def fit_reduced_joint(
 ) -> tuple[Joint, xr.Dataset]:
     """Replace the elements of every region by ``count`` fitted ones.
 
+    Loops are those of constant normal load, whatever the law: elements that carry no load in the
+    assembled state do not take part.
+
     Parameters
     ----------
     joint
         A joint of regions.
     count, load_fractions, starts
         As for ``fit_elements``.
+
+    Raises
+    ------
+    ValueError
+        If a region has fewer elements under load than ``count``.
 
     Returns
     -------
@@ -150,8 +157,13 @@ def fit_reduced_joint(
     fits, of_region, of_fit, displacement = [], [], [], []
     phase = np.linspace(0, np.pi, _SAMPLES)
     for point in range(joint.points):
-        mine = law.point_of_element == point
+        mine = (law.point_of_element == point) & (law.slip_force > 0)
         k, s = law.tangential_stiffness[mine], law.slip_force[mine]
+        if k.size < count:
+            raise ValueError(
+                f"cannot fit {count} elements to region {point + 1}, which has {k.size} under "
+                "load: ask for fewer elements or fewer regions"
+            )
         fit = fit_elements(k, s, count, load_fractions=load_fractions, starts=starts)
         fits.append(fit)
         u = np.outer(fit.amplitude, np.cos(phase))
@@ -186,10 +198,10 @@ def fit_reduced_joint(
     point_of_element = np.repeat(np.arange(joint.points), count)
     reduced = replace(
         joint,
-        law=ConstantLoad(
-            point_of_element=point_of_element,
-            tangential_stiffness=np.concatenate([f.tangential_stiffness for f in fits]),
-            slip_force=np.concatenate([f.slip_force for f in fits]),
+        law=law.replaced_by(
+            point_of_element,
+            np.concatenate([f.tangential_stiffness for f in fits]),
+            np.concatenate([f.slip_force for f in fits]),
         ),
         element_position=joint.position[point_of_element],
     )

@@ -13,6 +13,10 @@ from numpy.typing import NDArray
 from boltjoint import dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.variable import VariableLoad
+
+#: the laws that a joint can have, by their name
+LAWS = {law.name: law for law in (ConstantLoad, VariableLoad)}
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,9 @@ class Joint:
         The friction elements and which point each acts on.
     element_position
         Of every element [m], shape (elements, 3): its contact pair, or its region's centre.
+    normal_mode
+        As ``tangential_mode``, across the contact and positive when closing, where the law needs
+        it: v = normal_mode @ q.
 
     Raises
     ------
@@ -46,8 +53,9 @@ class Joint:
     response_mode: NDArray[np.float64]
     tangential_mode: NDArray[np.float64]
     position: NDArray[np.float64]
-    law: ConstantLoad
+    law: ConstantLoad | VariableLoad
     element_position: NDArray[np.float64]
+    normal_mode: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Refuse parts that do not fit each other."""
@@ -61,6 +69,12 @@ class Joint:
             "position": (points, 3),
             "element_position": (elements, 3),
         }
+        needs_normal = "normal" in self.law.directions
+        if needs_normal != (self.normal_mode is not None):
+            verb = "needs" if needs_normal else "has no use for"
+            raise ValueError(f"the law {self.law.name!r} {verb} a normal mode")
+        if needs_normal:
+            expected["normal_mode"] = (points, modes)
         for name, shape in expected.items():
             found = getattr(self, name).shape
             if found != shape:
@@ -77,7 +91,9 @@ class Joint:
     @property
     def rows(self) -> tuple[NDArray[np.float64], ...]:
         """Modal rows of each direction the law needs, each (points, modes)."""
-        return (self.tangential_mode,)
+        if self.normal_mode is None:
+            return (self.tangential_mode,)
+        return self.tangential_mode, self.normal_mode
 
     def stuck_stiffness(self) -> NDArray[np.float64]:
         """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
@@ -90,8 +106,13 @@ def connect_nodes(
     preload: xr.Dataset,
     tangential_stiffness: float,
     friction_coefficient: float,
+    normal_stiffness: float | None = None,
 ) -> Joint:
-    """Put one friction element under constant load on every contact pair that carries load.
+    """Put a friction element on the contact pairs: one each.
+
+    Without a normal stiffness, elements under constant load sit on the pairs that carry load. With
+    it, elements under variable load sit on all pairs; the load of an open one is
+    ``-k_v gap`` (eq. 3.4), so that it may close.
 
     Parameters
     ----------
@@ -100,7 +121,9 @@ def connect_nodes(
     tangential_stiffness
         k_u of every pair [N/m].
     friction_coefficient
-        mu [-]; the slip force of a pair is mu times its normal load.
+        mu [-].
+    normal_stiffness
+        k_v of every pair [N/m].
 
     Raises
     ------
@@ -111,22 +134,37 @@ def connect_nodes(
     if not np.array_equal(position, preload["position"].transpose("pair", "axis").to_numpy()):
         raise ValueError("modes and preload were found on different contact pairs")
     normal_load = preload["normal_load"].to_numpy()
-    loaded = np.flatnonzero(normal_load > 0)
-    if loaded.size == 0:
+    if not np.any(normal_load > 0):
         raise ValueError("no contact pair carries load")
-    along_bar = modes["relative_mode"].sel(axis="x").transpose("pair", "mode").to_numpy()
+    relative = modes["relative_mode"].transpose("axis", "pair", "mode")
+    # bar A lies below bar B: A minus B along z closes
+    along_bar, closing = (relative.sel(axis=axis).to_numpy() for axis in ("x", "z"))
+    pairs = (
+        np.flatnonzero(normal_load > 0) if normal_stiffness is None else np.arange(len(position))
+    )
+    each = np.ones(pairs.size)
+    common = {
+        "point_of_element": np.arange(pairs.size),
+        "tangential_stiffness": tangential_stiffness * each,
+    }
+    if normal_stiffness is None:
+        law = ConstantLoad(**common, slip_force=friction_coefficient * normal_load[pairs])
+    else:
+        law = VariableLoad(
+            **common,
+            normal_stiffness=normal_stiffness * each,
+            normal_load=normal_load - normal_stiffness * preload["gap"].to_numpy(),
+            friction_coefficient=friction_coefficient * each,
+        )
     return Joint(
         natural_frequency=modes["natural_frequency"].to_numpy(),
         excitation_mode=modes["excitation_mode"].to_numpy(),
         response_mode=modes["response_mode"].to_numpy(),
-        tangential_mode=along_bar[loaded],
-        position=position[loaded],
-        law=ConstantLoad(
-            point_of_element=np.arange(loaded.size),
-            tangential_stiffness=np.full(loaded.size, float(tangential_stiffness)),
-            slip_force=friction_coefficient * normal_load[loaded],
-        ),
-        element_position=position[loaded],
+        tangential_mode=along_bar[pairs],
+        position=position[pairs],
+        law=law,
+        element_position=position[pairs],
+        normal_mode=None if normal_stiffness is None else closing[pairs],
     )
 
 
@@ -155,6 +193,7 @@ def merge_points(joint: Joint, region: NDArray[np.int64]) -> Joint:
     return replace(
         joint,
         tangential_mode=mean @ joint.tangential_mode,
+        normal_mode=None if joint.normal_mode is None else mean @ joint.normal_mode,
         position=mean @ joint.position,
         law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
     )
@@ -163,40 +202,36 @@ def merge_points(joint: Joint, region: NDArray[np.int64]) -> Joint:
 def to_dataset(joint: Joint) -> xr.Dataset:
     """The joint as the result files keep it (``joint.nc``)."""
     law = joint.law
-    return xr.Dataset(
-        {
-            "natural_frequency": quantity(
-                "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
-            ),
-            "excitation_mode": quantity(
-                "mode", joint.excitation_mode, "kg^-1/2", "mode at the excited point"
-            ),
-            "response_mode": quantity(
-                "mode", joint.response_mode, "kg^-1/2", "mode at the observed point"
-            ),
-            "tangential_mode": quantity(
-                ("point", "mode"),
-                joint.tangential_mode,
-                "kg^-1/2",
-                "relative mode along the bar, side A minus side B",
-            ),
-            "position": quantity(("point", "axis"), joint.position, "m", "contact point"),
-            "point_of_element": quantity(
-                "element", law.point_of_element, "1", "contact point of the element, from 0"
-            ),
-            "tangential_stiffness": quantity(
-                "element", law.tangential_stiffness, "N/m", "tangential contact stiffness"
-            ),
-            "slip_force": quantity(
-                "element", law.slip_force, "N", "friction coefficient times normal load"
-            ),
-            "element_position": quantity(
-                ("element", "axis"), joint.element_position, "m", "position of the element"
-            ),
-        },
-        coords={"axis": ["x", "y", "z"]},
-        attrs={"law": law.name},
-    )
+    stored = {
+        "natural_frequency": quantity(
+            "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
+        ),
+        "excitation_mode": quantity(
+            "mode", joint.excitation_mode, "kg^-1/2", "mode at the excited point"
+        ),
+        "response_mode": quantity(
+            "mode", joint.response_mode, "kg^-1/2", "mode at the observed point"
+        ),
+        "tangential_mode": quantity(
+            ("point", "mode"),
+            joint.tangential_mode,
+            "kg^-1/2",
+            "relative mode along the bar, side A minus side B",
+        ),
+        "position": quantity(("point", "axis"), joint.position, "m", "contact point"),
+        "point_of_element": quantity(
+            "element", law.point_of_element, "1", "contact point of the element, from 0"
+        ),
+        "element_position": quantity(
+            ("element", "axis"), joint.element_position, "m", "position of the element"
+        ),
+    }
+    if joint.normal_mode is not None:
+        meaning = "relative mode across the contact, positive when closing"
+        stored["normal_mode"] = quantity(("point", "mode"), joint.normal_mode, "kg^-1/2", meaning)
+    for name, (unit, meaning) in law.quantities.items():
+        stored[name] = quantity("element", getattr(law, name), unit, meaning)
+    return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
 
 
 def load(path: str | Path) -> Joint:
@@ -212,18 +247,19 @@ def from_dataset(stored: xr.Dataset) -> Joint:
     ValueError
         If the law is one this version does not know.
     """
-    if stored.attrs["law"] != ConstantLoad.name:
-        raise ValueError(f"law {stored.attrs['law']!r} is not known; allowed: {ConstantLoad.name}")
+    name = stored.attrs["law"]
+    if name not in LAWS:
+        raise ValueError(f"law {name!r} is not known; allowed: {', '.join(LAWS)}")
+    law = LAWS[name]
+    stored = stored.transpose("point", "element", ..., "axis", "mode", missing_dims="ignore")
+    quantities = {name: stored[name].to_numpy() for name in law.quantities}
     return Joint(
         natural_frequency=stored["natural_frequency"].to_numpy(),
         excitation_mode=stored["excitation_mode"].to_numpy(),
         response_mode=stored["response_mode"].to_numpy(),
-        tangential_mode=stored["tangential_mode"].transpose("point", "mode").to_numpy(),
-        position=stored["position"].transpose("point", "axis").to_numpy(),
-        law=ConstantLoad(
-            point_of_element=stored["point_of_element"].to_numpy(),
-            tangential_stiffness=stored["tangential_stiffness"].to_numpy(),
-            slip_force=stored["slip_force"].to_numpy(),
-        ),
-        element_position=stored["element_position"].transpose("element", "axis").to_numpy(),
+        tangential_mode=stored["tangential_mode"].to_numpy(),
+        position=stored["position"].to_numpy(),
+        law=law(point_of_element=stored["point_of_element"].to_numpy(), **quantities),
+        element_position=stored["element_position"].to_numpy(),
+        normal_mode=stored["normal_mode"].to_numpy() if "normal_mode" in stored else None,
     )

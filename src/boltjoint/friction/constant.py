@@ -41,13 +41,20 @@ class ConstantLoad:
     slip_force: NDArray[np.float64]
 
     name: ClassVar[str] = "constant"
+    #: directions of motion that the law needs
+    directions: ClassVar[tuple[str, ...]] = ("tangential",)
     #: harmonic coefficients of the motion that the law needs; without bias the force has none
     components: ClassVar[tuple[str, ...]] = ("sin", "cos")
+    #: what describes each element, with unit and meaning
+    quantities: ClassVar[dict[str, tuple[str, str]]] = {
+        "tangential_stiffness": ("N/m", "tangential contact stiffness"),
+        "slip_force": ("N", "friction coefficient times normal load"),
+    }
 
     def __post_init__(self) -> None:
         """Refuse what is no friction element."""
         count = self.point_of_element.shape
-        for name in ("tangential_stiffness", "slip_force"):
+        for name in self.quantities:
             values = getattr(self, name)
             if values.shape != count:
                 raise ValueError(f"{name} has shape {values.shape}, point_of_element {count}")
@@ -103,6 +110,15 @@ class ConstantLoad:
         amplitude = np.hypot(motion[:, 0], motion[:, 1])[self.point_of_element]
         slips = self.tangential_stiffness * amplitude > self.slip_force
         return np.where(slips, STICK_SLIP, STICK).astype(np.int8)
+
+    def replaced_by(
+        self,
+        point_of_element: NDArray[np.int64],
+        tangential_stiffness: NDArray[np.float64],
+        slip_force: NDArray[np.float64],
+    ) -> "ConstantLoad":
+        """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
+        return ConstantLoad(point_of_element, tangential_stiffness, slip_force)
 
     def _arrays(
         self,
