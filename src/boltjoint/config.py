@@ -35,6 +35,9 @@ CASE_FOLDER = "config/cases"
 ASSEMBLY_FOLDER = "config/assemblies"
 SCHEMA_FOLDER = "config/schemas"
 
+#: fewer samples a period for each harmonic cannot tell the harmonics of a force apart
+LEAST_SAMPLES = 8
+
 #: more modes than a mesh of this kind resolves
 MOST_MODES = 100
 
@@ -273,15 +276,34 @@ class ConstantLoadContact(Entry):
     """Friction elements whose normal load stays what the preload made it."""
 
     law: Literal["constant"]
-    """The contact law; only ``constant`` (constant normal load) is available."""
+    """The contact law: ``constant`` or ``variable`` normal load."""
     tangential_stiffness_N_per_m: Positive
     """Tangential stiffness of each contact pair, in N/m."""
     friction_coefficient: Positive
     """Coulomb friction coefficient: slip force over normal load."""
 
 
-# Another contact law joins here, as a union with its own `law`.
-Contact = Annotated[ConstantLoadContact, Field(discriminator="law")]
+class VariableLoadContact(Entry):
+    """Friction elements whose normal load changes as the surfaces close, open and separate."""
+
+    law: Literal["variable"]
+    """The contact law: ``constant`` or ``variable`` normal load."""
+    tangential_stiffness_N_per_m: Positive
+    """Tangential stiffness of each contact pair, in N/m."""
+    normal_stiffness_N_per_m: Positive
+    """Normal stiffness of each contact pair, in N/m."""
+    friction_coefficient: Positive
+    """Coulomb friction coefficient: slip force over normal load."""
+
+
+Contact = Annotated[ConstantLoadContact | VariableLoadContact, Field(discriminator="law")]
+
+
+class Regions(Entry):
+    """How the contact surface is divided along the bar."""
+
+    division: Literal["equal-load", "equal-middle-load"] = "equal-load"
+    """Regions with equal shares of the load, or of the pressure along the middle of the width."""
 
 
 class SolveBlock(Entry):
@@ -312,6 +334,7 @@ class Case(Entry):
     preload_N: Positive
     """Preload of each bolt, in N."""
     contact: Contact
+    regions: Regions = Regions()
     loss_factor: Annotated[Number, Field(gt=0, lt=1)] = 0.002
     """Structural damping; above 0, since without it a peak has no bound where friction sticks."""
     forces_N: Annotated[tuple[Positive, ...], Field(min_length=1)]
@@ -363,6 +386,12 @@ class Case(Entry):
 class Solver(Entry):
     """How the harmonic balance is solved and followed along frequency."""
 
+    friction: Literal["exact", "sampled"] = "exact"
+    """Forces in closed form, or sampled in time (AFT), which any number of harmonics can be."""
+    harmonics: Count = 1
+    """Harmonics of the response; more than 1 only with ``friction: sampled``."""
+    samples: Count = 256
+    """Samples a period with ``friction: sampled``; they err by their inverse square."""
     jacobian: Literal["analytic", "forward-difference"] = "analytic"
     """Where the derivatives come from: analytic, or forward-difference as in the source study."""
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-9
@@ -378,7 +407,27 @@ class Solver(Entry):
     most_solutions: Count = 5000
     """Points after which a curve is given up."""
 
+    @property
+    def steps(self) -> dict[str, float]:
+        """The options of ``continuation.StepControl``."""
+        return self.model_dump(exclude={"friction", "harmonics", "samples", "jacobian"})
+
+    @property
+    def sampling(self) -> dict[str, int] | None:
+        """Harmonics and samples where friction is sampled, None where it is exact."""
+        if self.friction == "exact":
+            return None
+        return {"harmonics": self.harmonics, "samples": self.samples}
+
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        if self.friction == "exact" and self.harmonics > 1:
+            yield ("harmonics",), "must be 1 with friction: exact; more need friction: sampled"
+        if self.samples < LEAST_SAMPLES * self.harmonics:
+            yield (
+                ("samples",),
+                f"must be at least {LEAST_SAMPLES * self.harmonics}, "
+                f"{LEAST_SAMPLES} for each harmonic",
+            )
         if self.smallest_step >= self.largest_step:
             yield ("smallest_step",), f"must be less than largest_step, {self.largest_step:g}"
         if self.target_iterations >= self.most_iterations:

@@ -4,7 +4,7 @@ import difflib
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, Self, get_args
+from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
@@ -137,17 +137,18 @@ def explained(
         What each regular expression used in the model asks for, in words.
     """
     for problem in error.errors(include_url=False):
-        path = _without_tags(problem["loc"], content)
+        location = problem["loc"]
+        path = _without_tags(location, content)
         context = problem.get("ctx", {})
         match problem["type"]:
             case "value_error" if isinstance(context["error"], Conflict):
                 for inner, sentence in context["error"].problems:
                     yield path + inner, _shown_at(content, path + inner), sentence
             case "extra_forbidden":
-                keys = [key for owner in _owners(model, path) for key in owner.model_fields]
+                keys = [key for owner in _owners(model, location) for key in owner.model_fields]
                 yield path, None, f"is not a known key{choice(str(path[-1]), keys)}"
             case "missing":
-                yield path, None, f"is missing{_meaning(model, path)}"
+                yield path, None, f"is missing{_meaning(model, location)}"
             case "union_tag_not_found":
                 path += (_unquoted(context["discriminator"]),)
                 yield path, None, f"is missing{_meaning(model, path)}"
@@ -208,18 +209,26 @@ def _without_tags(location: KeyPath, content: Mapping[str, Any]) -> KeyPath:
     return (*path, *location[-1:])
 
 
-def _owners(model: type[Entry], path: KeyPath) -> list[type[Entry]]:
-    """The models that can hold the last key of a path."""
+def _owners(model: type[Entry], location: KeyPath) -> list[type[Entry]]:
+    """The models that can hold the last key of a location, in which a union's member is a tag."""
     owners = [model]
-    for key in path[:-1]:
+    for key in location[:-1]:
         if isinstance(key, str):
-            owners = [
+            tagged = [owner for owner in owners if _has_tag(owner, key)]
+            owners = tagged or [
                 inner
                 for owner in owners
                 if key in owner.model_fields
                 for inner in _models_in(owner.model_fields[key].annotation)
             ]
     return owners
+
+
+def _has_tag(model: type[Entry], tag: str) -> bool:
+    return any(
+        get_origin(field.annotation) is Literal and tag in get_args(field.annotation)
+        for field in model.model_fields.values()
+    )
 
 
 def _models_in(annotation: object) -> Iterator[type[Entry]]:

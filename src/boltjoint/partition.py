@@ -1,9 +1,17 @@
 """Which contact pairs move together? Dividing a contact surface into regions along the bar."""
 
+from typing import Literal
+
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+from scipy.spatial import KDTree
 
 from boltjoint.joint import Joint, merge_points
+
+#: how a contact surface is divided
+Division = Literal["equal-load", "equal-middle-load"]
 
 #: pairs whose distances along the bar, or from its middle, differ by less [m] stand alike
 _SAME_PLACE = 1e-9
@@ -53,24 +61,75 @@ def regions_of_equal_load(
     return region[place]
 
 
-def partition_regions(joint: Joint, count: int) -> Joint:
-    """Reduce a node-to-node joint to regions of equal load, each moving as the mean of its pairs.
+def regions_of_equal_middle_load(
+    position: NDArray[np.float64], pressure: NDArray[np.float64], count: int
+) -> NDArray[np.int64]:
+    """Divide pairs across the bar where equal shares of the pressure along its middle lie between.
+
+    The profile is taken along the middle of the width, straight across holes, as the source does
+    for variable normal load (sections 3.2.1.1 and 3.2.2.1).
+
+    Parameters
+    ----------
+    position
+        Of every pair [m], along the bar (x) and across it (y) from the middle, shape (pairs, 2).
+    pressure
+        On every pair, of any unit, 0 where it is open, shape (pairs,).
+    count
+        Number of regions.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, from 0 at the clamped end, shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If a region would hold no pair.
+    """
+    from_middle = np.abs(position[:, 1])
+    middle = np.flatnonzero(from_middle <= from_middle.min() + _SAME_PLACE)
+    middle = middle[np.argsort(position[middle, 0], kind="stable")]
+    x = position[middle, 0]
+    share = cumulative_trapezoid(pressure[middle], x, initial=0)
+    cuts = np.interp(share[-1] * np.arange(1, count) / count, share, x)
+    region = np.searchsorted(cuts, position[:, 0] + _SAME_PLACE, side="right")
+    if np.unique(region).size != count:
+        raise ValueError(f"{len(position)} pairs do not divide into {count} regions along the bar")
+    return region
+
+
+def partition_regions(
+    joint: Joint, preload: xr.Dataset, count: int, division: Division = "equal-load"
+) -> Joint:
+    """Reduce a node-to-node joint to regions along the bar, each moving as the mean of its pairs.
 
     Parameters
     ----------
     joint
         Node-to-node joint.
+    preload
+        The contact under bolt preload that it was made from (``preload.nc``).
     count
         Number of regions.
+    division
+        ``equal-load``: regions carry equal shares of the normal load. ``equal-middle-load``: they
+        hold equal shares of the pressure along the middle of the width.
 
     Raises
     ------
     ValueError
         If there are not enough pairs for so many regions.
     """
-    return merge_points(
-        joint, regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
-    )
+    if division == "equal-load":
+        region = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
+    else:
+        surface = preload["position"].transpose("pair", "axis").to_numpy()
+        pressure = (preload["normal_load"] / preload["area"]).to_numpy()
+        pair = KDTree(surface).query(joint.position)[1]
+        region = regions_of_equal_middle_load(surface[pair, :2], pressure[pair], count)
+    return merge_points(joint, region)
 
 
 def _ranks(distance: NDArray[np.float64]) -> NDArray[np.int64]:

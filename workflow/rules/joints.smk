@@ -18,6 +18,7 @@ rule connect_nodes:
 rule partition_regions:
     input:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        preload=lambda w: layout.preload_of_case(study, w.case),
         library=library("partition_regions.py"),
     output:
         joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
@@ -27,6 +28,7 @@ rule partition_regions:
         "../envs/boltjoint.yaml"
     params:
         regions=lambda w: int(w.n),
+        division=lambda w: case_of(w).regions.division,
     script:
         "../scripts/partition_regions.py"
 

@@ -18,7 +18,8 @@ rule solve_response:
             "loss_factor": case_of(w).loss_factor,
             "jacobian": study.solver.jacobian,
         },
-        steps=study.solver.model_dump(exclude={"jacobian"}),
+        sampling=study.solver.sampling,
+        steps=study.solver.steps,
     script:
         "../scripts/solve_response.py"
 
@@ -43,7 +44,8 @@ rule time_solver:
             "loss_factor": case_of(w).loss_factor,
             "repeats": study.timing.repeats,
         },
-        steps=study.solver.model_dump(exclude={"jacobian"}),
+        sampling=study.solver.sampling,
+        steps=study.solver.steps,
     script:
         "../scripts/time_solver.py"
 

@@ -1,4 +1,4 @@
-"""Put a friction element on every contact pair that carries load."""
+"""Put friction elements on the contact pairs."""
 
 from boltjoint import dataset, joint, logs
 
@@ -9,5 +9,6 @@ connected = joint.connect_nodes(
     dataset.load(snakemake.input.preload),
     contact["tangential_stiffness_N_per_m"],
     contact["friction_coefficient"],
+    contact.get("normal_stiffness_N_per_m"),
 )
 dataset.save(joint.to_dataset(connected), snakemake.output.joint, snakemake.params)

@@ -8,7 +8,7 @@ params, resonance = snakemake.params, int(snakemake.wildcards.resonance)
 nodes = joint.load(snakemake.input.nodes)
 solved = response.solve_response(
     joint.load(snakemake.input.joint),
-    window=params.window or response.frequency_window(nodes, resonance),
+    window=response.frequency_window(nodes, resonance, params.window),
     coordinates=snakemake.wildcards.coordinates,
     resonance=resonance,
     control=StepControl(**params.steps),
