@@ -20,7 +20,7 @@ logger = logging.getLogger(__name__)
 #: share of the window that counts, in arc length, as much as doubling the response
 _WINDOW_SHARE = 1 / 15
 
-#: harmonic components as the result files order them
+#: harmonic components that the result files begin with; further ones follow as they were solved for
 _COMPONENTS = ("bias", "sin", "cos")
 
 
@@ -51,8 +51,10 @@ class Branch:
         return int(np.argmax(np.where(self.located, self.amplitude, -1.0)))
 
 
-def frequency_window(joint: Joint, resonance: int = 1) -> tuple[float, float]:
-    """From 0.85 of a contact-free natural frequency to 1.05 of the stuck one [Hz].
+def frequency_window(
+    joint: Joint, resonance: int = 1, given: tuple[float, float] | None = None
+) -> tuple[float, float]:
+    """Frequencies to follow a resonance through: from 0.85 of the contact-free one to 1.05 stuck.
 
     Parameters
     ----------
@@ -60,18 +62,33 @@ def frequency_window(joint: Joint, resonance: int = 1) -> tuple[float, float]:
         The joint and its structure.
     resonance
         Which natural frequency, counted from 1.
+    given
+        A window [Hz] to take instead, if the resonance can lie in it.
+
+    Returns
+    -------
+    tuple of float
+        Lowest and highest frequency [Hz].
 
     Raises
     ------
     ValueError
-        If the structure has fewer modes.
+        If the structure has fewer modes, or the resonance lies outside the window given however
+        much of the contact slips.
     """
     if not 1 <= resonance <= joint.natural_frequency.size:
         raise ValueError(f"resonance {resonance} of {joint.natural_frequency.size} modes")
     stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
     highest = np.sqrt(np.linalg.eigvalsh(stuck)[resonance - 1]) / (2 * np.pi)
     lowest = np.sort(joint.natural_frequency)[resonance - 1]
-    return 0.85 * float(lowest), 1.05 * float(highest)
+    if given is None:
+        return 0.85 * float(lowest), 1.05 * float(highest)
+    if given[1] < lowest or given[0] > highest:
+        raise ValueError(
+            f"the window from {given[0]:g} to {given[1]:g} Hz contains no resonance {resonance}: "
+            f"it lies between {lowest:.5g} Hz without contact and {highest:.5g} Hz stuck"
+        )
+    return given
 
 
 def solve_branch(
@@ -191,12 +208,13 @@ def solve_response(
 def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
     """Branches of one joint over force levels as ``response.nc`` holds them."""
     solved = joint.law.components
+    components = (*_COMPONENTS, *(name for name in solved if name not in _COMPONENTS))
     modes = joint.natural_frequency.size
     coordinates, states_at_peak = [], []
     for branch in branches:
         found = branch.modal_coordinate.reshape(-1, len(solved), modes)
-        full = np.zeros((len(found), modes, len(_COMPONENTS)))
-        full[:, :, [_COMPONENTS.index(name) for name in solved]] = found.transpose(0, 2, 1)
+        full = np.zeros((len(found), modes, len(components)))
+        full[:, :, [components.index(name) for name in solved]] = found.transpose(0, 2, 1)
         coordinates.append(full)
         elements = joint.law.point_of_element.size
         at_peak = np.full(elements, states.UNKNOWN, dtype=np.int8)
@@ -259,7 +277,7 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
                 },
             ),
         },
-        coords={"component": list(_COMPONENTS)},
+        coords={"component": list(components)},
     )
 
 
