@@ -106,9 +106,56 @@ class Published:
         found = found[found["element"] <= _elements(joint)]
         return found.assign(source_table=" and ".join(mine["table"]))
 
+    def case_study(self) -> dict[str, str]:
+        """What the source says of the case study, as in ``case_studies.csv``; empty for none."""
+        cases = pd.read_csv(self.folder / "case_studies.csv", dtype=str, keep_default_na=False)
+        return next(iter(cases[cases["case"] == self.case].to_dict("records")), {})
+
+    def tables(self) -> pd.DataFrame:
+        """Index of the published tables, of all case studies: ``table, case, kind, joint``."""
+        return self._index("tables.csv").drop(columns="file")
+
+    def figures(self) -> pd.DataFrame:
+        """Index of the published figures, of all case studies, as text.
+
+        Returns
+        -------
+        DataFrame
+            A row for each figure, with its number under ``figure`` and in a few words what it
+            ``shows``; ``not_made`` is the reason why nothing here corresponds to it, if so. Where
+            the source draws several ways to solve in one figure, ``coordinates`` has them all.
+        """
+        return self._index("figures.csv")
+
+    def figures_of(self, kind: str, **which: object) -> pd.DataFrame:
+        """The published figures that show the same as one of ours.
+
+        Parameters
+        ----------
+        kind
+            Such as ``response`` or ``contact``.
+        which
+            Values of further columns of the index, such as ``joint`` or ``assembly``. A figure of
+            a case study is sought in the case study at hand.
+        """
+        index = self.figures()
+        same = (index["kind"] == kind) & ((index["case"] == "") | (index["case"] == self.case))
+        for column, value in which.items():
+            same &= [str(value) in entry.split() for entry in index[column]]
+        return index[same]
+
+    def region_of_loops(self, joint: str) -> int:
+        """The region whose hysteresis loops the source shows; the first where it shows none."""
+        regions = self.figures_of("loops", joint=joint)["region"]
+        return int(regions.iloc[0]) if len(regions) else 1
+
     def _tables(self, kind: str) -> pd.DataFrame:
-        tables = pd.read_csv(self.folder / "tables.csv", dtype={"table": str})
+        tables = self._index("tables.csv")
         return tables[(tables["case"] == self.case) & (tables["kind"] == kind)]
+
+    def _index(self, file: str) -> pd.DataFrame:
+        # as text: 3.1 and 3.10 are two tables
+        return pd.read_csv(self.folder / file, dtype=str, keep_default_na=False)
 
 
 _NO_TIMES = pd.DataFrame(
