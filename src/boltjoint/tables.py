@@ -46,7 +46,7 @@ def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) ->
         Heading of the page.
     """
     table.to_csv(csv, index=False, float_format="%.9g")
-    head = "".join(f'<th class="{_kind(table[c])}">{_heading(c)}</th>' for c in table)
+    head = "".join(f'<th class="{_kind(table[c])}">{html.escape(heading(c))}</th>' for c in table)
     rows = "\n".join(
         "<tr>"
         + "".join(
@@ -65,17 +65,22 @@ def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) ->
     )
 
 
-def _kind(column: pd.Series) -> str:
-    numeric = pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column)
-    return "number" if numeric else "text"
+def heading(column: str) -> str:
+    """What stands above a column: its name in words, its unit in brackets.
 
-
-def _heading(column: str) -> str:
+    >>> heading("largest_load_N"), heading("k_kN_per_mm"), heading("reason")
+    ('largest load (N)', 'k (kN/mm)', 'reason')
+    """
     for ending, unit in _UNITS.items():
         if column.endswith(f"_{ending}"):
             words = column.removesuffix(f"_{ending}").replace("_", " ")
-            return html.escape(f"{words} ({unit})")
-    return html.escape(column.replace("_", " "))
+            return f"{words} ({unit})"
+    return column.replace("_", " ")
+
+
+def _kind(column: pd.Series) -> str:
+    numeric = pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column)
+    return "number" if numeric else "text"
 
 
 def _cell(value: object) -> str:
