@@ -141,7 +141,7 @@ class Published:
         index = self.figures()
         same = (index["kind"] == kind) & ((index["case"] == "") | (index["case"] == self.case))
         for column, value in which.items():
-            same &= [str(value) in entry.split() for entry in index[column]]
+            same &= index[column].str.split().map(lambda listed, one=str(value): one in listed)
         return index[same]
 
     def region_of_loops(self, joint: str) -> int:
