@@ -6,7 +6,7 @@ divided at the phases where the element changes between stick, slip and separati
 """
 
 from dataclasses import dataclass
-from math import acos, atan2, cos, hypot, pi, sin
+from math import acos, atan2, cos, pi, sin, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -182,31 +182,34 @@ class VariableLoad:
         return (self.point_of_element, *(getattr(self, name) for name in self.quantities))
 
 
-#: A piece of the period: phases of its begin and end, +1 or -1 where the element slips that way and
-#: 0 where it sticks. Where it sticks, ``z = x(zeta) + kappa n(zeta)``: zeta is the phase at which
-#: the slider came to rest, on the bound kappa = -mu or +mu, or where the surfaces met. ``held`` is
+#: The steady period of an element is divided by marks, of which each has a phase with its sine and
+#: cosine. The piece that begins at a mark either slips, in the direction +1 or -1, or sticks with
+#: ``z = x(zeta) + kappa n(zeta)``. Here zeta is the phase, given by sine and cosine, at which the
+#: slider came to rest on the bound of kappa = -mu or +mu, or at which the surfaces met; and held is
 #: 0 for a slider that never left z = 0.
-_BEGIN, _END, _SLIP, _HELD, _ZETA, _KAPPA = range(6)
+_PHASE, _SIN, _COS, _SLIP, _HELD, _SIN_ZETA, _COS_ZETA, _KAPPA = range(8)
 
-#: more pieces than a period can have
-_MOST_PIECES = 8
+#: the matrices A, B, C of an element: friction ``A x + B n``, normal load ``C n``
+_OF_X, _OF_N, _OF_LOAD = range(3)
+
+#: more marks than a period can have
+_MOST_MARKS = 10
 
 
 @njit(cache=True)
-def _add_piece(
-    pieces: Array,
-    count: int,
-    begin: float,
-    length: float,
-    slip: int,
-    held: float,
-    zeta: float,
-    kappa: float,
-) -> int:
-    piece = pieces[count]
-    piece[_BEGIN], piece[_END], piece[_SLIP] = begin, begin + length, slip
-    piece[_HELD], piece[_ZETA], piece[_KAPPA] = held, zeta, kappa
-    return count + 1
+def _mark(marks: Array, i: int, phase: float, sine: float, cosine: float) -> None:
+    marks[i, _PHASE], marks[i, _SIN], marks[i, _COS] = phase, sine, cosine
+
+
+@njit(cache=True)
+def _slip(marks: Array, i: int, direction: int) -> None:
+    marks[i, _SLIP] = direction
+
+
+@njit(cache=True)
+def _stick(marks: Array, i: int, held: float, sine: float, cosine: float, kappa: float) -> None:
+    marks[i, _SLIP], marks[i, _HELD] = 0.0, held
+    marks[i, _SIN_ZETA], marks[i, _COS_ZETA], marks[i, _KAPPA] = sine, cosine, kappa
 
 
 @njit(cache=True)
@@ -216,45 +219,107 @@ def _ahead(phase: float, now: float) -> float:
 
 
 @njit(cache=True)
-def _find_pieces(x: Array, n: Array, mu: float, pieces: Array) -> tuple[int, int]:
+def _divide_period(x: Array, n: Array, mu: float, marks: Array) -> tuple[int, int]:
     """Divide the steady period of an element at its transitions; number of pieces, and its state.
 
-    ``x = k_u u`` and ``n = n0 + k_v v`` hold bias, sine and cosine of what the springs want; phases
-    of separation are left out.
+    ``x = k_u u`` and ``n = n0 + k_v v`` hold bias, sine and cosine. Phases of separation are left
+    out. An element that never leaves its place has one piece and no marks around it.
     """
-    swing = hypot(n[1], n[2])
+    swing = sqrt(n[1] * n[1] + n[2] * n[2])
     if n[0] <= -swing:
         return 0, SEPARATION
-    # the bounds k_u u -+ mu n are sinusoids of amplitude a_l, a_u that are highest at phi_l, phi_u
+    # the bounds k_u u - mu n and k_u u + mu n swing by a_l and a_u around l_0 and u_0
     l_0, l_s, l_c = x[0] - mu * n[0], x[1] - mu * n[1], x[2] - mu * n[2]
     u_0, u_s, u_c = x[0] + mu * n[0], x[1] + mu * n[1], x[2] + mu * n[2]
-    a_l, phi_l = hypot(l_s, l_c), atan2(l_s, l_c)
-    a_u, phi_u = hypot(u_s, u_c), atan2(u_s, u_c)
-    if n[0] >= swing:
-        return _find_pieces_in_contact(l_0, phi_l, a_l, u_0, phi_u, a_u, mu, pieces)
+    a_l, a_u = sqrt(l_s * l_s + l_c * l_c), sqrt(u_s * u_s + u_c * u_c)
+    if n[0] < swing:
+        return _divide_with_separation(
+            x, n, mu, swing, (l_0, l_s, l_c, a_l), (u_0, u_s, u_c, a_u), marks
+        )
+    highest, lowest = l_0 + a_l, u_0 - a_u
+    if highest <= lowest:  # there is room for a slider at rest
+        if highest > 0:
+            _stick(marks, 0, 1.0, l_s / a_l, l_c / a_l, -mu)
+        elif lowest < 0:
+            _stick(marks, 0, 1.0, -u_s / a_u, -u_c / a_u, mu)
+        else:
+            _stick(marks, 0, 0.0, 0.0, 0.0, 0.0)
+        return 1, STICK
+    # pushed up to where one bound is highest, left there until the other comes down, and back
+    l_s, l_c, u_s, u_c = l_s / a_l, l_c / a_l, u_s / a_u, u_c / a_u
+    cos_fall = min(max((highest - u_0) / a_u, -1.0), 1.0)
+    cos_rise = min(max((lowest - l_0) / a_l, -1.0), 1.0)
+    sin_fall, sin_rise = sqrt(1 - cos_fall * cos_fall), sqrt(1 - cos_rise * cos_rise)
+    fall, rise = acos(cos_fall), acos(cos_rise)
+    between = atan2(u_s * l_c - u_c * l_s, u_s * l_s + u_c * l_c)
+    above = _ahead(between + fall, 0.0)
+    below = _ahead(-rise, between + pi)
+    if above + below + rise + (pi - fall) > 3 * pi:  # one of them is no time at all, but rounding
+        above, below = (0.0, below) if above > below else (above, 0.0)
+    _mark(marks, 0, 0.0, l_s, l_c)
+    _stick(marks, 0, 1.0, l_s, l_c, -mu)
+    _mark(
+        marks,
+        1,
+        above,
+        u_s * cos_fall + u_c * sin_fall,
+        u_c * cos_fall - u_s * sin_fall,
+    )
+    _slip(marks, 1, -1)
+    _mark(marks, 2, above + pi - fall, -u_s, -u_c)
+    _stick(marks, 2, 1.0, -u_s, -u_c, mu)
+    _mark(
+        marks,
+        3,
+        above + pi - fall + below,
+        l_s * cos_rise - l_c * sin_rise,
+        l_c * cos_rise + l_s * sin_rise,
+    )
+    _slip(marks, 3, 1)
+    _mark(marks, 4, above + pi - fall + below + rise, l_s, l_c)
+    return 4, STICK_SLIP
+
+
+@njit(cache=True)
+def _divide_with_separation(
+    x: Array,
+    n: Array,
+    mu: float,
+    swing: float,
+    lower: tuple[float, float, float, float],
+    upper: tuple[float, float, float, float],
+    marks: Array,
+) -> tuple[int, int]:
+    """The same for an element that separates within the period."""
+    l_0, l_s, l_c, a_l = lower
+    u_0, u_s, u_c, a_u = upper
+    phi_l, phi_u = atan2(l_s, l_c), atan2(u_s, u_c)
     half = acos(-n[0] / swing)
     meet, span = atan2(n[1], n[2]) - half, 2 * half
-    x_meet = x[0] + x[1] * sin(meet) + x[2] * cos(meet)
-    # where they meet, mu n grows from zero: the slider is taken along if x moves faster, and else
-    # keeps where it was at that very phase (a march in time that only knows the last open sample
-    # errs by first order)
-    kappa = -(x[1] * cos(meet) - x[2] * sin(meet)) / (swing * sin(half))
-    slip, zeta, z = 0, meet, x_meet
-    if abs(kappa) > mu:
-        slip = 1 if kappa < 0 else -1
+    sin_zeta, cos_zeta = sin(meet), cos(meet)
+    _mark(marks, 0, meet, sin_zeta, cos_zeta)
+    # Where the surfaces meet, mu n grows from zero: the slider is taken along if x moves faster,
+    # and else keeps the place it has at that very phase. (A march in time that only knows the last
+    # open sample errs by first order.)
+    z = x[0] + x[1] * sin_zeta + x[2] * cos_zeta
+    kappa = -(x[1] * cos_zeta - x[2] * sin_zeta) / (swing * sin(half))
+    slip = 0 if abs(kappa) <= mu else 1 if kappa < 0 else -1
     now, count = 0.0, 0
-    while now < span and count < _MOST_PIECES:
+    while now < span and count < _MOST_MARKS - 1:
         length = span - now
         if slip != 0:
             # a bound that pushes is at most half a period from its turning point, where it rests
-            turn = phi_l if slip > 0 else phi_u + pi
-            until = _ahead(turn, meet + now)
+            until = _ahead(phi_l if slip > 0 else phi_u + pi, meet + now)
             length = min(length, until if until < pi else 0.0)
-            count = _add_piece(pieces, count, meet + now, length, slip, 0.0, 0.0, 0.0)
-            zeta, kappa = turn, -slip * mu
-            z = l_0 + a_l if slip > 0 else u_0 - a_u
+            _slip(marks, count, slip)
+            kappa = -slip * mu
+            if slip > 0:
+                z, sin_zeta, cos_zeta = l_0 + a_l, l_s / a_l, l_c / a_l
+            else:
+                z, sin_zeta, cos_zeta = u_0 - a_u, -u_s / a_u, -u_c / a_u
             slip = 0
         else:
+            _stick(marks, count, 1.0, sin_zeta, cos_zeta, kappa)
             # a bound that came to rest at its turning point does not meet the slider there again
             if kappa != -mu and abs(z - l_0) < a_l:
                 until = _ahead(phi_l - acos((z - l_0) / a_l), meet + now)
@@ -264,94 +329,79 @@ def _find_pieces(x: Array, n: Array, mu: float, pieces: Array) -> tuple[int, int
                 until = _ahead(phi_u + acos((z - u_0) / a_u), meet + now)
                 if until < length:
                     length, slip = until, -1
-            count = _add_piece(pieces, count, meet + now, length, 0, 1.0, zeta, kappa)
         now += length
+        count += 1
+        _mark(marks, count, meet + now, sin(meet + now), cos(meet + now))
     return count, STICK_SLIP_SEPARATION
 
 
 @njit(cache=True)
-def _find_pieces_in_contact(
-    l_0: float,
-    phi_l: float,
-    a_l: float,
-    u_0: float,
-    phi_u: float,
-    a_u: float,
-    mu: float,
-    pieces: Array,
-) -> tuple[int, int]:
-    """The same for an element that does not separate."""
-    highest, lowest = l_0 + a_l, u_0 - a_u
-    if highest <= lowest:  # there is room for a slider at rest
-        held = 1.0 if highest > 0 or lowest < 0 else 0.0
-        zeta, kappa = (phi_l, -mu) if highest > 0 else (phi_u + pi, mu)
-        return _add_piece(pieces, 0, 0.0, 2 * pi, 0, held, zeta, kappa), STICK
-    # pushed up to where one bound is highest, left there until the other comes down, and back
-    fall = acos(min(max((highest - u_0) / a_u, -1.0), 1.0))
-    rise = acos(min(max((lowest - l_0) / a_l, -1.0), 1.0))
-    above = _ahead(phi_u + fall, phi_l)
-    below = _ahead(phi_l - rise, phi_u + pi)
-    if above + below + rise + (pi - fall) > 3 * pi:  # one of them is no time at all, but rounding
-        above, below = (0.0, below) if above > below else (above, 0.0)
-    count = _add_piece(pieces, 0, phi_l, above, 0, 1.0, phi_l, -mu)
-    count = _add_piece(pieces, count, phi_u + fall, pi - fall, -1, 0.0, 0.0, 0.0)
-    count = _add_piece(pieces, count, phi_u + pi, below, 0, 1.0, phi_u + pi, mu)
-    count = _add_piece(pieces, count, phi_l - rise, rise, 1, 0.0, 0.0, 0.0)
-    return count, STICK_SLIP
+def _add_moments(marks: Array, i: int, j: int, factor: float, to: int, secants: Array) -> None:
+    """Add, from mark i to j, a factor times the integrals of (1/2, sin, cos) (1, sin, cos)^T/pi."""
+    s_b, c_b, s_e, c_e = marks[i, _SIN], marks[i, _COS], marks[j, _SIN], marks[j, _COS]
+    half = 0.5 * factor / pi
+    length = half * (marks[j, _PHASE] - marks[i, _PHASE])
+    of_sin, of_cos = half * (c_b - c_e), half * (s_e - s_b)
+    of_both = half * (s_e - s_b) * (s_e + s_b)
+    twice = half * (s_e * c_e - s_b * c_b)
+    secants[to, 0, 0] += length
+    secants[to, 0, 1] += of_sin
+    secants[to, 0, 2] += of_cos
+    secants[to, 1, 0] += 2 * of_sin
+    secants[to, 1, 1] += length - twice
+    secants[to, 1, 2] += of_both
+    secants[to, 2, 0] += 2 * of_cos
+    secants[to, 2, 1] += of_both
+    secants[to, 2, 2] += length + twice
 
 
 @njit(cache=True)
-def _add_moments(begin: float, end: float, factor: float, moments: Array) -> None:
-    """Add a factor times the integrals over a piece of (1/2, sin, cos) (1, sin, cos)^T / pi."""
-    s_b, c_b, s_e, c_e = sin(begin), cos(begin), sin(end), cos(end)
-    length = end - begin
-    factor /= pi
-    of_sin, of_cos = factor * (c_b - c_e), factor * (s_e - s_b)
-    of_both = factor * 0.5 * (s_e * s_e - s_b * s_b)
-    twice = factor * 0.5 * (s_e * c_e - s_b * c_b)
-    moments[0, 0] += 0.5 * factor * length
-    moments[0, 1] += 0.5 * of_sin
-    moments[0, 2] += 0.5 * of_cos
-    moments[1, 0] += of_sin
-    moments[1, 1] += 0.5 * factor * length - twice
-    moments[1, 2] += of_both
-    moments[2, 0] += of_cos
-    moments[2, 1] += of_both
-    moments[2, 2] += 0.5 * factor * length + twice
-
-
-@njit(cache=True)
-def _find_secants(x: Array, n: Array, mu: float, pieces: Array, secants: Array) -> int:
+def _find_secants(x: Array, n: Array, mu: float, marks: Array, secants: Array) -> int:
     """Matrices A, B, C of one element: friction ``A x + B n``, normal load ``C n``; its state.
 
     They are the exact derivatives as well. The forces are continuous, so moving a transition
     changes no integral; and zeta is where the bound that left the slider is at rest, or moves along
     with the meeting of the surfaces as kappa says.
     """
-    count, state = _find_pieces(x, n, mu, pieces)
-    of_x, of_n, of_load = secants
+    count, state = _divide_period(x, n, mu, marks)
+    if state == SEPARATION:
+        return state
     secants[:] = 0.0
-    for i in range(count):
-        begin, end, slip = pieces[i, _BEGIN], pieces[i, _END], pieces[i, _SLIP]
-        _add_moments(begin, end, 1.0, of_load)
-        if slip != 0:
-            _add_moments(begin, end, slip * mu, of_n)
-            continue
-        _add_moments(begin, end, 1.0, of_x)
-        if pieces[i, _HELD] == 0.0:
-            continue
-        zeta, kappa = pieces[i, _ZETA], pieces[i, _KAPPA]
-        at_rest = (1.0, sin(zeta), cos(zeta))
-        mean = (
-            (end - begin) / (2 * pi),
-            (cos(begin) - cos(end)) / pi,
-            (sin(end) - sin(begin)) / pi,
-        )
+    if state == STICK_SLIP_SEPARATION:
+        _add_moments(marks, 0, count, 1.0, _OF_LOAD, secants)
+    else:
         for j in range(3):
-            for k in range(3):
-                of_x[j, k] -= mean[j] * at_rest[k]
-                of_n[j, k] -= mean[j] * at_rest[k] * kappa
+            secants[_OF_LOAD, j, j] = 1.0
+    if state == STICK:
+        for j in range(3):
+            secants[_OF_X, j, j] = 1.0
+        if marks[0, _HELD] == 1.0:
+            _hold(marks, 0, 1.0, 0.0, 0.0, secants)
+        return state
+    for i in range(count):
+        if marks[i, _SLIP] != 0:
+            _add_moments(marks, i, i + 1, marks[i, _SLIP] * mu, _OF_N, secants)
+        else:
+            _add_moments(marks, i, i + 1, 1.0, _OF_X, secants)
+            mean = (marks[i + 1, _PHASE] - marks[i, _PHASE]) / (2 * pi)
+            mean_sin = (marks[i, _COS] - marks[i + 1, _COS]) / pi
+            mean_cos = (marks[i + 1, _SIN] - marks[i, _SIN]) / pi
+            _hold(marks, i, mean, mean_sin, mean_cos, secants)
     return state
+
+
+@njit(cache=True)
+def _hold(
+    marks: Array, i: int, mean: float, mean_sin: float, mean_cos: float, secants: Array
+) -> None:
+    """Take away the slider's place z, held over a piece of these harmonic coefficients."""
+    at_zeta = (1.0, marks[i, _SIN_ZETA], marks[i, _COS_ZETA])
+    held = (mean, mean_sin, mean_cos)
+    for j in range(3):
+        for k in range(3):
+            place = held[j] * at_zeta[k]
+            secants[_OF_X, j, k] -= place
+            secants[_OF_N, j, k] -= place * marks[i, _KAPPA]
 
 
 @njit(cache=True)
@@ -367,27 +417,27 @@ def _add_forces(
 ) -> None:
     """Add forces, and tangents where there is room for them."""
     x, n = np.empty(3), np.empty(3)
-    pieces, secants = np.empty((_MOST_PIECES, 6)), np.empty((3, 3, 3))
-    of_x, of_n, of_load = secants
+    marks, secants = np.empty((_MOST_MARKS, 8)), np.empty((3, 3, 3))
     for e in range(point_of_element.size):
         p = point_of_element[e]
         for j in range(3):
             x[j] = k_u[e] * motion[p, j]
             n[j] = k_v[e] * motion[p, 3 + j]
         n[0] += normal_load[e]
-        _find_secants(x, n, friction_coefficient[e], pieces, secants)
+        force[p, 3] -= max(normal_load[e], 0.0)
+        if _find_secants(x, n, friction_coefficient[e], marks, secants) == SEPARATION:
+            continue
         for j in range(3):
             for k in range(3):
-                force[p, j] += of_x[j, k] * x[k] + of_n[j, k] * n[k]
-                force[p, 3 + j] += of_load[j, k] * n[k]
-        force[p, 3] -= max(normal_load[e], 0.0)
+                force[p, j] += secants[_OF_X, j, k] * x[k] + secants[_OF_N, j, k] * n[k]
+                force[p, 3 + j] += secants[_OF_LOAD, j, k] * n[k]
         if tangent.size == 0:
             continue
         for j in range(3):
             for k in range(3):
-                tangent[p, j, k] += k_u[e] * of_x[j, k]
-                tangent[p, j, 3 + k] += k_v[e] * of_n[j, k]
-                tangent[p, 3 + j, 3 + k] += k_v[e] * of_load[j, k]
+                tangent[p, j, k] += k_u[e] * secants[_OF_X, j, k]
+                tangent[p, j, 3 + k] += k_v[e] * secants[_OF_N, j, k]
+                tangent[p, 3 + j, 3 + k] += k_v[e] * secants[_OF_LOAD, j, k]
 
 
 @njit(cache=True)
@@ -400,11 +450,11 @@ def _find_states(
     motion: Array,
     state: NDArray[np.int8],
 ) -> None:
-    x, n, pieces = np.empty(3), np.empty(3), np.empty((_MOST_PIECES, 6))
+    x, n, marks = np.empty(3), np.empty(3), np.empty((_MOST_MARKS, 8))
     for e in range(point_of_element.size):
         p = point_of_element[e]
         for j in range(3):
             x[j] = k_u[e] * motion[p, j]
             n[j] = k_v[e] * motion[p, 3 + j]
         n[0] += normal_load[e]
-        state[e] = _find_pieces(x, n, friction_coefficient[e], pieces)[1]
+        state[e] = _divide_period(x, n, friction_coefficient[e], marks)[1]
