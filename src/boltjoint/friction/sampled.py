@@ -1,0 +1,345 @@
+"""What friction elements do in one period of motion of any number of harmonics, sampled in time.
+
+The motion is sampled over the period, every element is marched through two periods, and the forces
+of the second are brought back to harmonics by the trapezoidal rule (alternating frequency/time).
+The forces err by the inverse square of the samples; the tangent is that of the sampled forces.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.friction.variable import VariableLoad
+
+
+@dataclass(frozen=True)
+class SampledInTime:
+    """Friction elements of either law, by their march in time instead of their exact harmonics.
+
+    Parameters
+    ----------
+    elements
+        The friction elements.
+    harmonics
+        The highest harmonic of motion and force.
+    samples
+        Samples of the period; the forces of all harmonics must differ at these.
+
+    Raises
+    ------
+    ValueError
+        If there is no harmonic, or there are too few samples to tell the harmonics apart.
+    """
+
+    elements: ConstantLoad | VariableLoad
+    harmonics: int = 1
+    samples: int = 256
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be sampled."""
+        if self.harmonics < 1:
+            raise ValueError(f"harmonics is {self.harmonics}: there must be at least one")
+        if self.samples <= 2 * self.harmonics:
+            raise ValueError(
+                f"{self.samples} samples cannot tell {self.harmonics} harmonics apart: "
+                f"at least {2 * self.harmonics + 1} are needed"
+            )
+
+    @property
+    def name(self) -> str:
+        """The law of the elements."""
+        return self.elements.name
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions of motion that the law needs."""
+        return self.elements.directions
+
+    @property
+    def point_of_element(self) -> NDArray[np.int64]:
+        """The contact point each element acts on, counted from 0, shape (elements,)."""
+        return self.elements.point_of_element
+
+    @property
+    def tangential_stiffness(self) -> NDArray[np.float64]:
+        """k_u of each element [N/m], shape (elements,)."""
+        return self.elements.tangential_stiffness
+
+    @property
+    def slip_force(self) -> NDArray[np.float64]:
+        """Mu n of each element in the assembled state [N], shape (elements,)."""
+        return self.elements.slip_force
+
+    @cached_property
+    def components(self) -> tuple[str, ...]:
+        """Harmonic coefficients of motion and force.
+
+        Under constant load half a period mirrors the other, so that no even harmonics arise.
+        """
+        odd = "bias" not in self.elements.components
+        numbers = range(1, self.harmonics + 1, 2 if odd else 1)
+        oscillating = [f"{part}{h if h > 1 else ''}" for h in numbers for part in ("sin", "cos")]
+        return tuple(oscillating) if odd else ("bias", *oscillating)
+
+    def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
+        """Stiffness of the points while nothing slips [N/m], shape (points, directions)."""
+        return self.elements.stuck_stiffness(points)
+
+    def force(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Harmonic forces of all elements on each point.
+
+        Parameters
+        ----------
+        motion
+            Coefficients of the displacements [m] in the order of ``components``, one direction
+            after another, shape (points, directions * components).
+
+        Returns
+        -------
+        ndarray
+            Those of the forces [N]; of the normal load that by which it exceeds the load of the
+            assembled state. Shape (points, directions * components).
+        """
+        return self._force(motion, np.zeros((0, 0, 0)))
+
+    def force_and_tangent(
+        self, motion: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Harmonic forces on each point and their derivative by the motion of that point.
+
+        Parameters
+        ----------
+        motion
+            As for ``force``.
+
+        Returns
+        -------
+        force : ndarray
+            Shape (points, directions * components) [N].
+        tangent : ndarray
+            ``tangent[p, i, j]`` is d force_i / d motion_j [N/m].
+        """
+        tangent = np.zeros((*motion.shape, motion.shape[1]))
+        return self._force(motion, tangent), tangent
+
+    def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+        """State of every element over the samples (``boltjoint.friction.states``)."""
+        on, k_u, k_v, normal_load, mu = self._arrays()
+        in_time = self._in_time(motion)[on]
+        x = k_u[:, None] * in_time[:, 0]
+        n = np.broadcast_to(normal_load[:, None], x.shape)
+        if "normal" in self.directions:
+            n = n + k_v[:, None] * in_time[:, 1]
+        bound = mu[:, None] * np.maximum(n, 0)
+        # the bounds leave no room for a slider at rest
+        slips = (x - bound).max(axis=1) > (x + bound).min(axis=1)
+        state = np.where(slips, STICK_SLIP, STICK)
+        state[n.min(axis=1) <= 0] = STICK_SLIP_SEPARATION
+        state[n.max(axis=1) <= 0] = SEPARATION
+        return state.astype(np.int8)
+
+    def _arrays(self) -> tuple[NDArray, ...]:
+        """Point, k_u, k_v, n0 and mu of each element."""
+        law = self.elements
+        if "normal" in law.directions:
+            of_load = law.normal_stiffness, law.normal_load, law.friction_coefficient
+        else:
+            # only mu n matters where n is constant
+            count = law.slip_force.size
+            of_load = np.zeros(count), np.ones(count), law.slip_force
+        return law.point_of_element, law.tangential_stiffness, *of_load
+
+    @cached_property
+    def _synthesis(self) -> NDArray[np.float64]:
+        """What each component is at each sample, shape (components, samples)."""
+        numbers = sorted({int(name[3:] or 1) for name in self.components if name != "bias"})
+        # whole periods are taken off while they are whole numbers, for the sake of rounding
+        turns = np.outer(numbers, np.arange(self.samples)) % self.samples / self.samples
+        rows = np.stack([np.sin(2 * np.pi * turns), np.cos(2 * np.pi * turns)], axis=1)
+        rows = rows.reshape(-1, self.samples)
+        return rows if "bias" not in self.components else np.vstack([np.ones(self.samples), rows])
+
+    @cached_property
+    def _weight(self) -> NDArray[np.float64]:
+        """What a sample counts for in each component, shape (components,)."""
+        return np.where(np.array(self.components) == "bias", 1.0, 2.0) / self.samples
+
+    @cached_property
+    def _tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The synthesis, and sums up to each sample, of which stretches are differences.
+
+        Sums of what samples contribute to each component, shape (samples + 1, components), and of
+        its derivative by each component of what is sampled, shape (samples + 1, components,
+        components).
+        """
+        contribution = self._synthesis.T * self._weight
+        products = contribution[:, :, None] * self._synthesis.T[:, None, :]
+        mean, square = (
+            np.concatenate([np.zeros_like(of[:1]), np.cumsum(of, axis=0)])
+            for of in (contribution, products)
+        )
+        return self._synthesis, mean, square
+
+    def _in_time(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement of the points at the samples [m], shape (points, directions, samples)."""
+        components = motion.reshape(-1, len(self.components))
+        return (components @ self._synthesis).reshape(len(motion), -1, self.samples)
+
+    def _force(
+        self, motion: NDArray[np.float64], tangent: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Force, and tangent where there is room for it."""
+        on, *of_element = self._arrays()
+        order = np.argsort(on, kind="stable")
+        first = np.searchsorted(on[order], np.arange(len(motion) + 1))
+        motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
+        _march(order, first, *of_element, motion, self._tables, force, tangent)
+        return force * np.tile(self._weight, len(self.directions))
+
+
+#: what an element does at a sample: slip, by the sign of its force, stick, be open, or stick where
+#: the surfaces have met since the sample before
+_SLIPS_BACK, _STICKS, _SLIPS_FORTH, _OPEN, _MEETS = range(-1, 4)
+
+
+@njit(cache=True)
+def _step(
+    x_before: float, n_before: float, x: float, n: float, mu: float, z: float
+) -> tuple[float, int]:
+    """Where the slider is after a sample, and what the element does there.
+
+    ``x = k_u u`` and ``n = n0 + k_v v`` are what the springs alone want, z is where the slider was.
+    """
+    if n <= 0.0:
+        return x, _OPEN
+    doing = _STICKS
+    if n_before <= 0.0:
+        # laid down where n rises through zero, by a straight line from sample to sample: only then
+        # does the force err by the square of the step
+        z, doing = x_before + (x - x_before) * n_before / (n_before - n), _MEETS
+    if z < x - mu * n:
+        return x - mu * n, _SLIPS_FORTH
+    if z > x + mu * n:
+        return x + mu * n, _SLIPS_BACK
+    return z, doing
+
+
+@njit(cache=True)
+def _march(
+    order: NDArray[np.int64],
+    first: NDArray[np.int64],
+    k_u: NDArray[np.float64],
+    k_v: NDArray[np.float64],
+    normal_load: NDArray[np.float64],
+    friction_coefficient: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    tables: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    force: NDArray[np.float64],
+    tangent: NDArray[np.float64],
+) -> None:
+    """March the elements point by point, and find the harmonic tangents where there is room."""
+    synthesis = tables[0]
+    count, samples = synthesis.shape
+    directions = motion.shape[1] // count
+    displacement, total = np.empty((directions, samples)), np.empty((directions, samples))
+    x, n, doing = np.empty(samples), np.empty(samples), np.empty(samples, dtype=np.int8)
+    for p in range(len(motion)):
+        total[:] = 0.0
+        for d in range(directions):
+            np.dot(motion[p, d * count : (d + 1) * count], synthesis, displacement[d])
+        for e in order[first[p] : first[p + 1]]:
+            mu, preload = friction_coefficient[e], max(normal_load[e], 0.0)
+            for i in range(samples):
+                x[i] = k_u[e] * displacement[0, i]
+                n[i] = normal_load[e]
+                if directions == 2:
+                    n[i] += k_v[e] * displacement[1, i]
+            z, placed_at, placed_by = 0.0, 0, _STICKS
+            for i in range(samples):
+                z, does = _step(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+                if does != _STICKS:
+                    placed_at, placed_by = i, does
+            for i in range(samples):
+                z, doing[i] = _step(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+                total[0, i] += x[i] - z
+                if directions == 2:
+                    total[1, i] += max(n[i], 0.0) - preload
+            if tangent.size:
+                springs = k_u[e], k_v[e], mu
+                _add_tangent(springs, x, n, doing, placed_at, placed_by, tables, tangent[p])
+        for d in range(directions):
+            np.dot(synthesis, total[d], force[p, d * count : (d + 1) * count])
+
+
+@njit(cache=True)
+def _add_tangent(
+    springs: tuple[float, float, float],
+    x: NDArray[np.float64],
+    n: NDArray[np.float64],
+    doing: NDArray[np.int8],
+    placed_at: int,
+    placed_by: int,
+    tables: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    tangent: NDArray[np.float64],
+) -> None:
+    """Add the harmonic tangent of one element.
+
+    Over a stretch of samples at which it does the same, its forces are linear in the motion: n, and
+    ``mu n`` or ``x - z``, with z as the slider was placed at one sample.
+    """
+    k_u, k_v, mu = springs
+    synthesis, mean, square = tables
+    count = len(synthesis)
+    has_normal = len(tangent) > count
+    begin = 0
+    for end in range(1, doing.size + 1):
+        does = doing[begin]
+        if end < doing.size and doing[end] == does:
+            continue
+        slips = does in (_SLIPS_BACK, _SLIPS_FORTH)
+        if does == _MEETS:
+            placed_at, placed_by = begin, does
+        if does != _OPEN:
+            of_x = 0.0 if slips else k_u
+            of_n = does * mu * k_v if slips else 0.0
+            for i in range(count):
+                for j in range(count):
+                    both = square[end, i, j] - square[begin, i, j]
+                    tangent[i, j] += of_x * both
+                    if has_normal:
+                        tangent[i, count + j] += of_n * both
+                        tangent[count + i, count + j] += k_v * both
+            if not slips and placed_by != _STICKS:
+                share, by_n_before, by_n = _placement(x, n, mu, placed_at, placed_by)
+                for j in range(count):
+                    phi_before, phi = synthesis[j, placed_at - 1], synthesis[j, placed_at]
+                    z_by_x = k_u * (phi_before + share * (phi - phi_before))
+                    z_by_n = k_v * (by_n_before * phi_before + by_n * phi)
+                    for i in range(count):
+                        weight = mean[end, i] - mean[begin, i]
+                        tangent[i, j] -= weight * z_by_x
+                        if has_normal:
+                            tangent[i, count + j] -= weight * z_by_n
+        if slips:
+            placed_at, placed_by = end - 1, does
+        begin = end
+
+
+@njit(cache=True)
+def _placement(
+    x: NDArray[np.float64], n: NDArray[np.float64], mu: float, at: int, by: int
+) -> tuple[float, float, float]:
+    """How a slider placed at a sample depends on it and the one before.
+
+    Share of x at the sample, the rest being of x before; derivative by n before, and by n.
+    """
+    if by != _MEETS:
+        return 1.0, 0.0, -by * mu
+    drop = n[at - 1] - n[at]
+    slope = (x[at] - x[at - 1]) / drop**2
+    return n[at - 1] / drop, -n[at] * slope, n[at - 1] * slope
