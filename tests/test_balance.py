@@ -1,23 +1,59 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
-from boltjoint.balance import HarmonicBalance
-from boltjoint.partition import partition_regions
+from boltjoint.balance import HarmonicBalance, parse_component
+from boltjoint.continuation import StepControl, newton
+from boltjoint.coordinates import LinearModes
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.sampled import SampledInTime
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.joint import Joint, merge_points
+
+
+def merged(joint):
+    return merge_points(joint, np.repeat([0, 1, 2, 3], 15))
+
+
+def pressed(joint):
+    """The joint with loads that vary, so that some of its contact opens."""
+    k, load = joint.law.tangential_stiffness, joint.law.slip_force
+    return replace(
+        joint,
+        normal_mode=0.1 * joint.tangential_mode[:, [1, 2, 0]],
+        law=VariableLoad(
+            joint.law.point_of_element, k, 2 * k, load - 0.6 * load.mean(), np.full(k.size, 0.1)
+        ),
+    )
+
+
+def sampled(joint):
+    return replace(joint, law=SampledInTime(joint.law, 3))
 
 
 @pytest.fixture(params=["node-to-node", "regions"])
 def balance(request, joint):
-    return HarmonicBalance(
-        joint if request.param == "node-to-node" else partition_regions(joint, 4), 0.01, 5.0
-    )
+    return HarmonicBalance(joint if request.param == "node-to-node" else merged(joint), 0.01, 5.0)
+
+
+@pytest.fixture(params=["constant", "constant-3", "variable", "variable-3", "variable-regions"])
+def any_balance(request, joint):
+    """Of either law, exact and sampled in time with three harmonics, and with merged points."""
+    made = pressed(joint) if "variable" in request.param else joint
+    made = sampled(made) if "3" in request.param else made
+    return HarmonicBalance(merged(made) if "regions" in request.param else made, 0.01, 5.0)
 
 
 def state(balance, size=1e-5):
     return size * np.random.default_rng(7).normal(size=balance.modal_force.size)
 
 
-def test_jacobian_equals_differences(balance):
-    x, w = state(balance), 600.0
+def test_jacobian_equals_differences(any_balance):
+    balance, w = any_balance, 600.0
+    x = state(balance, 3e-5)
+    assert np.unique(balance.joint.law.contact_state(balance.motion(x))).size > 1
     residual, jacobian = balance.residual_and_jacobian(x, w)
     np.testing.assert_array_equal(residual, balance.residual(x, w))
     for j in range(x.size):
@@ -28,12 +64,127 @@ def test_jacobian_equals_differences(balance):
         np.testing.assert_allclose(jacobian[:, j], difference, atol=1e-6 * np.abs(jacobian).max())
 
 
-def test_frequency_derivative_equals_differences(balance):
-    x, w = state(balance), 600.0
+def test_frequency_derivative_equals_differences(any_balance):
+    balance, w = any_balance, 600.0
+    x = state(balance)
     difference = (balance.residual(x, w + 0.01) - balance.residual(x, w - 0.01)) / 0.02
     np.testing.assert_allclose(
         balance.frequency_derivative(x, w), difference, atol=1e-8 * np.linalg.norm(difference)
     )
+
+
+def test_every_harmonic_is_a_linear_structure_at_its_frequency(any_balance):
+    balance, w = any_balance, 600.0
+    L = np.diag((2 * np.pi * balance.joint.natural_frequency) ** 2)
+    x = state(balance)
+    part = dict(zip(balance.components, x.reshape(len(balance.components), -1), strict=True))
+    left = balance.dynamic_stiffness(w) @ x
+    left = dict(zip(balance.components, left.reshape(len(balance.components), -1), strict=True))
+    for name in balance.components:
+        what, harmonic = parse_component(name)
+        if what == "bias":
+            np.testing.assert_allclose(left[name], L @ part[name], rtol=1e-12)
+        if what == "sin":
+            cosine = f"cos{name[3:]}"
+            dynamic = L * (1 + 1j * balance.loss_factor) - (harmonic * w) ** 2 * np.eye(3)
+            expected = dynamic @ (part[name] + 1j * part[cosine])
+            np.testing.assert_allclose(left[name] + 1j * left[cosine], expected, rtol=1e-12)
+
+
+def test_a_joint_that_sticks_has_no_higher_harmonics(joint):
+    linear = HarmonicBalance(sampled(joint), 0.01, 1e-6)
+    x = linear.stuck_solution(500.0)
+    assert linear.components == ("sin", "cos", "sin3", "cos3")
+    np.testing.assert_array_equal(x[6:], 0)
+    alone = HarmonicBalance(joint, 0.01, 1e-6).stuck_solution(500.0)
+    np.testing.assert_allclose(x[:6], alone, rtol=1e-12)
+    residual = np.linalg.norm(linear.residual(x, 500.0))
+    assert residual < 1e-11 * np.linalg.norm(linear.modal_force)
+
+
+def marched_period(joint, force, w, start, steps):
+    """A period of one mode on one element, by Runge-Kutta steps with the slider moved between."""
+    R, N = (joint.rows[0][0, 0], joint.rows[-1][0, 0])
+    law = joint.law
+    k_u, stiffness = law.tangential_stiffness[0], (2 * np.pi * joint.natural_frequency[0]) ** 2
+    if law.name == "constant":
+        k_v, load, mu = 0.0, 1.0, law.slip_force[0]
+    else:
+        k_v, load, mu = law.normal_stiffness[0], law.normal_load[0], law.friction_coefficient[0]
+    q, v, z = start
+    h = 2 * np.pi / w / steps
+
+    def acceleration(t, q):
+        n = max(load + k_v * N * q, 0.0)
+        friction = min(max(k_u * R * q - z, -mu * n), mu * n)
+        contact = R * friction + N * (n - max(load, 0.0))
+        return joint.excitation_mode[0] * force * np.sin(w * t) - stiffness * q - contact
+
+    path = np.empty(steps)
+    for i in range(steps):
+        path[i], t = q, i * h
+        a = acceleration(t, q)
+        b = acceleration(t + h / 2, q + h / 2 * v)
+        c = acceleration(t + h / 2, q + h / 2 * v + h**2 / 4 * a)
+        d = acceleration(t + h, q + h * v + h**2 / 2 * b)
+        x_before, n_before = k_u * R * q, load + k_v * N * q
+        q, v = q + h * v + h**2 / 6 * (a + b + c), v + h / 6 * (a + 2 * b + 2 * c + d)
+        x, n = k_u * R * q, load + k_v * N * q
+        if n > 0 >= n_before:
+            z = x_before + (x - x_before) * n_before / (n_before - n)
+        z = min(max(z, x - mu * max(n, 0)), x + mu * max(n, 0))
+    return np.array([q, v, z]), path
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_with_more_harmonics_the_balance_approaches_the_motion_in_time(law):
+    """A cantilever on one element, against the periodic solution of its equation of motion."""
+    force, w, steps = 40.0, 2 * np.pi * 95.0, 1000
+    on, k_u = np.zeros(1, dtype=np.int64), np.array([3e7])
+    cantilever = Joint(
+        natural_frequency=np.array([70.0]),
+        excitation_mode=np.array([2.0]),
+        response_mode=np.array([2.0]),
+        tangential_mode=np.array([[0.06]]),
+        position=np.zeros((1, 3)),
+        element_position=np.zeros((1, 3)),
+        normal_mode=None if law == "constant" else np.array([[0.05]]),
+        law=ConstantLoad(on, k_u, np.array([20.0]))
+        if law == "constant"
+        else VariableLoad(on, k_u, np.array([2e6]), np.array([8.0]), np.array([0.3])),
+    )
+    phase = 2 * np.pi * np.arange(steps) / steps
+
+    def solved(harmonics):
+        """The solution without structural loss, of which there is none in time."""
+        made = replace(cantilever, law=SampledInTime(cantilever.law, harmonics, samples=2048))
+        balance = HarmonicBalance(made, 0.0, force)
+        start = balance.stuck_solution(w)
+        solution, _ = newton(LinearModes(balance), start, w, StepControl(most_iterations=50))
+        assert solution.converged
+        assert balance.joint.law.contact_state(balance.motion(solution.x)) == (
+            1 if law == "constant" else 2
+        )
+        of = {"bias": lambda _, t: np.ones_like(t), "sin": lambda h, t: np.sin(h * t)}
+        of["cos"] = lambda h, t: np.cos(h * t)
+        parts = [parse_component(name) for name in balance.components]
+        return sum(x * of[what](h, phase) for x, (what, h) in zip(solution.x, parts, strict=True))
+
+    first = solved(9)
+    start = np.array([first[0], (first[1] - first[-1]) * steps * w / (4 * np.pi), 0.0])
+    start[2] = marched_period(cantilever, force, w, start, steps)[0][2]
+    scale = np.abs(first).max() * np.array([1, w, k_u[0] * 0.06])
+
+    def miss(start):
+        return (marched_period(cantilever, force, w, start * scale, steps)[0]) / scale - start
+
+    periodic = fsolve(miss, start / scale, xtol=1e-10) * scale
+    _, path = marched_period(cantilever, force, w, periodic, steps)
+    error = [np.linalg.norm(solved(h) - path) / np.linalg.norm(path) for h in (1, 5, 9)]
+    # those of the force fall with the square of their number, of the motion with the fourth power
+    assert error[0] > 1e-4
+    assert error[1] < 5e-5
+    assert error[2] < 1e-5
 
 
 def test_stuck_solution_solves_the_equations_while_nothing_slips(balance):
@@ -70,8 +221,6 @@ def test_residual_turns_with_the_phase(balance):
 
 def test_residual_scales_with_force_slip_limit_and_motion(balance):
     """Twice the force on twice the slip limit moves twice as far."""
-    from dataclasses import replace
-
     joint, w, x = balance.joint, 500.0, state(balance)
     law = replace(joint.law, slip_force=2 * joint.law.slip_force)
     double = HarmonicBalance(replace(joint, law=law), balance.loss_factor, 10.0)
@@ -95,10 +244,11 @@ def test_secant_stiffness_at_rest_is_that_of_the_springs(balance):
     np.testing.assert_array_equal(at_rest, balance.joint.law.stuck_stiffness(balance.joint.points))
 
 
-def test_in_a_basis_the_equations_are_projected(balance):
+def test_in_a_basis_the_equations_are_projected(any_balance):
+    balance = any_balance
     basis = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 2)))[0]
     reduced = HarmonicBalance(balance.joint, balance.loss_factor, 5.0, basis)
-    V = np.kron(np.eye(2), basis)
+    V = np.kron(np.eye(len(balance.components)), basis)
     x, w = state(reduced), 600.0
     residual, jacobian = reduced.residual_and_jacobian(x, w)
     full_residual, full_jacobian = balance.residual_and_jacobian(V @ x, w)

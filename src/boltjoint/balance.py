@@ -13,16 +13,18 @@ from boltjoint.joint import Joint
 class HarmonicBalance:
     """Harmonic balance of a joint in the linear modes of its structure (eq. 2.9, 2.35).
 
-    With ``x(t) = b + s sin(wt) + c cos(wt)`` of the modal coordinates, excitation ``F sin(wt)``,
-    ``L = diag(w_r^2)``, loss factor eta and contact force f in modal coordinates::
+    With ``x(t) = b + sum_h (s_h sin(hwt) + c_h cos(hwt))`` of the modal coordinates, excitation
+    ``F sin(wt)``, ``L = diag(w_r^2)``, loss factor eta, the same at every frequency, and contact
+    force f in modal coordinates::
 
-        bias:  L b                      + f_0           = 0
-        sin:   (L - w^2) s - eta L c    + f_s - phi_F F = 0
-        cos:   (L - w^2) c + eta L s    + f_c           = 0
+        bias:  L b                            + f_0             = 0
+        sin:   (L - (hw)^2) s_h - eta L c_h   + f_sh  - phi_F F = 0   (F only at h = 1)
+        cos:   (L - (hw)^2) c_h + eta L s_h   + f_ch            = 0
 
-    The unknown x holds the components the joint's law needs (bias only where it does), one after
-    another: shape (components * modes,) [kg^1/2 m]. The parameter is the frequency w [rad/s].
-    In a basis V of fewer modes, ``q = V x``, the equations are projected onto it.
+    The unknown x holds the components the joint's law needs (``sin`` and ``cos``, ``sin3`` of the
+    third harmonic, ``bias`` where the force has one), one after another: shape
+    (components * modes,) [kg^1/2 m]. The parameter is the frequency w [rad/s]. In a basis V of
+    fewer modes, ``q = V x``, the equations are projected onto it.
 
     Parameters
     ----------
@@ -73,18 +75,10 @@ class HarmonicBalance:
 
     def dynamic_stiffness(self, w: float) -> NDArray[np.float64]:
         """The linear part of the equations at w, shape (components * modes,) * 2."""
-        modes, n = len(self.stiffness), len(self.components)
-        matrix = np.zeros((n, modes, n, modes))
-        each = np.arange(modes)
-        sin, cos = self.components.index("sin"), self.components.index("cos")
-        for i, component in enumerate(self.components):
-            matrix[i, :, i, :] = self.stiffness
-            if component != "bias":
-                matrix[i, each, i, each] -= w**2
-        structural = self.loss_factor * self.stiffness
-        matrix[sin, :, cos, :] = -structural
-        matrix[cos, :, sin, :] = structural
-        return matrix.reshape(n * modes, n * modes)
+        matrix = self._springs_and_losses.copy()
+        diagonal = np.einsum("ii->i", matrix)
+        diagonal -= (w * self._harmonic) ** 2
+        return matrix
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """What is left of the equations at x and w, shape of x."""
@@ -102,10 +96,7 @@ class HarmonicBalance:
 
     def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Derivative of the residual by w, shape of x."""
-        derivative = (-2.0 * w) * x.reshape(len(self.components), -1)
-        if "bias" in self.components:
-            derivative[self.components.index("bias")] = 0.0
-        return derivative.ravel()
+        return -2.0 * w * self._harmonic**2 * x
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
@@ -137,6 +128,37 @@ class HarmonicBalance:
             at_rest, stuck, (f[..., sin] + 1j * f[..., cos]) / np.where(at_rest, 1.0, amplitude)
         )
 
+    @cached_property
+    def _harmonic(self) -> NDArray[np.float64]:
+        """Harmonic number of every entry of the unknown."""
+        numbers = [harmonic for _, harmonic in map(parse_component, self.components)]
+        return np.repeat(np.array(numbers, dtype=float), len(self.stiffness))
+
+    @cached_property
+    def _springs_and_losses(self) -> NDArray[np.float64]:
+        """The linear part of the equations without inertia."""
+        n, modes = len(self.components), len(self.stiffness)
+        matrix = np.zeros((n, modes, n, modes))
+        parts = {parse_component(name): i for i, name in enumerate(self.components)}
+        for (part, harmonic), i in parts.items():
+            matrix[i, :, i, :] = self.stiffness
+            if part == "sin":
+                cos = parts["cos", harmonic]
+                matrix[i, :, cos, :] = -self.loss_factor * self.stiffness
+                matrix[cos, :, i, :] = self.loss_factor * self.stiffness
+        return matrix.reshape(n * modes, n * modes)
+
+    @cached_property
+    def _products(self) -> list[list[NDArray[np.float64]]]:
+        """Products of two modes of each point, by directions, each (points, modes * modes).
+
+        They take the tangents of the points to modes by one product of matrices.
+        """
+        return [
+            [(B[:, :, None] * C[:, None, :]).reshape(len(B), -1) for C in self.rows]
+            for B in self.rows
+        ]
+
     def _projected(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
         return matrix if self.basis is None else self.basis.T @ matrix @ self.basis
 
@@ -147,10 +169,22 @@ class HarmonicBalance:
 
     def _tangent_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         n, modes = len(self.components), len(self.stiffness)
-        jacobian = np.zeros((modes, n, n, modes))
-        for d, B in enumerate(self.rows):
-            for e, C in enumerate(self.rows):
-                block = tangent[:, d * n : (d + 1) * n, e * n : (e + 1) * n]
-                weighted = block[..., None] * C[:, None, None, :]
-                jacobian += (B.T @ weighted.reshape(len(C), -1)).reshape(jacobian.shape)
-        return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
+        by_direction = tangent.reshape(-1, len(self.rows), n, len(self.rows), n)
+        jacobian = np.zeros((modes * modes, n * n))
+        for d, products in enumerate(self._products):
+            for e, product in enumerate(products):
+                jacobian += product.T @ by_direction[:, d, :, e, :].reshape(-1, n * n)
+        by_part = jacobian.reshape(modes, modes, n, n).transpose(2, 0, 3, 1)
+        return by_part.reshape(n * modes, n * modes)
+
+
+def parse_component(name: str) -> tuple[str, int]:
+    """Which coefficient a harmonic component is, and of which harmonic.
+
+    >>> parse_component("cos3"), parse_component("sin"), parse_component("bias")
+    (("cos", 3), ("sin", 1), ("bias", 0))
+    """
+    part = name.rstrip("0123456789")
+    if part == "bias":
+        return part, 0
+    return part, int(name.removeprefix(part) or 1)
