@@ -213,9 +213,36 @@ def _stick(marks: Array, i: int, held: float, sine: float, cosine: float, kappa:
 
 
 @njit(cache=True)
-def _ahead(phase: float, now: float) -> float:
-    """How far a phase is ahead of another, from 0 to a period."""
-    return (phase - now) % (2 * pi)
+def _ahead(phase: float, now: float, most: float) -> float:
+    """How far a phase is ahead of another; one that rounding left behind it is no way ahead.
+
+    The true answer is from 0 to ``most``, which is a period at most.
+    """
+    ahead = (phase - now) % (2 * pi)
+    return 0.0 if ahead > 0.5 * most + pi else min(ahead, most)
+
+
+@njit(cache=True)
+def _cosine(level: float, amplitude: float) -> float:
+    """Cosine of the phase, counted from its top, at which a sinusoid passes a level.
+
+    That of the top or bottom where the level is beyond.
+    """
+    if abs(level) < amplitude:
+        return level / amplitude
+    return 1.0 if level > 0 else -1.0
+
+
+@njit(cache=True)
+def _sine(cosine: float) -> float:
+    """Sine to a cosine, of phases up to half a period; also next to 0 as exact as the phase."""
+    return sqrt((1 - cosine) * (1 + cosine))
+
+
+@njit(cache=True)
+def _inverse(amplitude: float) -> float:
+    """One over it, or 0: what does not move is as high at every phase as in the mean."""
+    return 1 / amplitude if amplitude > 0 else 0.0
 
 
 @njit(cache=True)
@@ -237,25 +264,24 @@ def _divide_period(x: Array, n: Array, mu: float, marks: Array) -> tuple[int, in
             x, n, mu, swing, (l_0, l_s, l_c, a_l), (u_0, u_s, u_c, a_u), marks
         )
     highest, lowest = l_0 + a_l, u_0 - a_u
-    if highest <= lowest:  # there is room for a slider at rest
+    of_l, of_u = _inverse(a_l), _inverse(a_u)
+    l_s, l_c, u_s, u_c = l_s * of_l, l_c * of_l, u_s * of_u, u_c * of_u
+    if highest <= lowest or of_l == 0 or of_u == 0:  # there is room for a slider at rest
         if highest > 0:
-            _stick(marks, 0, 1.0, l_s / a_l, l_c / a_l, -mu)
+            _stick(marks, 0, 1.0, l_s, l_c, -mu)
         elif lowest < 0:
-            _stick(marks, 0, 1.0, -u_s / a_u, -u_c / a_u, mu)
+            _stick(marks, 0, 1.0, -u_s, -u_c, mu)
         else:
             _stick(marks, 0, 0.0, 0.0, 0.0, 0.0)
         return 1, STICK
     # pushed up to where one bound is highest, left there until the other comes down, and back
-    l_s, l_c, u_s, u_c = l_s / a_l, l_c / a_l, u_s / a_u, u_c / a_u
-    cos_fall = min(max((highest - u_0) / a_u, -1.0), 1.0)
-    cos_rise = min(max((lowest - l_0) / a_l, -1.0), 1.0)
-    sin_fall, sin_rise = sqrt(1 - cos_fall * cos_fall), sqrt(1 - cos_rise * cos_rise)
+    cos_fall, cos_rise = _cosine(highest - u_0, a_u), _cosine(lowest - l_0, a_l)
+    sin_fall, sin_rise = _sine(cos_fall), _sine(cos_rise)
     fall, rise = acos(cos_fall), acos(cos_rise)
     between = atan2(u_s * l_c - u_c * l_s, u_s * l_s + u_c * l_c)
-    above = _ahead(between + fall, 0.0)
-    below = _ahead(-rise, between + pi)
-    if above + below + rise + (pi - fall) > 3 * pi:  # one of them is no time at all, but rounding
-        above, below = (0.0, below) if above > below else (above, 0.0)
+    stuck = pi - rise + fall
+    above = _ahead(between + fall, 0.0, stuck)
+    below = stuck - above
     _mark(marks, 0, 0.0, l_s, l_c)
     _stick(marks, 0, 1.0, l_s, l_c, -mu)
     _mark(
@@ -304,29 +330,34 @@ def _divide_with_separation(
     z = x[0] + x[1] * sin_zeta + x[2] * cos_zeta
     kappa = -(x[1] * cos_zeta - x[2] * sin_zeta) / (swing * sin(half))
     slip = 0 if abs(kappa) <= mu else 1 if kappa < 0 else -1
+    rested = 0
     now, count = 0.0, 0
     while now < span and count < _MOST_MARKS - 1:
         length = span - now
         if slip != 0:
             # a bound that pushes is at most half a period from its turning point, where it rests
-            until = _ahead(phi_l if slip > 0 else phi_u + pi, meet + now)
-            length = min(length, until if until < pi else 0.0)
+            until = _ahead(phi_l if slip > 0 else phi_u + pi, meet + now, pi)
+            length = min(length, until)
             _slip(marks, count, slip)
             kappa = -slip * mu
             if slip > 0:
-                z, sin_zeta, cos_zeta = l_0 + a_l, l_s / a_l, l_c / a_l
+                of_l = _inverse(a_l)
+                z, sin_zeta, cos_zeta = l_0 + a_l, l_s * of_l, l_c * of_l
             else:
-                z, sin_zeta, cos_zeta = u_0 - a_u, -u_s / a_u, -u_c / a_u
-            slip = 0
+                of_u = _inverse(a_u)
+                z, sin_zeta, cos_zeta = u_0 - a_u, -u_s * of_u, -u_c * of_u
+            rested, slip = slip, 0
         else:
             _stick(marks, count, 1.0, sin_zeta, cos_zeta, kappa)
             # a bound that came to rest at its turning point does not meet the slider there again
-            if kappa != -mu and abs(z - l_0) < a_l:
-                until = _ahead(phi_l - acos((z - l_0) / a_l), meet + now)
+            if rested != 1 and z - l_0 < a_l:
+                angle = acos(_cosine(z - l_0, a_l))
+                until = _ahead(phi_l - angle, meet + now, 2 * (pi - angle))
                 if until < length:
                     length, slip = until, 1
-            if kappa != mu and abs(z - u_0) < a_u:
-                until = _ahead(phi_u + acos((z - u_0) / a_u), meet + now)
+            if rested != -1 and z - u_0 > -a_u:
+                angle = acos(_cosine(z - u_0, a_u))
+                until = _ahead(phi_u + angle, meet + now, 2 * angle)
                 if until < length:
                     length, slip = until, -1
         now += length
