@@ -7,8 +7,8 @@ from boltjoint import dataset
 from boltjoint.balance import HarmonicBalance
 from boltjoint.continuation import StepControl
 from boltjoint.coordinates import pose
-from boltjoint.joint import merge_points, to_dataset
-from boltjoint.march import residuals_in_time
+from boltjoint.friction.sampled import SampledInTime
+from boltjoint.joint import merge_points
 from boltjoint.partition import partition_regions
 from boltjoint.response import frequency_window, solve_branch, solve_response
 from boltjoint.timing import time_solver
@@ -55,23 +55,6 @@ def test_without_friction_the_response_is_that_of_the_free_structure(joint):
     assert branch.complete
     expected = np.abs(linear_response(joint, branch.frequency, 0.0, 10.0))
     np.testing.assert_allclose(branch.amplitude, expected, rtol=1e-5)
-
-
-def test_solutions_hold_when_friction_is_marched_in_time(joint):
-    forces = [0.5, 5.0, 20.0, 80.0]
-    for one in (joint, partition_regions(joint, 4)):
-        response = solve_response(one, forces, loss_factor=LOSS)
-        assert response["complete"].all()
-        assert response["converged"].all()
-        some = response.isel(solution=slice(None, None, 10))
-        # the march errs by about 1 / samples^2 of the slip forces
-        assert residuals_in_time(to_dataset(one), some).max() < 1e-6
-
-
-def test_the_march_finds_a_solution_that_is_none(joint):
-    response = solve_response(joint, [5.0], loss_factor=LOSS)
-    response["modal_coordinate"][100] *= 1.001
-    assert residuals_in_time(to_dataset(joint), response.isel(solution=[100])).max() > 1e-5
 
 
 def test_energy_balances(joint):
@@ -205,6 +188,18 @@ def test_file_holds_every_force_level(joint, tmp_path):
         + 1j * again["modal_coordinate"].sel(component="cos").to_numpy() @ joint.response_mode
     )
     np.testing.assert_allclose(again["response_amplitude"], amplitude, rtol=1e-12)
+
+
+def test_further_harmonics_follow_the_first(joint):
+    sampled = replace(joint, law=SampledInTime(joint.law, 3, samples=64))
+    response = solve_response(sampled, [20.0], loss_factor=LOSS)
+    assert response["complete"].all()
+    assert list(response["component"].to_numpy()) == ["bias", "sin", "cos", "sin3", "cos3"]
+    observed = response["modal_coordinate"].transpose(..., "mode").to_numpy() @ joint.response_mode
+    np.testing.assert_allclose(
+        response["response_amplitude"], np.hypot(observed[:, 1], observed[:, 2]), rtol=1e-12
+    )
+    assert observed[:, 3:].any()
 
 
 def test_states_at_the_peak_go_from_stick_to_slip(joint):

@@ -1,6 +1,6 @@
 """Do solutions hold when friction is marched in time? A check that shares nothing with the solver.
 
-Every element is followed sample by sample through its motion from rest, its force is brought back
+Every element is followed sample by sample through its motion from rest, its forces are brought back
 to harmonic coefficients by the trapezoidal rule, and the modal equations are written down anew.
 """
 
@@ -10,8 +10,10 @@ import xarray as xr
 from numba import njit
 from numpy.typing import NDArray
 
+#: elements that are marched side by side: many for the processor's vectors, few for its cache
+_LANES = 128
 
-@njit(cache=True)
+
 def forces_in_time(
     point_of_element: NDArray[np.int64],
     stiffness: NDArray[np.float64],
@@ -19,11 +21,7 @@ def forces_in_time(
     motion: NDArray[np.float64],
     samples: int,
 ) -> NDArray[np.float64]:
-    """Harmonic force on each point of elements that are marched in time, side by side.
-
-    The force of an element follows its spring and is cut off at the slip force. From rest, the
-    points are led to where the period begins, marched through one period, and observed over the
-    next.
+    """Harmonic force on each point of elements under constant load that are marched in time.
 
     Parameters
     ----------
@@ -41,29 +39,142 @@ def forces_in_time(
     ndarray
         Sine and cosine coefficients of the force [N], shape (points, 2).
     """
-    force = np.zeros(motion.shape)
-    # on first loading the force only depends on how far the element was led
-    before = motion[:, 1].copy()
-    traction = np.empty(point_of_element.size)
-    for e in range(traction.size):
-        led = stiffness[e] * before[point_of_element[e]]
-        traction[e] = min(max(led, -slip_force[e]), slip_force[e])
-    step = np.empty(before.size)
-    for i in range(1, 2 * samples + 1):
-        phase = 2 * np.pi * (i % samples) / samples
-        sin, cos = np.sin(phase), np.cos(phase)
-        for p in range(before.size):
-            now = motion[p, 0] * sin + motion[p, 1] * cos
-            step[p] = now - before[p]
-            before[p] = now
-        for e in range(traction.size):
-            trial = traction[e] + stiffness[e] * step[point_of_element[e]]
-            traction[e] = min(max(trial, -slip_force[e]), slip_force[e])
-        if i > samples:
-            for e in range(traction.size):
-                force[point_of_element[e], 0] += 2 / samples * traction[e] * sin
-                force[point_of_element[e], 1] += 2 / samples * traction[e] * cos
-    return force
+    both = np.zeros((len(motion), 6))
+    both[:, 1:3] = motion
+    elements = point_of_element, stiffness, *_constant_load(slip_force)
+    return contact_forces_in_time(*elements, both, samples)[:, 1:3]
+
+
+def contact_forces_in_time(
+    point_of_element: NDArray[np.int64],
+    tangential_stiffness: NDArray[np.float64],
+    normal_stiffness: NDArray[np.float64] | None,
+    normal_load: NDArray[np.float64],
+    friction_coefficient: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    samples: int,
+) -> NDArray[np.float64]:
+    """Harmonic forces on each point of elements that are marched in time.
+
+    The normal load of an element follows its spring and is never negative; the friction force
+    follows its spring and is cut off at mu times that load. From rest, the points are led to where
+    the period begins, marched through one period, and observed over the next.
+
+    Parameters
+    ----------
+    point_of_element
+        The point each element acts on, shape (elements,).
+    tangential_stiffness, normal_stiffness
+        Of each element [N/m], shape (elements,); no normal stiffness where no motion changes the
+        normal load, which must then be positive.
+    normal_load
+        Of each element in the assembled state [N], negative for a gap, shape (elements,).
+    friction_coefficient
+        Of each element [-], shape (elements,).
+    motion
+        Bias, sine and cosine coefficients of the points' tangential displacement, then of the
+        normal one, positive when closing [m], shape (points, 6).
+    samples
+        Steps a period.
+
+    Returns
+    -------
+    ndarray
+        Those of the friction force, then of what the normal load is more than in the assembled
+        state [N], shape (points, 6).
+    """
+    phase = 2 * np.pi * np.arange(1, samples + 1) / samples
+    table = np.column_stack([np.sin(phase), np.cos(phase)])
+    force = np.zeros_like(motion)
+    _march(
+        point_of_element,
+        tangential_stiffness,
+        normal_stiffness,
+        normal_load,
+        friction_coefficient,
+        motion,
+        table,
+        force,
+    )
+    return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
+
+
+def _constant_load(
+    slip_force: NDArray[np.float64],
+) -> tuple[None, NDArray[np.float64], NDArray[np.float64]]:
+    """Normal stiffness, load and friction coefficient: any load that gives the slip force."""
+    return None, np.ones_like(slip_force), slip_force
+
+
+@njit(cache=True, error_model="numpy")
+def _march(
+    point_of_element: NDArray[np.int64],
+    k_u: NDArray[np.float64],
+    k_v: NDArray[np.float64] | None,
+    normal_load: NDArray[np.float64],
+    friction_coefficient: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    table: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    """Add friction and excess load of all elements over a period, times 1, sine and cosine.
+
+    Compiled for itself where there is no normal stiffness, without what has to do with it.
+    """
+    # bias, sine and cosine of what the springs alone want; what is summed; where elements are
+    x, n = np.empty((3, _LANES)), np.empty((3, _LANES))
+    f_sum, n_sum = np.empty((3, _LANES)), np.empty((3, _LANES))
+    mu, z = np.empty(_LANES), np.empty(_LANES)
+    x_before, n_before = np.empty(_LANES), np.empty(_LANES)
+    for first in range(0, k_u.size, _LANES):
+        lanes = min(_LANES, k_u.size - first)
+        for e in range(lanes):
+            p = point_of_element[first + e]
+            n[0, e], n[1, e], n[2, e] = normal_load[first + e], 0.0, 0.0
+            for c in range(3):
+                x[c, e] = k_u[first + e] * motion[p, c]
+                if k_v is not None:
+                    n[c, e] += k_v[first + e] * motion[p, 3 + c]
+            mu[e] = friction_coefficient[first + e]
+            # the slider rests at zero until it is pushed; the period begins at sine 0, cosine 1
+            z[e] = 0.0
+            x_before[e], n_before[e] = x[0, e] + x[2, e], n[0, e] + n[2, e]
+        for _ in range(2):
+            f_sum[:] = 0.0
+            n_sum[:] = 0.0
+            for i in range(len(table)):
+                sin, cos = table[i]
+                for e in range(lanes):
+                    x_now = x[0, e] + x[1, e] * sin + x[2, e] * cos
+                    slider, load = z[e], n[0, e]
+                    if k_v is not None:
+                        n_now = n[0, e] + n[1, e] * sin + n[2, e] * cos
+                        # surfaces that meet lay the slider down where they do, on a straight line
+                        # between samples: else the force would err by as much as a step
+                        way = n_before[e] / (n_before[e] - n_now)
+                        laid_down = x_before[e] + (x_now - x_before[e]) * way
+                        slider = laid_down if n_before[e] < 0.0 else slider
+                        load = n_now if n_now > 0.0 else 0.0
+                        n_sum[0, e] += load
+                        n_sum[1, e] += load * sin
+                        n_sum[2, e] += load * cos
+                        x_before[e], n_before[e] = x_now, n_now
+                    lower, upper = x_now - mu[e] * load, x_now + mu[e] * load
+                    slider = slider if slider > lower else lower
+                    slider = slider if slider < upper else upper
+                    friction = x_now - slider
+                    f_sum[0, e] += friction
+                    f_sum[1, e] += friction * sin
+                    f_sum[2, e] += friction * cos
+                    z[e] = slider
+        for e in range(lanes):
+            p = point_of_element[first + e]
+            for c in range(3):
+                force[p, c] += f_sum[c, e]
+                if k_v is not None:
+                    force[p, 3 + c] += n_sum[c, e]
+            if k_v is not None:
+                force[p, 3] -= len(table) * max(normal_load[first + e], 0.0)
 
 
 def residuals_in_time(
@@ -79,7 +190,7 @@ def residuals_in_time(
     Parameters
     ----------
     joint, response
-        ``joint.nc`` with the constant law, and a ``response.nc`` of that joint.
+        ``joint.nc`` of either law, and a ``response.nc`` of that joint.
     samples
         Samples a period; the trapezoidal rule errs by their inverse square.
     tolerance, most_samples
@@ -89,12 +200,21 @@ def residuals_in_time(
     Returns
     -------
     ndarray
-        Shape (solutions,); the largest term is that of elasticity, inertia, damping, friction or
-        excitation in the Euclidean norm over modes and over sine and cosine.
+        Shape (solutions,); the largest term is that of elasticity, inertia, damping, contact or
+        excitation in the Euclidean norm over modes and over bias, sine and cosine.
+
+    Raises
+    ------
+    ValueError
+        If the solutions have more harmonics than the first, with which the march moves the points.
     """
+    components = ["bias", "sin", "cos"]
+    further = [name for name in response["component"].to_numpy() if name not in components]
+    if further:
+        raise ValueError(f"the march does not know the harmonics {', '.join(further)}")
     equations = _ModalEquations(joint, response.attrs["loss_factor"])
     amplitude = response["modal_coordinate"].transpose("solution", "mode", "component")
-    motion = amplitude.sel(component=["sin", "cos"]).to_numpy()
+    motion = amplitude.sel(component=components).to_numpy()
     frequency = response["frequency"].to_numpy()
     excitation = response["excitation_force"].to_numpy()
     left = np.empty(frequency.size)
@@ -108,28 +228,37 @@ def residuals_in_time(
 
 
 class _ModalEquations:
-    """The balance of one joint, with friction marched in time."""
+    """The balance of one joint, with contact marched in time."""
 
     def __init__(self, joint: xr.Dataset, loss_factor: float) -> None:
         self.L = (2 * np.pi * joint["natural_frequency"].to_numpy()[:, None]) ** 2
-        self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
         self.phi = joint["excitation_mode"].to_numpy()
         self.loss_factor = loss_factor
-        names = ("point_of_element", "tangential_stiffness", "slip_force")
-        self.elements = tuple(joint[name].to_numpy() for name in names)
+        self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
+        on, k_u = joint["point_of_element"].to_numpy(), joint["tangential_stiffness"].to_numpy()
+        if joint.attrs["law"] == "variable":
+            self.N = joint["normal_mode"].transpose("point", "mode").to_numpy()
+            names = ("normal_stiffness", "normal_load", "friction_coefficient")
+            of_load = tuple(joint[name].to_numpy() for name in names)
+        else:
+            self.N = np.zeros_like(self.R)
+            of_load = _constant_load(joint["slip_force"].to_numpy())
+        self.elements = on, k_u, *of_load
 
     def residual(
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int
     ) -> float:
         """Norm of what is left over the norm of the largest term."""
-        friction = forces_in_time(*self.elements, self.R @ motion, samples)
-        turned = np.column_stack([-motion[:, 1], motion[:, 0]])
+        of_points = np.hstack([self.R @ motion, self.N @ motion])
+        contact = contact_forces_in_time(*self.elements, of_points, samples)
+        bias, sine, cosine = motion.T
+        rest = np.zeros_like(bias)
         terms = (
             self.L * motion,
-            -((2 * np.pi * frequency) ** 2) * motion,
-            self.loss_factor * self.L * turned,
-            self.R.T @ friction,
-            -np.column_stack([self.phi * excitation, np.zeros(self.phi.size)]),
+            -((2 * np.pi * frequency) ** 2) * np.column_stack([rest, sine, cosine]),
+            self.loss_factor * self.L * np.column_stack([rest, -cosine, sine]),
+            self.R.T @ contact[:, :3] + self.N.T @ contact[:, 3:],
+            -np.column_stack([rest, self.phi * excitation, rest]),
         )
         return float(np.linalg.norm(sum(terms)) / max(np.linalg.norm(term) for term in terms))
 
@@ -141,7 +270,7 @@ def check_solutions(
 
     Parameters
     ----------
-    joint, response
+    joint, response, samples
         As for ``residuals_in_time``.
 
     Returns
@@ -153,7 +282,7 @@ def check_solutions(
     found = pd.DataFrame(
         {
             "force_N": converged["excitation_force"].to_numpy(),
-            "residual_in_time": residuals_in_time(joint, converged),
+            "residual_in_time": residuals_in_time(joint, converged, samples=samples),
         }
     )
     by_force = found.groupby("force_N", sort=False)["residual_in_time"]
