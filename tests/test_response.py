@@ -9,7 +9,7 @@ from boltjoint.continuation import StepControl
 from boltjoint.coordinates import pose
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import merge_points
-from boltjoint.partition import partition_regions
+from boltjoint.partition import regions_of_equal_load
 from boltjoint.response import frequency_window, solve_branch, solve_response
 from boltjoint.timing import time_solver
 
@@ -31,13 +31,27 @@ def test_window_spans_from_free_to_stuck(joint):
     L = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
     stuck = np.sqrt(np.linalg.eigvalsh(L + joint.stuck_stiffness())) / (2 * np.pi)
     assert (low, high) == pytest.approx((0.85 * 70.0, 1.05 * stuck[0]))
-    assert frequency_window(joint, 2) == pytest.approx((0.85 * 360.0, 1.05 * stuck[1]))
+    assert frequency_window(joint, resonance=2) == pytest.approx((0.85 * 360.0, 1.05 * stuck[1]))
+
+
+def test_window_of_several_joints_spans_all_of_theirs(joint):
+    stiffer = replace(joint, law=replace(joint.law, tangential_stiffness=np.full(60, 1e8)))
+    low, high = frequency_window(joint, stiffer)
+    assert low == frequency_window(joint)[0]
+    assert high == frequency_window(stiffer)[1] > frequency_window(joint)[1]
+
+
+def test_a_window_that_cannot_hold_the_resonance_is_refused(joint):
+    assert frequency_window(joint, given=(60.0, 71.0)) == (60.0, 71.0)
+    for given in [(20.0, 69.0), (200.0, 250.0)]:
+        with pytest.raises(ValueError, match="contains no resonance 1: it lies between 70 Hz"):
+            frequency_window(joint, given=given)
 
 
 @pytest.mark.parametrize("resonance", [0, 4])
 def test_window_needs_a_mode(joint, resonance):
     with pytest.raises(ValueError, match=f"resonance {resonance} of 3 modes"):
-        frequency_window(joint, resonance)
+        frequency_window(joint, resonance=resonance)
 
 
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-3"])
@@ -171,7 +185,8 @@ def test_second_resonance(joint):
 
 def test_file_holds_every_force_level(joint, tmp_path):
     forces = [0.01, 5.0, 20.0]
-    response = solve_response(partition_regions(joint, 3), forces, loss_factor=LOSS)
+    regions = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, 3)
+    response = solve_response(merge_points(joint, regions), forces, loss_factor=LOSS)
     dataset.save(response, tmp_path / "response.nc")
     again = dataset.load(tmp_path / "response.nc")
     np.testing.assert_array_equal(again["force_level"], forces)

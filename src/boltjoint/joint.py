@@ -3,6 +3,7 @@
 Node-to-node contact, regions and reduced joints are three ways to make the same thing.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from boltjoint import dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.variable import VariableLoad
 
 #: the laws that a joint can have, by their name
@@ -53,7 +55,7 @@ class Joint:
     response_mode: NDArray[np.float64]
     tangential_mode: NDArray[np.float64]
     position: NDArray[np.float64]
-    law: ConstantLoad | VariableLoad
+    law: ConstantLoad | VariableLoad | SampledInTime
     element_position: NDArray[np.float64]
     normal_mode: NDArray[np.float64] | None = None
 
@@ -234,9 +236,18 @@ def to_dataset(joint: Joint) -> xr.Dataset:
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
 
 
-def load(path: str | Path) -> Joint:
-    """The joint in a file."""
-    return from_dataset(dataset.load(path))
+def load(path: str | Path, sampling: Mapping[str, int] | None = None) -> Joint:
+    """The joint in a file; its friction exact, or sampled in time.
+
+    Parameters
+    ----------
+    path
+        ``joint.nc``.
+    sampling
+        ``harmonics`` and ``samples`` of ``friction.sampled.SampledInTime``; exact without.
+    """
+    found = from_dataset(dataset.load(path))
+    return found if sampling is None else replace(found, law=SampledInTime(found.law, **sampling))
 
 
 def from_dataset(stored: xr.Dataset) -> Joint:

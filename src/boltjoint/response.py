@@ -52,14 +52,15 @@ class Branch:
 
 
 def frequency_window(
-    joint: Joint, resonance: int = 1, given: tuple[float, float] | None = None
+    *joints: Joint, resonance: int = 1, given: tuple[float, float] | None = None
 ) -> tuple[float, float]:
     """Frequencies to follow a resonance through: from 0.85 of the contact-free one to 1.05 stuck.
 
     Parameters
     ----------
-    joint
-        The joint and its structure.
+    *joints
+        One joint, or several on the same structure whose responses are to be compared: their
+        windows together.
     resonance
         Which natural frequency, counted from 1.
     given
@@ -73,16 +74,19 @@ def frequency_window(
     Raises
     ------
     ValueError
-        If the structure has fewer modes, or the resonance lies outside the window given however
+        If the structure has fewer modes, or the resonance lies outside the window given, however
         much of the contact slips.
     """
-    if not 1 <= resonance <= joint.natural_frequency.size:
-        raise ValueError(f"resonance {resonance} of {joint.natural_frequency.size} modes")
-    stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
-    highest = np.sqrt(np.linalg.eigvalsh(stuck)[resonance - 1]) / (2 * np.pi)
-    lowest = np.sort(joint.natural_frequency)[resonance - 1]
+    lowest, highest = np.inf, 0.0
+    for joint in joints:
+        if not 1 <= resonance <= joint.natural_frequency.size:
+            raise ValueError(f"resonance {resonance} of {joint.natural_frequency.size} modes")
+        stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
+        frequency = np.sqrt(np.linalg.eigvalsh(stuck)[resonance - 1]) / (2 * np.pi)
+        highest = max(highest, float(frequency))
+        lowest = min(lowest, float(np.sort(joint.natural_frequency)[resonance - 1]))
     if given is None:
-        return 0.85 * float(lowest), 1.05 * float(highest)
+        return 0.85 * lowest, 1.05 * highest
     if given[1] < lowest or given[0] > highest:
         raise ValueError(
             f"the window from {given[0]:g} to {given[1]:g} Hz contains no resonance {resonance}: "
@@ -128,7 +132,7 @@ def solve_branch(
     """
     balance = HarmonicBalance(joint, loss_factor, force)
     equations = pose(coordinates, balance, resonance, jacobian)
-    low, high = (2 * np.pi * f for f in window or frequency_window(joint, resonance))
+    low, high = (2 * np.pi * f for f in window or frequency_window(joint, resonance=resonance))
     observe = _Observed(balance)
 
     def amplitude_slope(x: NDArray[np.float64], dx: NDArray[np.float64]) -> float:
@@ -172,7 +176,7 @@ def solve_response(
         ``response.nc``: all solutions one after another, and by force level the peak (NaN where
         the branch shows none), whether the branch is complete, and the contact states at the peak.
     """
-    window = window or frequency_window(joint, resonance)
+    window = window or frequency_window(joint, resonance=resonance)
     branches = []
     for force in forces:
         branch = solve_branch(

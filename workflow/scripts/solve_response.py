@@ -6,12 +6,13 @@ from boltjoint.continuation import StepControl
 logs.write_to(snakemake.log[0])
 params, resonance = snakemake.params, int(snakemake.wildcards.resonance)
 nodes = joint.load(snakemake.input.nodes)
-solved = response.solve_response(
-    joint.load(snakemake.input.joint),
-    window=response.frequency_window(nodes, resonance, params.window),
+solved = joint.load(snakemake.input.joint, params.sampling)
+responses = response.solve_response(
+    solved,
+    window=response.frequency_window(nodes, solved, resonance=resonance, given=params.window),
     coordinates=snakemake.wildcards.coordinates,
     resonance=resonance,
     control=StepControl(**params.steps),
     **params.options,
 )
-dataset.save(solved, snakemake.output.response, params)
+dataset.save(responses, snakemake.output.response, params)

@@ -6,9 +6,10 @@ from boltjoint.continuation import StepControl
 logs.write_to(snakemake.log[0])
 params, resonance = snakemake.params, int(snakemake.wildcards.resonance)
 nodes = joint.load(snakemake.input.nodes)
+solved = joint.load(snakemake.input.joint, params.sampling)
 times = timing.time_solver(
-    joint.load(snakemake.input.joint),
-    window=response.frequency_window(nodes, resonance, params.window),
+    solved,
+    window=response.frequency_window(nodes, solved, resonance=resonance, given=params.window),
     coordinates=snakemake.wildcards.coordinates,
     resonance=resonance,
     control=StepControl(**params.steps),
