@@ -1,25 +1,62 @@
 """A joint small enough for tests, with loads and relative modes that vary along it."""
 
 import numpy as np
+import xarray as xr
 
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint import Joint
 
+FRICTION = 0.1
 
-def make_joint(pairs: int = 60, seed: int = 1) -> Joint:
-    """A bar with three modes and many pairs whose loads and relative modes vary along it."""
+
+def make_joint(pairs: int = 60, seed: int = 1, law: str = "constant") -> Joint:
+    """A bar with three modes and many pairs whose loads and relative modes vary along it.
+
+    Of the elements under variable load, those between two of the three bolts are open.
+    """
     random = np.random.default_rng(seed)
     x = np.sort(random.uniform(0.0, 0.1, pairs))
     y = random.uniform(-0.01, 0.01, pairs)
     along = np.column_stack([0.04 + 0.3 * x, -0.1 + 1.5 * x, 0.1 * np.sin(60 * x)])
+    across = np.column_stack([0.03 - 0.2 * x, 0.05 + 0.4 * x, -0.08 * np.cos(40 * x)])
     load = 300.0 / pairs * (1.2 + np.cos(2 * np.pi * x / 0.033)) * random.uniform(0.5, 1.5, pairs)
     position = np.column_stack([x, y, np.zeros(pairs)])
+    points, stiffness = np.arange(pairs), np.full(pairs, 3e8 / pairs)
+    laws = {
+        "constant": ConstantLoad(points, stiffness, load),
+        "variable": VariableLoad(
+            points,
+            stiffness,
+            2 * stiffness,
+            (load - 0.5 * load.mean()) / FRICTION,
+            np.full(pairs, FRICTION),
+        ),
+    }
     return Joint(
         natural_frequency=np.array([70.0, 360.0, 950.0]),
         excitation_mode=np.array([2.0, -1.9, 1.8]),
         response_mode=np.array([2.0, -1.9, 1.8]),
         tangential_mode=along,
         position=position,
-        law=ConstantLoad(np.arange(pairs), np.full(pairs, 3e8 / pairs), load),
+        law=laws[law],
         element_position=position,
+        normal_mode=across if law == "variable" else None,
+    )
+
+
+def make_preload(joint: Joint) -> xr.Dataset:
+    """The contact under bolt preload that a joint of ``make_joint`` may have been made from."""
+    law = joint.law
+    open_by = np.zeros(joint.points)
+    if isinstance(law, VariableLoad):
+        open_by = np.maximum(-law.normal_load, 0) / law.normal_stiffness
+    return xr.Dataset(
+        {
+            "normal_load": ("pair", law.slip_force / FRICTION),
+            "gap": ("pair", open_by),
+            "area": ("pair", np.full(joint.points, 1e-6)),
+            "position": (("pair", "axis"), joint.position),
+        },
+        coords={"axis": ["x", "y", "z"]},
     )

@@ -86,17 +86,18 @@ def regions_of_equal_middle_load(
     Raises
     ------
     ValueError
-        If a region would hold no pair.
+        If a region would hold no pair, or no pair along the middle carries load.
     """
     from_middle = np.abs(position[:, 1])
     middle = np.flatnonzero(from_middle <= from_middle.min() + _SAME_PLACE)
     middle = middle[np.argsort(position[middle, 0], kind="stable")]
     x = position[middle, 0]
     share = cumulative_trapezoid(pressure[middle], x, initial=0)
+    if share[-1] == 0:
+        raise ValueError("no pressure along the middle of the width by which to divide it")
     cuts = np.interp(share[-1] * np.arange(1, count) / count, share, x)
     region = np.searchsorted(cuts, position[:, 0] + _SAME_PLACE, side="right")
-    if np.unique(region).size != count:
-        raise ValueError(f"{len(position)} pairs do not divide into {count} regions along the bar")
+    _refuse_empty(region, count)
     return region
 
 
@@ -125,11 +126,18 @@ def partition_regions(
     if division == "equal-load":
         region = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
     else:
+        # of all pairs, since between those that a joint has elements on the surface may be open
         surface = preload["position"].transpose("pair", "axis").to_numpy()
         pressure = (preload["normal_load"] / preload["area"]).to_numpy()
-        pair = KDTree(surface).query(joint.position)[1]
-        region = regions_of_equal_middle_load(surface[pair, :2], pressure[pair], count)
+        region = regions_of_equal_middle_load(surface[:, :2], pressure, count)
+        region = region[KDTree(surface).query(joint.position)[1]]
+        _refuse_empty(region, count)
     return merge_points(joint, region)
+
+
+def _refuse_empty(region: NDArray[np.int64], count: int) -> None:
+    if np.unique(region).size != count:
+        raise ValueError(f"{region.size} pairs do not divide into {count} regions along the bar")
 
 
 def _ranks(distance: NDArray[np.float64]) -> NDArray[np.int64]:
