@@ -6,8 +6,15 @@ import xarray as xr
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.joint import connect_nodes, from_dataset, merge_points, to_dataset
-from boltjoint.partition import partition_regions, regions_of_equal_load
+from boltjoint.friction.states import SEPARATION, STICK_SLIP_SEPARATION
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.joint import connect_nodes, from_dataset, load, merge_points, to_dataset
+
+
+@pytest.fixture(params=["constant", "variable"])
+def either(request):
+    """A joint of each law."""
+    return make_joint(law=request.param)
 
 
 def modes_and_preload():
@@ -26,6 +33,7 @@ def modes_and_preload():
     preload = xr.Dataset(
         {
             "normal_load": ("pair", [10.0, 0.0, 30.0, 0.0, 20.0]),
+            "gap": ("pair", [0.0, 2e-7, 0.0, 5e-8, 0.0]),
             "position": (("pair", "axis"), position),
         },
         coords={"axis": ["x", "y", "z"]},
@@ -43,28 +51,95 @@ def test_only_loaded_pairs_get_an_element():
     np.testing.assert_array_equal(joint.element_position, modes["position"].to_numpy()[[0, 2, 4]])
 
 
+def test_all_pairs_get_an_element_if_they_may_close():
+    modes, preload = modes_and_preload()
+    joint = connect_nodes(modes, preload, 1e8, 0.1, 3e8)
+    law = joint.law
+    assert isinstance(law, VariableLoad)
+    np.testing.assert_array_equal(law.point_of_element, np.arange(5))
+    np.testing.assert_array_equal(law.tangential_stiffness, 1e8)
+    np.testing.assert_array_equal(law.normal_stiffness, 3e8)
+    np.testing.assert_array_equal(law.friction_coefficient, 0.1)
+    # -k_v gap where open: 3e8 N/m over 0.2 and 0.05 um
+    np.testing.assert_allclose(law.normal_load, [10, -60, 30, -15, 20], rtol=1e-14)
+    relative = modes["relative_mode"]
+    np.testing.assert_array_equal(joint.tangential_mode, relative.sel(axis="x"))
+    np.testing.assert_array_equal(joint.normal_mode, relative.sel(axis="z"))
+    for position in (joint.position, joint.element_position):
+        np.testing.assert_array_equal(position, modes["position"])
+
+
+def test_a_pair_closes_where_the_lower_bar_moves_up_by_more_than_the_gap():
+    modes, preload = modes_and_preload()
+    # side A is the lower bar: its displacement along z less that of B
+    modes["relative_mode"][:] = 0.0
+    modes["relative_mode"].loc[{"axis": "z", "mode": 0}] = 1.0
+    joint = connect_nodes(modes, preload, 1e8, 0.1, 3e8)
+    open_by = preload["gap"].to_numpy()[1]
+
+    def state_of_pair_1(rise):
+        bias_of_modes = np.array([[rise, 0.0], [0.0, 0.0], [0.0, 0.0]])
+        motion = np.hstack([B @ bias_of_modes.T for B in joint.rows])
+        motion[:, 4] = 1e-3 * open_by
+        return joint.law.contact_state(motion)[1]
+
+    assert state_of_pair_1(0.99 * open_by) == SEPARATION
+    assert state_of_pair_1(open_by) == STICK_SLIP_SEPARATION
+    assert state_of_pair_1(-2 * open_by) == SEPARATION
+    assert state_of_pair_1(1.01 * open_by) not in (SEPARATION, STICK_SLIP_SEPARATION)
+
+
+def test_axes_of_files_may_be_in_any_order():
+    modes, preload = modes_and_preload()
+    joint = connect_nodes(modes, preload, 1e8, 0.1, 3e8)
+    turned = connect_nodes(
+        modes.transpose("mode", "axis", "pair"), preload.transpose("axis", "pair"), 1e8, 0.1, 3e8
+    )
+    for name in ("tangential_mode", "normal_mode", "position"):
+        np.testing.assert_array_equal(getattr(turned, name), getattr(joint, name))
+
+
 def test_modes_and_preload_of_different_meshes_are_refused():
     modes, preload = modes_and_preload()
     with pytest.raises(ValueError, match="different contact pairs"):
         connect_nodes(modes, preload.isel(pair=slice(1, None)), 1e8, 0.1)
 
 
-def test_a_joint_without_load_is_refused():
+@pytest.mark.parametrize("normal_stiffness", [None, 3e8])
+def test_a_joint_without_load_is_refused(normal_stiffness):
     modes, preload = modes_and_preload()
+    preload["normal_load"][:] = 0.0
     with pytest.raises(ValueError, match="no contact pair carries load"):
-        connect_nodes(modes, preload.assign(normal_load=preload["normal_load"] * 0), 1e8, 0.1)
+        connect_nodes(modes, preload, 1e8, 0.1, normal_stiffness)
 
 
-def test_joint_survives_its_file(joint, tmp_path):
-    dataset.save(to_dataset(joint), tmp_path / "joint.nc")
-    again = from_dataset(dataset.load(tmp_path / "joint.nc"))
-    for name in ("natural_frequency", "tangential_mode", "position", "element_position"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(joint, name))
-    np.testing.assert_array_equal(again.law.slip_force, joint.law.slip_force)
+def test_joint_survives_its_file(either, tmp_path):
+    dataset.save(to_dataset(either), tmp_path / "joint.nc")
+    again = load(tmp_path / "joint.nc")
+    assert type(again.law) is type(either.law)
+    for one, other in ((again, either), (again.law, either.law)):
+        for name in vars(other):
+            if name != "law":
+                np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_axes_of_a_joint_file_may_be_in_any_order(either):
+    stored = to_dataset(either)
+    again = from_dataset(stored.transpose(*sorted(stored.dims)))
+    for one, other in zip(again.rows, either.rows, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(again.position, either.position)
+
+
+def test_every_quantity_of_a_joint_file_has_a_unit_and_a_meaning(either):
+    stored = to_dataset(either)
+    assert set(either.law.quantities) < set(stored)
+    for name in stored.data_vars:
+        assert {"units", "long_name"} <= set(stored[name].attrs), name
 
 
 def test_unknown_law_is_refused(joint):
-    with pytest.raises(ValueError, match="law 'magic' is not known; allowed: constant"):
+    with pytest.raises(ValueError, match="'magic' is not known; allowed: constant, variable"):
         from_dataset(to_dataset(joint).assign_attrs(law="magic"))
 
 
@@ -75,68 +150,60 @@ def test_parts_that_do_not_fit_are_refused(joint):
         replace(joint, law=replace(joint.law, point_of_element=joint.law.point_of_element + 1))
 
 
+def test_a_law_has_the_normal_rows_it_needs_and_no_others(joint):
+    with pytest.raises(ValueError, match="the law 'constant' has no use for a normal mode"):
+        replace(joint, normal_mode=joint.tangential_mode)
+    variable = make_joint(law="variable")
+    with pytest.raises(ValueError, match="the law 'variable' needs a normal mode"):
+        replace(variable, normal_mode=None)
+    with pytest.raises(ValueError, match="normal_mode has shape"):
+        replace(variable, normal_mode=variable.normal_mode[:, :-1])
+
+
 def test_stuck_stiffness_is_that_of_the_springs(joint):
     R, k = joint.tangential_mode, joint.law.tangential_stiffness
     np.testing.assert_allclose(joint.stuck_stiffness(), R.T @ np.diag(k) @ R)
 
 
-def test_regions_of_one_pair_each_are_the_node_to_node_joint(joint):
-    regions = merge_points(joint, np.arange(joint.points))
-    np.testing.assert_array_equal(regions.tangential_mode, joint.tangential_mode)
-    np.testing.assert_array_equal(regions.law.point_of_element, joint.law.point_of_element)
-
-
-def test_a_region_moves_as_the_mean_of_its_pairs(joint):
-    regions = merge_points(joint, np.repeat([0, 1], [20, 40]))
-    np.testing.assert_allclose(regions.tangential_mode[0], joint.tangential_mode[:20].mean(axis=0))
-    np.testing.assert_allclose(regions.position[1], joint.position[20:].mean(axis=0))
-    assert regions.law.slip_force is joint.law.slip_force
-
-
-def test_regions_must_count_without_gaps(joint):
-    with pytest.raises(ValueError, match="without gaps"):
-        merge_points(joint, np.repeat([0, 2], [20, 40]))
-
-
-def test_regions_carry_equal_load_in_order_along_the_bar():
-    joint = make_joint(pairs=2000)
-    x, load = joint.position[:, 0], joint.law.slip_force
-    region = regions_of_equal_load(joint.position[:, :2], load, 6)
-    share = np.bincount(region, load) / load.sum()
-    # a region cannot be divided finer than a pair
-    np.testing.assert_allclose(share, 1 / 6, atol=2 * load.max() / load.sum())
-    assert np.all(np.diff(region[np.argsort(x)]) >= 0)
-
-
-def test_regions_do_not_depend_on_the_order_of_pairs(joint):
-    position, load = joint.position[:, :2], joint.law.slip_force
-    shuffled = np.random.default_rng(0).permutation(load.size)
-    np.testing.assert_array_equal(
-        regions_of_equal_load(position, load, 4)[shuffled],
-        regions_of_equal_load(position[shuffled], load[shuffled], 4),
+def test_stuck_stiffness_has_the_springs_of_closed_elements_in_both_directions():
+    joint = make_joint(law="variable")
+    law, closed = joint.law, joint.law.normal_load > 0
+    assert 0 < closed.sum() < closed.size
+    expected = sum(
+        B[closed].T @ np.diag(k[closed]) @ B[closed]
+        for B, k in zip(
+            (joint.tangential_mode, joint.normal_mode),
+            (law.tangential_stiffness, law.normal_stiffness),
+            strict=True,
+        )
     )
+    np.testing.assert_allclose(joint.stuck_stiffness(), expected)
 
 
-def test_pairs_that_mirror_each_other_stay_together():
-    x = np.repeat(np.arange(5.0), 4) + np.tile([0, 1e-12, -1e-12, 2e-12], 5)
-    y = np.tile([-0.02, -0.01, 0.01, 0.02], 5) + np.tile([0, 1e-12], 10)
-    region = regions_of_equal_load(np.column_stack([x, y]), np.ones(20), 2)
-    np.testing.assert_array_equal(np.bincount(region), [10, 10])
-    for i in range(5):
-        of_column = region[4 * i : 4 * i + 4]
-        assert of_column[0] == of_column[3]
-        assert of_column[1] == of_column[2]
+def test_regions_of_one_pair_each_are_the_node_to_node_joint(either):
+    regions = merge_points(either, np.arange(either.points))
+    for one, other in zip(regions.rows, either.rows, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(regions.law.point_of_element, either.law.point_of_element)
 
 
-def test_a_pair_with_most_of_the_load_leaves_no_region_empty():
-    position = np.column_stack([np.arange(8.0), np.zeros(8)])
-    load = np.array([1.0, 1, 100, 1, 1, 1, 1, 1])
-    for count in range(1, 9):
-        region = regions_of_equal_load(position, load, count)
-        np.testing.assert_array_equal(np.unique(region), np.arange(count))
-        assert np.all(np.diff(region) >= 0)
+def test_a_region_moves_as_the_mean_of_its_pairs(either):
+    regions = merge_points(either, np.repeat([0, 1], [20, 40]))
+    for one, other in zip(regions.rows, either.rows, strict=True):
+        np.testing.assert_allclose(one[0], other[:20].mean(axis=0))
+        np.testing.assert_allclose(one[1], other[20:].mean(axis=0))
+    np.testing.assert_allclose(regions.position[1], either.position[20:].mean(axis=0))
 
 
-def test_too_many_regions_are_refused(joint):
-    with pytest.raises(ValueError, match="do not divide into 61 regions"):
-        partition_regions(joint, 61)
+def test_a_region_keeps_every_element(either):
+    regions = merge_points(either, np.repeat([0, 1], [20, 40]))
+    for name in either.law.quantities:
+        assert getattr(regions.law, name) is getattr(either.law, name)
+    np.testing.assert_array_equal(regions.element_position, either.element_position)
+    np.testing.assert_array_equal(regions.law.point_of_element, np.repeat([0, 1], [20, 40]))
+
+
+@pytest.mark.parametrize("region", [np.repeat([0, 2], [20, 40]), np.repeat([0, 1], [20, 39])])
+def test_every_point_needs_a_region_and_every_region_a_point(joint, region):
+    with pytest.raises(ValueError, match="every point needs a region, and regions count from 0"):
+        merge_points(joint, region)
