@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
+from small_joint import make_joint
 
 from boltjoint.balance import HarmonicBalance, parse_component
 from boltjoint.continuation import StepControl, newton
@@ -17,18 +18,6 @@ def merged(joint):
     return merge_points(joint, np.repeat([0, 1, 2, 3], 15))
 
 
-def pressed(joint):
-    """The joint with loads that vary, so that some of its contact opens."""
-    k, load = joint.law.tangential_stiffness, joint.law.slip_force
-    return replace(
-        joint,
-        normal_mode=0.1 * joint.tangential_mode[:, [1, 2, 0]],
-        law=VariableLoad(
-            joint.law.point_of_element, k, 2 * k, load - 0.6 * load.mean(), np.full(k.size, 0.1)
-        ),
-    )
-
-
 def sampled(joint):
     return replace(joint, law=SampledInTime(joint.law, 3))
 
@@ -41,7 +30,7 @@ def balance(request, joint):
 @pytest.fixture(params=["constant", "constant-3", "variable", "variable-3", "variable-regions"])
 def any_balance(request, joint):
     """Of either law, exact and sampled in time with three harmonics, and with merged points."""
-    made = pressed(joint) if "variable" in request.param else joint
+    made = make_joint(law="variable") if "variable" in request.param else joint
     made = sampled(made) if "3" in request.param else made
     return HarmonicBalance(merged(made) if "regions" in request.param else made, 0.01, 5.0)
 

@@ -28,7 +28,7 @@ class SampledInTime:
     harmonics
         The highest harmonic of motion and force.
     samples
-        Samples of the period; the forces of all harmonics must differ at these.
+        Samples of the period, more than twice the harmonics.
 
     Raises
     ------
