@@ -7,7 +7,7 @@ a new stiffness never touches the mesh.
 from collections.abc import Iterator
 
 from boltjoint.config import Study
-from boltjoint.names import parse_coordinates, parse_joint
+from boltjoint.names import REFERENCE, parse_coordinates, parse_joint
 
 
 def assembly(name: str) -> str:
@@ -63,6 +63,16 @@ def solved(study: Study, case: str) -> Iterator[tuple[str, str, str, int]]:
             for name in block.joints:
                 for coordinates in chosen.coordinates:
                     yield family, name, coordinates, block.resonance
+
+
+def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
+    """By case, the first of its responses of the node-to-node joint in linear modes, if any."""
+    found = {}
+    for case in study.cases:
+        for which in solved(study, case):
+            if which[1:3] == REFERENCE:
+                found.setdefault(case, which)
+    return found
 
 
 def solves_full_equations(coordinates: str) -> bool:
@@ -126,15 +136,24 @@ def _with_view(path: str) -> list[str]:
 
 def _shown(study: Study) -> list[str]:
     found = _table("contact")
+    if references(study):
+        found += [*_table("sampling"), "results/figures/sampling.svg"]
     for family in families(study):
         found += _table(f"natural_frequencies_{family}")
         found += [f"results/figures/modes_{name}_{family}.svg" for name in study.assemblies]
+    found += [f"results/figures/mesh_{name}.svg" for name in study.assemblies]
     for name, newton in preloads(study):
-        found.append(f"results/figures/contact_{name}_preload={newton:.15g}.svg")
+        where = f"{name}_preload={newton:.15g}"
+        found += [f"results/figures/{what}_{where}.svg" for what in ("contact", "deformation")]
     for case_name, case in study.cases.items():
         for family in case.modes:
             where = f"{case_name}_{family}"
-            found += _table(f"accuracy_{where}") + _table(f"times_{where}")
+            for what in ("accuracy", "states", "times"):
+                found += _table(f"{what}_{where}")
+            found += [
+                f"results/figures/times_{where}_resonance={block.resonance}.svg"
+                for block in case.solve
+            ]
             for joint_name in case.joints:
                 regions, elements = parse_joint(joint_name)
                 if elements is not None:
@@ -144,10 +163,10 @@ def _shown(study: Study) -> list[str]:
                     found += _table(f"regions_{where}_regions={regions}")
                     found.append(f"results/figures/regions_{where}_regions={regions}.svg")
         for family, joint_name, coordinates, resonance in solved(study, case_name):
-            found.append(
-                f"results/figures/response_{case_name}_{family}_{flat(joint_name)}"
-                f"_{coordinates}_resonance={resonance}.svg"
-            )
+            where = f"{case_name}_{family}_{flat(joint_name)}_{coordinates}_resonance={resonance}"
+            found.append(f"results/figures/response_{where}.svg")
+            if joint_name == REFERENCE[0]:
+                found.append(f"results/figures/states_{where}.svg")
     return found
 
 

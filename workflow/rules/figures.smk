@@ -114,3 +114,78 @@ rule plot_response:
         published=lambda w: case_of(w).published,
     script:
         "../scripts/plot_response.py"
+
+
+rule plot_mesh:
+    input:
+        assembly="results/assemblies/{assembly}/assembly.nc",
+        library=library("plot_mesh.py"),
+    output:
+        figure="results/figures/mesh_{assembly}.svg",
+    log:
+        "results/logs/plot_mesh/{assembly}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/plot_mesh.py"
+
+
+rule plot_deformation:
+    input:
+        assembly="results/assemblies/{assembly}/assembly.nc",
+        preload="results/assemblies/{assembly}/preload={newton}/preload.nc",
+        library=library("plot_deformation.py"),
+    output:
+        figure="results/figures/deformation_{assembly}_preload={newton}.svg",
+    log:
+        "results/logs/plot_deformation/{assembly}_{newton}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/plot_deformation.py"
+
+
+rule plot_states:
+    input:
+        assembly=lambda w: layout.assembly(case_of(w).assembly),
+        joint=lambda w: layout.joint(w.case, w.modes, layout.unflat(w.flat)),
+        response=lambda w: layout.response(
+            w.case, w.modes, layout.unflat(w.flat), w.coordinates, int(w.resonance)
+        ),
+        library=library("plot_states.py"),
+    output:
+        figure="results/figures/states_{case}_{modes}_{flat}_{coordinates}_resonance={resonance}.svg",
+    log:
+        "results/logs/plot_states/{case}_{modes}_{flat}_{coordinates}_{resonance}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/plot_states.py"
+
+
+rule plot_times:
+    input:
+        table="results/tables/times_{case}_{modes}.csv",
+        library=library("plot_times.py"),
+    output:
+        figure="results/figures/times_{case}_{modes}_resonance={resonance}.svg",
+    log:
+        "results/logs/plot_times/{case}_{modes}_{resonance}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/plot_times.py"
+
+
+rule plot_sampling:
+    input:
+        table="results/tables/sampling.csv",
+        library=library("plot_sampling.py"),
+    output:
+        figure="results/figures/sampling.svg",
+    log:
+        "results/logs/plot_sampling.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/plot_sampling.py"

@@ -142,3 +142,50 @@ rule compare_times:
         case_study=lambda w: case_of(w).published,
     script:
         "../scripts/compare_times.py"
+
+
+rule tabulate_states:
+    input:
+        joints=lambda w: [
+            layout.joint(w.case, w.modes, name) for name in case_of(w).joints
+        ],
+        responses=lambda w: [
+            layout.response(w.case, w.modes, *which) for which in solved(w)
+        ],
+        library=library("tabulate_states.py"),
+    output:
+        csv="results/tables/states_{case}_{modes}.csv",
+        html="results/tables/states_{case}_{modes}.html",
+    log:
+        "results/logs/tabulate_states/{case}_{modes}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        joints=lambda w: case_of(w).joints,
+        solved=lambda w: solved(w),
+    script:
+        "../scripts/tabulate_states.py"
+
+
+rule tabulate_sampling:
+    input:
+        joints=[
+            layout.joint(case, *which[:2])
+            for case, which in layout.references(study).items()
+        ],
+        responses=[
+            layout.response(case, *which)
+            for case, which in layout.references(study).items()
+        ],
+        library=library("tabulate_sampling.py"),
+    output:
+        csv="results/tables/sampling.csv",
+        html="results/tables/sampling.html",
+    log:
+        "results/logs/tabulate_sampling.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        cases=list(layout.references(study)),
+    script:
+        "../scripts/tabulate_sampling.py"
