@@ -75,9 +75,9 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
     return found
 
 
-def solves_full_equations(coordinates: str) -> bool:
-    """Whether responses in these coordinates can be checked by a march in time."""
-    return parse_coordinates(coordinates) is None
+def is_checked(study: Study, coordinates: str) -> bool:
+    """Whether a march in time checks responses in these coordinates: all equations, one harmonic."""
+    return parse_coordinates(coordinates) is None and study.solver.harmonics == 1
 
 
 def flat(joint_name: str) -> str:
@@ -125,7 +125,7 @@ def _data(study: Study) -> list[str]:
     for case in study.cases:
         for which in solved(study, case):
             found += [joint(case, *which[:2]), response(case, *which), timing(case, *which)]
-            if solves_full_equations(which[2]):
+            if is_checked(study, which[2]):
                 found.append(check(case, *which))
     return found
 

@@ -56,9 +56,7 @@ def solved(wildcards):
 
 def checked(wildcards):
     """Those of them that a march in time can check."""
-    return [
-        which for which in solved(wildcards) if layout.solves_full_equations(which[1])
-    ]
+    return [which for which in solved(wildcards) if layout.is_checked(study, which[1])]
 
 
 def reference_of(wildcards):
