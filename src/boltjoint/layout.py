@@ -76,7 +76,7 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
 
 
 def is_checked(study: Study, coordinates: str) -> bool:
-    """Whether a march in time checks responses in these coordinates: all equations, one harmonic."""
+    """Whether a march in time checks such responses: all equations solved, one harmonic."""
     return parse_coordinates(coordinates) is None and study.solver.harmonics == 1
 
 
