@@ -1,11 +1,13 @@
 """The configuration: what is shipped is right, and what is wrong is said in words."""
 
+import csv
 import json
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Literal, get_args, get_origin
 
 import jsonschema
 import pytest
@@ -28,6 +30,7 @@ ROOT = Path(__file__).parents[1]
 CONFIG = "config/config.yaml"
 CASE = "config/cases/three_bolt_constant.yaml"
 HIGH = "config/cases/three_bolt_constant_38kN.yaml"
+VARIABLE = "config/cases/three_bolt_variable.yaml"
 ASSEMBLY = "config/assemblies/three_bolt.yaml"
 FOUR = "config/assemblies/four_bolt.yaml"
 
@@ -58,18 +61,50 @@ def problems_of(study, settings=None):
 
 def test_shipped_study_is_the_source_study():
     study = load_study(ROOT)
-    assert list(study.cases) == ["three_bolt_constant", "three_bolt_constant_38kN"]
+    assert list(study.cases) == [
+        "three_bolt_constant",
+        "three_bolt_constant_38kN",
+        "four_bolt_constant",
+        "three_bolt_variable",
+        "three_bolt_variable_soft",
+        "four_bolt_variable",
+    ]
     assert set(study.assemblies) == {"three_bolt", "four_bolt"}
     # the published numbers of contact nodes
     assert study.assemblies["three_bolt"].contact_pairs == 1370
     assert study.assemblies["four_bolt"].contact_pairs == 1693
+    assert study.solver.sampling is None
 
-    stated = study.case("three_bolt_constant")
-    implied = study.case("three_bolt_constant_38kN")
+    with (ROOT / "resources/source/case_studies.csv").open(encoding="utf-8", newline="") as file:
+        source = {row["case"]: row for row in csv.DictReader(file)}
+    assert {case.published for case in study.cases.values()} == set(source)
+    for name, case in study.cases.items():
+        row, contact = source[case.published], case.contact
+        assert (case.assembly, contact.law) == (row["assembly"], row["contact_law"]), name
+        assert contact.tangential_stiffness_N_per_m == 1e6 * float(row["k_u_kN_per_mm"]), name
+        normal = getattr(contact, "normal_stiffness_N_per_m", None)
+        assert normal == (1e6 * float(row["k_v_kN_per_mm"]) if row["k_v_kN_per_mm"] else None)
+        assert contact.friction_coefficient == float(row["mu"]), name
+        if name != "three_bolt_constant_38kN":
+            assert case.preload_N == float(row["preload_per_bolt_N"]), name
+        assert case.forces_N == tuple(float(force) for force in row["forces_N"].split()), name
+        regions = {f"regions={count}" for count in row["regions"].split()}
+        assert {"node-to-node", *regions} <= set(case.joints), name
+        division = "equal-load" if contact.law == "constant" else "equal-middle-load"
+        assert case.regions.division == division, name
+
+
+def test_shipped_cases_that_differ_in_one_thing_differ_in_nothing_else():
+    study = load_study(ROOT)
+    stated, implied = (study.case(f"three_bolt_constant{end}") for end in ("", "_38kN"))
     assert (stated.preload_N, implied.preload_N) == (10000, 37976)
-    same = {"preload_N"}
-    assert stated.model_dump(exclude=same) == implied.model_dump(exclude=same)
-    assert stated.contact.tangential_stiffness_N_per_m == 1e8
+    assert stated.model_dump(exclude={"preload_N"}) == implied.model_dump(exclude={"preload_N"})
+
+    stiff, soft = (study.case(f"three_bolt_variable{end}") for end in ("", "_soft"))
+    for stiffness in ("tangential_stiffness_N_per_m", "normal_stiffness_N_per_m"):
+        assert getattr(soft.contact, stiffness) == getattr(stiff.contact, stiffness) / 2
+    same = {"published", "contact"}
+    assert stiff.model_dump(exclude=same) == soft.model_dump(exclude=same)
 
 
 def test_every_shipped_file_is_valid_even_if_unused():
@@ -113,6 +148,31 @@ def test_window_of_a_resonance(study):
     case = load_study(study).case("three_bolt_constant")
     assert case.window_around(1) is None
     assert case.window_around(2) == (300.0, 500.0)
+
+
+def test_friction_sampled_in_time_may_have_more_harmonics(study):
+    edit(study, CONFIG, "friction: exact ", "friction: sampled ")
+    edit(study, CONFIG, "harmonics: 1 ", "harmonics: 3 ")
+    solver = load_study(study).solver
+    assert solver.sampling == {"harmonics": 3, "samples": 256}
+    assert solver.steps == load_study(ROOT).solver.steps
+    edit(study, CONFIG, "harmonics: 3 ", "harmonics: 33 ")
+    assert problems_of(study) == [
+        f"{CONFIG}: solver.samples: 256 must be at least 264, 8 for each harmonic"
+    ]
+
+
+def test_too_few_samples_for_the_harmonics_are_seen_though_left_to_the_default(study):
+    (problem,) = problems_of(
+        study,
+        {"cases": ["three_bolt_constant"], "solver": {"friction": "sampled", "harmonics": 33}},
+    )
+    assert problem.endswith("solver.samples: must be at least 264, 8 for each harmonic")
+
+
+def test_a_case_may_leave_the_division_into_regions_to_its_default(study):
+    edit(study, VARIABLE, "regions:\n  division: equal-middle-load ", "#")
+    assert load_study(study).case("three_bolt_variable").regions.division == "equal-load"
 
 
 def test_points_default_to_the_free_end(study):
@@ -207,8 +267,8 @@ def test_what_is_no_number(study, text, shown):
             "loss_factor:",
             "loss_facter:",
             "loss_facter: is not a known key; did you mean loss_factor? there are: description, "
-            "published, assembly, preload_N, contact, loss_factor, forces_N, modes, coordinates, "
-            "solve",
+            "published, assembly, preload_N, contact, regions, loss_factor, forces_N, modes, "
+            "coordinates, solve",
         ),
         (
             CASE,
@@ -216,6 +276,34 @@ def test_what_is_no_number(study, text, shown):
             "  stiffness: 1\n  law: constant",
             "contact.stiffness: is not a known key; there are: law, "
             "tangential_stiffness_N_per_m, friction_coefficient",
+        ),
+        (
+            CASE,
+            "  law: constant",
+            "  normal_stiffness_N_per_m: 1\n  law: constant",
+            "contact.normal_stiffness_N_per_m: is not a known key; did you mean "
+            "tangential_stiffness_N_per_m? there are: law, tangential_stiffness_N_per_m, "
+            "friction_coefficient",
+        ),
+        (
+            VARIABLE,
+            "  law: variable",
+            "  gap_mm: 1\n  law: variable",
+            "contact.gap_mm: is not a known key; there are: law, tangential_stiffness_N_per_m, "
+            "normal_stiffness_N_per_m, friction_coefficient",
+        ),
+        (
+            VARIABLE,
+            "  division: equal-middle-load",
+            "  divison: equal-middle-load",
+            "regions.divison: is not a known key; did you mean division? there are: division",
+        ),
+        (
+            CASE,
+            "law: constant",
+            "law: variable",
+            "contact.normal_stiffness_N_per_m: is missing: Normal stiffness of each contact pair, "
+            "in N/m.",
         ),
         (
             CASE,
@@ -247,6 +335,7 @@ def test_what_is_no_number(study, text, shown):
             "preload_N: Infinity must be a finite number",
         ),
         (CASE, "0.001, 1,", "-1, 1,", "forces_N[0]: -1 must be greater than 0"),
+        (CASE, "0.001, 1,", "0.0, 1,", "forces_N[0]: 0.0 must be greater than 0"),
         (CASE, "forces_N: [0.001,", "forces_N: 5 # [", "forces_N: 5 must be a list, as in [1, 2]"),
         (CASE, "[free-4]", "[]", "modes: [] must have at least 1 entry"),
         (CASE, "loss_factor: 0.002", "loss_factor: 0", "loss_factor: 0 must be greater than 0"),
@@ -290,15 +379,46 @@ def test_what_is_no_number(study, text, shown):
         (
             CASE,
             "law: constant",
-            "law: variable",
-            'contact.law: "variable" is not available: must be constant',
+            "law: magic",
+            'contact.law: "magic" must be constant or variable',
         ),
+        (CASE, "law: constant", "law: 1", "contact.law: 1 must be constant or variable"),
         (
             CASE,
             "  law: constant",
             "  #",
-            "contact.law: is missing: The contact law; only ``constant`` (constant normal load) "
-            "is available.",
+            "contact.law: is missing: The contact law: ``constant`` or ``variable`` normal load.",
+        ),
+        (
+            VARIABLE,
+            "normal_stiffness_N_per_m: 1.0e+8",
+            "normal_stiffness_N_per_m: 0",
+            "contact.normal_stiffness_N_per_m: 0 must be greater than 0",
+        ),
+        (
+            VARIABLE,
+            "division: equal-middle-load",
+            "division: equal-width",
+            'regions.division: "equal-width" must be equal-load or equal-middle-load',
+        ),
+        (
+            VARIABLE,
+            "regions:\n  division: equal-middle-load",
+            "regions: equal-load\n ",
+            'regions: "equal-load" must hold keys with values',
+        ),
+        (
+            CONFIG,
+            "friction: exact ",
+            "friction: marched ",
+            'solver.friction: "marched" must be exact or sampled',
+        ),
+        (CONFIG, "harmonics: 1 ", "harmonics: 0 ", "solver.harmonics: 0 must be at least 1"),
+        (
+            CONFIG,
+            "samples: 256",
+            "samples: 2.5",
+            "solver.samples: 2.5 must be a whole number",
         ),
         (
             ASSEMBLY,
@@ -339,6 +459,7 @@ def test_what_is_no_number(study, text, shown):
         ),
         # values that contradict each other
         (CASE, "5, 10, 15", "5, 10, 5.0", "forces_N[4]: 5.0 must not appear twice"),
+        (CASE, "5, 10, 15", "5, 10, 5e0", "forces_N[4]: 5.0 must not appear twice"),
         (CASE, "[free-4]", "[free-4, free-4]", 'modes[1]: "free-4" must not appear twice'),
         (
             CASE,
@@ -481,23 +602,43 @@ def test_what_is_no_number(study, text, shown):
         ),
         (
             CONFIG,
-            "  - four_bolt",
-            "  - three_bolt",
+            "\nsolver: ",
+            "\nassemblies: [three_bolt, three_bolt]\nsolver: ",
             'assemblies[1]: "three_bolt" must not appear twice',
+        ),
+        (
+            CONFIG,
+            "harmonics: 1 ",
+            "harmonics: 3 ",
+            "solver.harmonics: 3 must be 1 with friction: exact; more need friction: sampled",
+        ),
+        (
+            CONFIG,
+            "harmonics: 1 ",
+            "harmonics: 40 ",
+            "solver.harmonics: 40 must be 1 with friction: exact; more need friction: sampled",
+        ),
+        (
+            CONFIG,
+            "samples: 256",
+            "samples: 7",
+            "solver.samples: 7 must be at least 8, 8 for each harmonic",
         ),
         # files
         (
             CONFIG,
-            "- three_bolt_constant\n",
-            "- three_bolt_constnat\n",
-            'cases[0]: "three_bolt_constnat" is not in config/cases; did you mean '
-            "three_bolt_constant? there are: three_bolt_constant, three_bolt_constant_38kN",
+            "- four_bolt_variable\n",
+            "- four_bolt_varible\n",
+            'cases[5]: "four_bolt_varible" is not in config/cases; did you mean '
+            "four_bolt_variable? there are: four_bolt_constant, four_bolt_variable, "
+            "three_bolt_constant, three_bolt_constant_38kN, three_bolt_variable, "
+            "three_bolt_variable_soft",
         ),
         (
             CONFIG,
-            "  - four_bolt",
-            "  - six_screws",
-            'assemblies[1]: "six_screws" is not in config/assemblies; '
+            "\nsolver: ",
+            "\nassemblies: [six_screws]\nsolver: ",
+            'assemblies[0]: "six_screws" is not in config/assemblies; '
             "there are: four_bolt, three_bolt",
         ),
         (
@@ -571,11 +712,10 @@ def test_assembly_shared_by_cases_is_reported_once(study):
 
 
 def test_assembly_of_a_faulty_case_is_checked_too(study):
-    edit(study, CONFIG, "  - three_bolt\n", "")
-    edit(study, CONFIG, "  - three_bolt_constant_38kN\n", "")
     edit(study, CASE, "preload_N: 10000", "preload_N: -1")
     edit(study, ASSEMBLY, "lap_mm: 110.5", "lap_mm: -1")
-    assert [problem.split(":")[0] for problem in problems_of(study)] == [CASE, ASSEMBLY]
+    problems = problems_of(study, {"cases": ["three_bolt_constant"]})
+    assert [problem.split(":")[0] for problem in problems] == [CASE, ASSEMBLY]
 
 
 def test_smallest_basis_bounds_the_coordinates_and_resonances(study):
@@ -690,7 +830,7 @@ def test_schema_refuses_what_the_model_refuses():
 
 
 def readme_tables():
-    """Rows of README by heading and bold section: key, default and allowed of each."""
+    """Rows of README by heading and bold section: meaning, unit, default and allowed by key."""
     tables = {}
     heading = section = ""
     for line in (ROOT / "config/README.md").read_text(encoding="utf-8").splitlines():
@@ -700,7 +840,7 @@ def readme_tables():
             section = line.split("**")[1]
         elif row := re.match(r"\| `(\w+)` \|", line):
             cells = [cell.strip() for cell in line.strip("|").split("|")]
-            tables.setdefault((heading, section), {})[row[1]] = cells[3]
+            tables.setdefault((heading, section), {})[row[1]] = cells[1:]
     return tables
 
 
@@ -717,7 +857,8 @@ TABLES = {
     ("assemblies/*.yaml", "contact"): config.StaticContact,
     ("assemblies/*.yaml", "excitation"): config.Point,
     ("cases/*.yaml", ""): config.Case,
-    ("cases/*.yaml", "contact"): config.ConstantLoadContact,
+    ("cases/*.yaml", "contact"): config.VariableLoadContact,
+    ("cases/*.yaml", "regions"): config.Regions,
     ("cases/*.yaml", "solve"): config.SolveBlock,
 }
 
@@ -728,17 +869,40 @@ def test_readme_has_every_key_and_its_default(place):
     written = readme_tables()[place]
     assert list(written) == list(fields)
     for key, field in fields.items():
-        assert (written[key] == "required") == field.is_required(), key
+        _, _, default, _ = written[key]
+        assert (default == "required") == field.is_required(), key
         if isinstance(field.default, int | float | str | tuple) and field.default:
-            assert parse_mapping(f"{key}: {written[key].strip('`')}") == {
+            assert parse_mapping(f"{key}: {default.strip('`')}") == {
                 key: list(field.default) if isinstance(field.default, tuple) else field.default
             }
+
+
+@pytest.mark.parametrize("place", TABLES, ids="-".join)
+def test_readme_has_the_unit_in_the_key_and_every_word_to_choose_from(place):
+    units = {"_mm": "mm", "_N": "N", "_Hz": "Hz", "_GPa": "GPa", "_N_per_m": "N/m"}
+    units |= {"_N_per_m3": "N/m³", "_kg_per_m3": "kg/m³"}
+    for key, (_, unit, _, allowed) in readme_tables()[place].items():
+        ends = [end for end in units if key.endswith(end)]
+        assert unit in ([units[max(ends, key=len)]] if ends else ["", "1"]), key
+        annotation = TABLES[place].model_fields[key].annotation
+        if get_origin(annotation) is Literal and key != "law":
+            named = re.findall("`([a-z-]+)`", allowed)
+            assert named == list(get_args(annotation)), key
+
+
+def test_readme_tells_which_keys_of_the_contact_only_one_law_has():
+    constant, variable = config.ConstantLoadContact, config.VariableLoadContact
+    written = readme_tables()["cases/*.yaml", "contact"]
+    assert set(constant.model_fields) < set(variable.model_fields)
+    for key, (meaning, _, _, _) in written.items():
+        assert ("only with `law: variable`" in meaning) == (key not in constant.model_fields), key
+    assert re.findall("`([a-z-]+)`", written["law"][3]) == ["constant", "variable"]
 
 
 def test_readme_has_a_table_for_every_model():
     assert set(readme_tables()) == set(TABLES)
     models = {model for model in vars(config).values() if is_entry(model)}
-    assert models - set(TABLES.values()) == {config.Study}
+    assert models - set(TABLES.values()) == {config.Study, config.ConstantLoadContact}
 
 
 def is_entry(value):
@@ -772,9 +936,10 @@ def test_a_basis_has_a_bound(study):
 
 def test_published_case_must_be_one_of_the_source(study):
     edit(study, CASE, "published: three_bolt_constant", "published: three_bolt_constat")
-    config.load_study(study)  # without a list any name will do
-    with pytest.raises(config.ConfigError) as error:
-        config.load_study(study, published=["three_bolt_constant", "four_bolt_constant"])
+    load_study(study)  # without a list any name will do
+    published = [case.published for case in load_study(ROOT).cases.values()]
+    with pytest.raises(ConfigError) as error:
+        load_study(study, published=published)
     (problem,) = error.value.problems
     assert problem.startswith(f'{CASE}: published: "three_bolt_constat" is no case study')
     assert "did you mean three_bolt_constant" in problem

@@ -422,7 +422,7 @@ class Solver(Entry):
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
         if self.friction == "exact" and self.harmonics > 1:
             yield ("harmonics",), "must be 1 with friction: exact; more need friction: sampled"
-        if self.samples < LEAST_SAMPLES * self.harmonics:
+        elif self.samples < LEAST_SAMPLES * self.harmonics:
             yield (
                 ("samples",),
                 f"must be at least {LEAST_SAMPLES * self.harmonics}, "

@@ -153,9 +153,9 @@ def explained(
                 path += (_unquoted(context["discriminator"]),)
                 yield path, None, f"is missing{_meaning(model, path)}"
             case "union_tag_invalid":
-                path += (_unquoted(context["discriminator"]),)
-                sentence = f"is not available: must be {_unquoted(context['expected_tags'])}"
-                yield path, shown(context["tag"]), sentence
+                tag = _unquoted(context["discriminator"])
+                allowed = " or ".join(_unquoted(context["expected_tags"]).split(", "))
+                yield (*path, tag), shown(problem["input"][tag]), f"must be {allowed}"
             case "too_short" if len(problem["input"]) >= context["min_length"]:
                 pass  # pydantic counts the valid items only; the invalid ones are reported
             case "string_pattern_mismatch":
