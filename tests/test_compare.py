@@ -3,10 +3,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from small_joint import make_joint, make_preload
 
 from boltjoint import compare, tables
 from boltjoint import joint as joints
 from boltjoint.fitting import fit_reduced_joint
+from boltjoint.friction import states
 from boltjoint.march import check_solutions
 from boltjoint.partition import partition_regions
 from boltjoint.published import Published
@@ -20,10 +22,8 @@ FORCES = [0.001, 1.0, 5.0]
 @pytest.fixture(scope="module")
 def study():
     """Joints and responses of a tiny study, as a case would have them."""
-    from small_joint import make_joint
-
     nodes = make_joint()
-    regions = partition_regions(nodes, 6)
+    regions = partition_regions(nodes, make_preload(nodes), 6)
     reduced, _ = fit_reduced_joint(regions, 4)
     found = {"node-to-node": nodes, "regions=6": regions, "regions=6/elements=4": reduced}
     solved = {
@@ -34,6 +34,15 @@ def study():
         for coordinates in ("linear", "rdnm-1")
     }
     return found, solved
+
+
+@pytest.fixture(scope="module")
+def variable():
+    """Joints under variable normal load."""
+    nodes = make_joint(law="variable")
+    regions = partition_regions(nodes, make_preload(nodes), 4)
+    reduced, _ = fit_reduced_joint(regions, 2, starts=2)
+    return {"node-to-node": nodes, "regions=4": regions, "regions=4/elements=2": reduced}
 
 
 def test_upper_branch_of_a_folded_curve():
@@ -186,6 +195,107 @@ def test_regions_table(study):
     assert table["elements"].sum() == 60
     assert table["share_of_load_percent"].sum() == pytest.approx(100)
     assert (table["from_x_mm"].diff().dropna() > 0).all()
+
+
+def test_regions_table_tells_open_elements_from_loaded_ones(variable):
+    law = variable["regions=4"].law
+    table = compare.tabulate_regions(joints.to_dataset(variable["regions=4"]))
+    closed = law.normal_load > 0
+    assert table["elements"].sum() == 60
+    assert table["loaded_elements"].sum() == closed.sum() < 60
+    assert table["slip_force_N"].sum() == pytest.approx(law.slip_force.sum())
+    assert table["stiffness_kN_per_mm"].sum() == pytest.approx(5 * closed.sum())
+    np.testing.assert_allclose(
+        table["normal_stiffness_kN_per_mm"], 2 * table["stiffness_kN_per_mm"]
+    )
+
+
+def test_elements_under_variable_load_have_normal_stiffnesses(variable):
+    name = "regions=4/elements=2"
+    table = compare.tabulate_elements(joints.to_dataset(variable[name]), name, Published(SOURCE))
+    law = variable[name].law
+    assert len(table) == 8
+    np.testing.assert_allclose(table["normal_k_kN_per_mm"], 2 * table["k_kN_per_mm"])
+    expected = law.friction_coefficient * law.normal_load
+    assert table["slip_force_N"].sum() == pytest.approx(expected.sum())
+
+
+@pytest.mark.parametrize(
+    ("case", "regions", "tables"),
+    [("three_bolt_variable", 12, "3.16"), ("four_bolt_variable", 16, "3.21 and 3.22")],
+)
+def test_elements_under_variable_load_stand_beside_the_published_ones(case, regions, tables):
+    nodes = make_joint(400, law="variable")
+    of_regions = partition_regions(nodes, make_preload(nodes), regions)
+    reduced, _ = fit_reduced_joint(of_regions, 4, starts=1)
+    name = f"regions={regions}/elements=4"
+    table = compare.tabulate_elements(joints.to_dataset(reduced), name, Published(SOURCE, case))
+    assert len(table) == 4 * regions
+    assert table[["k_ratio", "slip_force_ratio"]].notna().all(axis=None)
+    assert set(table["source_table"]) == {tables}
+
+
+def test_states_are_shares_of_elements_and_of_load(variable):
+    name = "node-to-node"
+    joint = variable[name]
+    response = solve_response(joint, FORCES, loss_factor=0.01)
+    stored = {name: joints.to_dataset(joint)}
+    table = compare.tabulate_states({(name, "linear", 1): response}, stored)
+    assert list(table["force_N"]) == FORCES
+    np.testing.assert_array_equal(table["peak_frequency_Hz"], response["peak_frequency"])
+    for what in ("elements", "load"):
+        assert table.filter(regex=f"^{what}_in").sum(axis=1).to_numpy() == pytest.approx(100)
+    slips = response["contact_state"].to_numpy() == states.STICK_SLIP
+    load = np.maximum(joint.law.normal_load, 0)
+    assert 0 < slips.sum() < slips.size
+    np.testing.assert_allclose(table["elements_in_stick_slip_percent"], 100 * slips.mean(axis=1))
+    np.testing.assert_allclose(table["load_in_stick_slip_percent"], 100 * slips @ load / load.sum())
+
+
+def test_without_a_peak_there_are_no_states(study):
+    found, solved = study
+    which = ("regions=6", "linear", 1)
+    response = solved[which].copy(deep=True)
+    response["contact_state"][1] = states.UNKNOWN
+    stored = {which[0]: joints.to_dataset(found[which[0]])}
+    shares = compare.tabulate_states({which: response}, stored).filter(like="_in_")
+    assert shares.loc[1].isna().all()
+    assert shares.loc[[0, 2]].notna().all(axis=None)
+
+
+def test_states_need_the_joint_that_was_solved(study):
+    found, solved = study
+    which = ("regions=6", "linear", 1)
+    other = {which[0]: joints.to_dataset(found["regions=6/elements=4"])}
+    with pytest.raises(ValueError, match="has 60 elements, the joint 24"):
+        compare.tabulate_states({which: solved[which]}, other)
+
+
+@pytest.mark.parametrize(
+    ("case", "joint", "table"),
+    [
+        ("three_bolt_variable", "regions=12/elements=4", "3.17"),
+        ("four_bolt_variable", "regions=16/elements=4", "3.23"),
+    ],
+)
+def test_a_time_that_was_not_printed_leaves_its_row_alone(case, joint, table):
+    row = {"repeat": 0, "wall_s": 1.0, "solutions": 9, "iterations": 20, "complete": 1}
+    timing = pd.DataFrame(
+        [
+            {**row, "force_N": force, "cpu_s": 1.0, "jacobian": jacobian}
+            for force in (0.001, 1.0)
+            for jacobian in ("analytic", "forward-difference")
+        ]
+    )
+    solved = [("node-to-node", "linear", 1), (joint, "linear", 1), (joint, "rdnm-1", 1)]
+    times = compare.tabulate_times(dict.fromkeys(solved, timing), Published(SOURCE, case))
+    assert len(times) == 6
+    times = times.set_index(["joint", "coordinates", "force_N"])
+    assert times.loc[(joint, "linear"), "published_reduction_percent"].notna().all()
+    reductions = times.loc[(joint, "rdnm-1"), "published_reduction_percent"]
+    assert reductions.isna().to_list() == [True, False]
+    assert (times.loc[joint, "source_table"] == table).all()
+    assert (times["reduction_percent"] == 0).all()
 
 
 def test_table_on_paper(tmp_path):
