@@ -1,23 +1,55 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from matplotlib.collections import LineCollection, PathCollection
-from small_joint import make_joint
+from matplotlib.colors import to_rgba
+from small_joint import make_joint, make_preload
 
 from boltjoint import figures
 from boltjoint import joint as joints
+from boltjoint.config import Assembly
 from boltjoint.continuation import StepControl
 from boltjoint.fitting import fit_reduced_joint, loading_curve
+from boltjoint.friction import states
 from boltjoint.partition import partition_regions
 from boltjoint.response import solve_response
+from boltjoint.structure.mesh import build_assembly
 
 FORCES = [0.01, 5.0, 20.0]
 HEIGHT = 0.01
+BOLTED = {
+    "bar": {"width_mm": 20, "height_mm": 16, "free_length_mm": [60, 50], "lap_mm": 62},
+    "material": {"youngs_modulus_GPa": 200, "poissons_ratio": 0.3, "density_kg_per_m3": 7800},
+    "bolts": {
+        "positions_from_lap_start_mm": [16, 46],
+        "shank_diameter_mm": 8,
+        "hole_diameter_mm": 9,
+        "head_diameter_mm": 13,
+        "head_height_mm": 5,
+        "nut_height_mm": 6,
+    },
+    "mesh": {
+        "ring_cells_across_width": 4,
+        "ring_cells_along_bar": 4,
+        "rings_under_head": 1,
+        "rings_head_to_cell_edge": 2,
+        "bolt_cell_length_mm": 24,
+        "columns_between_bolt_cells": 1,
+        "columns_at_each_lap_end": 1,
+        "layers_per_half_height": 2,
+        "element_length_free_mm": 15,
+        "rings_in_shank": 1,
+        "layers_in_head": 1,
+    },
+}
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +105,28 @@ def preload(assembly):
 
 
 @pytest.fixture(scope="module")
+def bolted():
+    """Two bars and two bolts, coarsely meshed."""
+    return build_assembly(Assembly.model_validate(BOLTED))
+
+
+@pytest.fixture(scope="module")
 def regions():
-    return partition_regions(make_joint(), 3)
+    nodes = make_joint()
+    return partition_regions(nodes, make_preload(nodes), 3)
+
+
+@pytest.fixture(scope="module")
+def variable(assembly):
+    """A joint under variable normal load on all pairs of the small assembly, some of them open."""
+    position = assembly["position"].to_numpy()
+    joint = make_joint(len(position), law="variable")
+    return replace(joint, position=position, element_position=position)
+
+
+@pytest.fixture(scope="module")
+def variable_response(variable):
+    return solve_response(variable, FORCES, loss_factor=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +188,69 @@ def test_many_modes_stand_in_two_columns(assembly, modes):
     assert len({axes.get_subplotspec().colspan.start for axes in panels}) == 2
 
 
+def test_what_is_drawn_of_the_mesh_is_what_is_not_hidden(bolted):
+    axes = figures.plot_mesh(bolted).axes[0]
+    filled = [c for c in shapes(axes) if c.get_facecolor().size]
+    grey = [np.ptp(c.get_facecolor()[0, :3]) < 1e-9 for c in filled]
+    area = [polygon_area(c.get_paths()[0].to_polygons()) for c in filled]
+    length, width, height = 60 + 62 + 50, 20, 16
+    towards = np.array(figures._VIEW) / np.linalg.norm(figures._VIEW)
+    top = length * width - 2 * np.pi * 6.5**2  # heads sit on the rest
+    sides = width * height, length * height, top
+    of_bars = sum(a for a, is_bolt in zip(area, grey, strict=True) if not is_bolt)
+    assert of_bars == pytest.approx(sides @ np.abs(towards))
+    # heads and nuts are painted after and before the bars
+    assert grey[0] and grey[-1] and not all(grey)
+
+
+def test_main_dimensions_are_written(bolted):
+    view, plan, side = figures.plot_mesh(bolted).axes
+    written = [{text.get_text() for text in axes.texts} for axes in (view, plan, side)]
+    assert written[0] == {"", "  clamped", " excitation along z", "   response along z"}
+    assert written[1] == {"", "16", "30", "20", "holes ⌀ 9"}
+    assert written[2] == {"", "60", "62", "50", "172", "16", "8"}
+    counts = f"{bolted.sizes['element']} elements, {bolted.sizes['node']} nodes"
+    assert view.get_title(loc="left") == counts
+
+
+def test_every_edge_of_the_mesh_is_drawn_once(bolted):
+    axes = figures.plot_mesh(bolted).axes[0]
+    lines = [c.get_paths()[0] for c in shapes(axes) if not c.get_facecolor().size]
+    assert len(lines) == 5  # bar A: end, side and top; bar B: side and top
+    for path in lines:
+        drawn = path.to_polygons(closed_only=False)
+        edges = [frozenset(map(tuple, edge)) for line in drawn for edge in pairwise(line)]
+        assert len(edges) == len(set(edges)) > 20
+
+
+def test_a_deformed_section_is_moved_by_its_displacement(bolted):
+    x = bolted["coordinate"].sel(axis="x")
+    moved = xr.zeros_like(bolted["coordinate"])
+    moved.loc[{"axis": "z"}] = -4e-5 * (x / x.max()) ** 2
+    figure = figures.plot_deformation(bolted, xr.Dataset({"displacement": moved}))
+    whole, lap = figure.axes
+    # 0.4 of 27 mm over 40 um is 270
+    assert whole.get_title(loc="left") == "whole assembly, displacements × 200"
+    for axes in (whole, lap):
+        for at_rest, drawn in zip(
+            (c for c in axes.collections if isinstance(c, LineCollection)),
+            shapes(axes),
+            strict=True,
+        ):
+            rest = np.concatenate([path.vertices for path in at_rest.get_paths()])
+            there = drawn.get_paths()[0].vertices
+            expected = -4e-2 * 200 * (there[:, 0] / 172) ** 2
+            np.testing.assert_allclose(there - rest, np.c_[0 * expected, expected])
+    assert lap.get_xlim() == pytest.approx((60 - 9.3, 122 + 9.3))
+    assert lap.get_ylabel() == "z (mm)"
+
+
+def test_assembly_and_displacement_must_belong_together(bolted, assembly):
+    other = xr.Dataset({"displacement": 0 * assembly["coordinate"]})
+    with pytest.raises(ValueError, match="different nodes"):
+        figures.plot_deformation(bolted, other)
+
+
 def test_a_section_needs_faces_on_the_plane(assembly, modes):
     beside = assembly.assign(coordinate=assembly["coordinate"] + 1e-3)
     with pytest.raises(ValueError, match="no faces in the plane y = 0"):
@@ -185,7 +300,8 @@ def test_assembly_and_preload_must_belong_together(assembly, preload):
 
 def on_pairs(assembly, loaded):
     """A joint of two regions on some pairs of the small assembly."""
-    part = joints.to_dataset(partition_regions(make_joint(len(loaded)), 2))
+    nodes = make_joint(len(loaded))
+    part = joints.to_dataset(partition_regions(nodes, make_preload(nodes), 2))
     position = assembly["position"].isel(pair=loaded).rename(pair="element")
     load = np.arange(1.0, len(loaded) + 1)
     region = (np.arange(len(loaded)) >= 9).astype(int)
@@ -206,6 +322,34 @@ def test_regions_show_their_place_their_elements_and_their_share(assembly):
     assert [text.get_text() for text in plan.texts] == ["1", "2"]
     assert "(%)" in bars.get_ylabel()
     assert bars.get_xlabel() == "x (mm)"
+
+
+def test_regions_under_variable_load_tell_open_pairs_from_loaded_ones(assembly, variable):
+    region = np.repeat([0, 1], [9, 12])
+    joint = joints.to_dataset(joints.merge_points(variable, region))
+    plan, bars, profile = figures.plot_regions(assembly, joint).axes
+    load = np.maximum(variable.law.normal_load, 0)
+    area = assembly["area"].to_numpy()
+    *_, pale = [polygon_area(c.get_paths()[0].to_polygons()) for c in shapes(plan)]
+    assert pale == pytest.approx(1e6 * area[load == 0].sum())
+    loaded = np.bincount(region, load > 0).astype(int)
+    share = 100 * np.bincount(region, load) / load.sum()
+    assert 0 < loaded.sum() < 21
+    assert [text.get_text() for text in bars.texts] == [
+        f"{loaded[0]} of 9\n{share[0]:.1f} %",
+        f"{loaded[1]} of 12\n{share[1]:.1f} %",
+    ]
+    middle = np.arange(1, 21, 3)
+    pressure = load[middle] / area[middle] / 1e6
+    drawn = np.concatenate([line.get_xydata() for line in profile.get_lines()])
+    x = assembly["position"].sel(axis="x").to_numpy()[middle] * 1e3
+    np.testing.assert_allclose(drawn[np.argsort(drawn[:, 0])], np.c_[x, pressure])
+    # the parts of the regions make up the profile
+    parts = [c for c in profile.collections if not isinstance(c, LineCollection)]
+    areas = [abs(polygon_area(c.get_paths()[0].to_polygons())) for c in parts]
+    assert len(areas) == 2
+    assert sum(areas) == pytest.approx(np.trapezoid(pressure, x))
+    assert profile.get_ylabel() == "pressure (MPa)"
 
 
 def test_regions_must_lie_on_the_assembly(assembly):
@@ -239,6 +383,76 @@ def test_loops_are_whole_and_end_on_the_loading_curve(reduced, regions):
     texts = legend_texts(axes)
     assert f"region 2, all its {of.sum()} elements" in texts
     assert "the 2 fitted to them" in texts
+
+
+def test_open_elements_have_no_part_in_loops():
+    nodes = make_joint(law="variable")
+    regions = partition_regions(nodes, make_preload(nodes), 3)
+    fitted, fit = fit_reduced_joint(regions, 2, starts=2)
+    reduced = joints.to_dataset(fitted).merge(fit)
+    (axes,) = figures.plot_loops(reduced, joints.to_dataset(regions)).axes
+    first = regions.law.point_of_element == 0
+    loaded = np.sum(regions.law.normal_load[first] > 0)
+    assert loaded < first.sum()
+    expected = f"region 1, its {loaded} elements under load, of {first.sum()}"
+    assert expected in legend_texts(axes)
+
+
+def state_areas(axes):
+    """Area [mm2] drawn for each colour."""
+    return {
+        tuple(c.get_facecolor()[0]): polygon_area(c.get_paths()[0].to_polygons())
+        for c in shapes(axes)
+    }
+
+
+def test_every_pair_has_the_colour_of_its_state(assembly, variable, variable_response):
+    joint = joints.to_dataset(variable)
+    figure = figures.plot_states(assembly, joint, variable_response)
+    panels = [axes for axes in figure.axes if axes.get_title(loc="left")]
+    colours = [to_rgba(colour) for colour in figures._STATES]
+    area = assembly["area"].to_numpy() * 1e6
+    found = variable_response["contact_state"].to_numpy()
+    assert len(panels) == len(FORCES)
+    for level, axes in enumerate(panels):
+        drawn = state_areas(axes)
+        expected = [area[found[level] == number].sum() for number in range(4)]
+        assert [drawn[colour] for colour in colours] == pytest.approx(expected)
+        frequency = variable_response["peak_frequency"][level].item()
+        assert axes.get_title(loc="left") == f"{FORCES[level]:g} N, {frequency:.1f} Hz"
+        shares = [text.get_text() for text in axes.get_legend().get_texts()]
+        some = np.unique(found[level], return_counts=True)[1] / 21
+        assert shares == [f"{100 * share:.0f} %" for share in some]
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == [states.MEANINGS[number] for number in np.unique(found)]
+
+
+def test_pairs_without_element_and_levels_without_peak_are_told_apart(assembly):
+    joint = on_pairs(assembly, np.arange(15))
+    nodes = make_joint(15)
+    solved = solve_response(nodes, [0.01, 5.0], loss_factor=0.01)
+    solved["contact_state"][1] = states.UNKNOWN
+    solved["peak_frequency"][1] = np.nan
+    figure = figures.plot_states(assembly, joint, solved)
+    for axes in figure.axes:
+        assert state_areas(axes)[to_rgba("0.87")] == pytest.approx(300)
+    assert figure.axes[1].get_title(loc="left") == "5 N: no peak found"
+    assert figure.axes[1].get_legend() is None
+    (unknown,) = [c for c in shapes(figure.axes[1]) if c.get_hatch()][-1:]
+    assert polygon_area(unknown.get_paths()[0].to_polygons()) == pytest.approx(900)
+    assert figure.legends[0].get_texts()[-1].get_text() == "no element"
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3])
+def test_states_of_any_number_of_levels(assembly, variable, variable_response, levels):
+    some = variable_response.isel(force=slice(levels))
+    figure = figures.plot_states(assembly, joints.to_dataset(variable), some)
+    assert sum(bool(axes.get_title(loc="left")) for axes in figure.axes) == levels
+
+
+def test_states_need_the_joint_that_was_solved(assembly, variable, response):
+    with pytest.raises(ValueError, match="the joint has 21 elements, the response 60"):
+        figures.plot_states(assembly, joints.to_dataset(variable), response)
 
 
 @pytest.mark.parametrize("region", [0, 4])
@@ -347,11 +561,79 @@ def test_response_and_reference_need_the_same_forces(response, reference):
         figures.plot_response(response, "regions=3", "linear", other)
 
 
-def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, tmp_path):
+@pytest.fixture(scope="module")
+def times():
+    """Times of two joints, of which the second breaks off at the highest force."""
+    row = {"coordinates": "linear", "resonance": 1, "complete": True}
+    nodes = {**row, "joint": "node-to-node", "published_reduction_percent": 0.0}
+    few = {**row, "joint": "regions=2/elements=3", "published_reduction_percent": 97.5}
+    rows = [
+        {**nodes, "force_N": 0.001, "cpu_s": 4.0, "reduction_percent": 0.0},
+        {**nodes, "force_N": 10.0, "cpu_s": 5.0, "reduction_percent": 0.0},
+        {**few, "force_N": 0.001, "cpu_s": 1.0, "reduction_percent": 75.0},
+        {**few, "force_N": 10.0, "cpu_s": 0.5, "reduction_percent": np.nan, "complete": False},
+    ]
+    table = pd.DataFrame(rows)
+    table["cpu_forward_difference_s"] = 3 * table["cpu_s"]
+    return table.assign(reduction_forward_difference_percent=table["reduction_percent"])
+
+
+def test_times_stand_over_their_ratios_to_the_reference(times):
+    figure = figures.plot_times(times)
+    analytic, differences, ratios, beside_published = figure.axes
+    few = "2 regions of 3 elements, linear modes"
+    np.testing.assert_array_equal(curves(analytic)[few], [[0, 1], [1, np.nan]])
+    np.testing.assert_array_equal(curves(differences)[few], [[0, 3], [1, np.nan]])
+    np.testing.assert_array_equal(curves(ratios)[few], [[0, 0.25], [1, np.nan]])
+    np.testing.assert_allclose(marks(analytic, "X"), [[1, 0.5]])
+    published = curves(beside_published)[f"{few}, published"]
+    np.testing.assert_allclose(published, [[0, 0.025], [1, 0.025]])
+    assert f"{few}, published" not in curves(ratios)
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == [
+        "node-to-node",
+        "2 regions of 3 elements",
+        "linear modes",
+        "published",
+        "path breaks off",
+    ]
+
+
+def test_times_of_an_unpublished_case_mention_none(times):
+    figure = figures.plot_times(times.assign(published_reduction_percent=np.nan, complete=True))
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["node-to-node", "2 regions of 3 elements", "linear modes"]
+
+
+def test_times_need_a_resonance_that_was_solved(times):
+    with pytest.raises(ValueError, match="around resonance 2"):
+        figures.plot_times(times, resonance=2)
+
+
+def test_errors_of_sampling_fall_beside_a_line_of_second_order():
+    samples = np.array([64, 128, 256])
+    rows = [
+        {"case": "one", "law": law, "samples": n, "force_N": force, "error_relative": force / n**2}
+        for law in ("constant", "variable")
+        for force in (1.0, 5.0)
+        for n in samples
+    ]
+    figure = figures.plot_sampling(pd.DataFrame(rows))
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles == ["one, constant normal load", "one, variable normal load"]
+    for axes in figure.axes:
+        drawn = curves(axes)
+        np.testing.assert_allclose(drawn["1 N"], np.c_[samples, 1 / samples**2.0])
+        np.testing.assert_allclose(drawn["5 N"], drawn["second order"])
+        assert axes.get_xscale() == axes.get_yscale() == "log"
+
+
+def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, bolted, tmp_path):
     for name in ("first", "second"):
         figures.save(figures.plot_modes(assembly, modes), tmp_path / name / "modes.svg")
         figures.save(figures.plot_contact(assembly, preload), tmp_path / name / "contact.svg")
-    for name in ("modes.svg", "contact.svg"):
+        figures.save(figures.plot_mesh(bolted), tmp_path / name / "mesh.svg")
+    for name in ("modes.svg", "contact.svg", "mesh.svg"):
         written = (tmp_path / "first" / name).read_bytes()
         assert written == (tmp_path / "second" / name).read_bytes()
         assert not re.search(rb"<dc:date>", written)

@@ -2,30 +2,36 @@
 
 One language throughout: colour tells the level of force or displacement, from dark for the lowest
 to light for the highest; a thin line is the reference, a broad pale line the model that stands in
-for it; a dot is a peak, a cross the place where a path broke off.
+for it; a dot is a peak, a cross the place where a path broke off. Parts, regions, contact states
+and joints have colours of their own, told by legends or numbers; grey is what takes no part.
 """
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PathCollection
-from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.colors import Colormap, ListedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path as Shape
+from matplotlib.ticker import LogLocator
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
+from scipy.spatial import ConvexHull, KDTree
 
+from boltjoint import joint as joints
+from boltjoint.friction import states
 from boltjoint.names import parse_coordinates, parse_joint
-from boltjoint.structure.mesh import HEXAHEDRON_FACES
+from boltjoint.structure.mesh import FIRST_BOLT, HEXAHEDRON_FACES
 
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -52,21 +58,40 @@ _REFERENCE = {"linewidth": 1.1, "zorder": 3}
 _MODEL = {"linewidth": 4.0, "alpha": 0.45, "zorder": 2}
 _PEAK = {"marker": "o", "markeredgecolor": "white", "markeredgewidth": 0.6, "linestyle": "none"}
 _BREAK = {"marker": "X", "markeredgecolor": "black", "markeredgewidth": 0.7, "linestyle": "none"}
+_SOLVED = {"linewidth": 1.1, "markersize": 3.5}
+_PUBLISHED = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
 
 #: bar A, bar B, bolts
 _PARTS = ("#b9cfe4", "#e6d3b3", "#4d4d4d")
 #: neighbouring regions differ; they are numbered, so colours may come again
 _REGIONS = ("#4477aa", "#ee9944", "#228833", "#cc6677", "#66ccee", "#997700")
+#: coordinates in the order in which they come: linear modes, response-dependent ones
+_COORDINATES = (
+    {"linestyle": "-", "marker": "o"},
+    {"linestyle": "--", "marker": "s"},
+    {"linestyle": ":", "marker": "^"},
+)
+#: contact states in their order, in the source's red, blue, cyan and green; their lightness differs
+#: enough to tell them apart without seeing red or green
+_STATES = ("#b8242f", "#2f5aa8", "#5cc4e8", "#7cc267")
 _BLANK = "0.87"
 
 #: largest displacement of a drawn mode over the length of the assembly
 _DEFLECTION = 0.06
+#: largest displacement drawn under preload, that of a cut shank's end, over the height
+_OVERLAP = 0.4
 #: response over its peak down to which a curve is kept in view
 _FLANK = 1 / 2
 #: what is shown on both sides of that, over its width and at least over the frequency
 _MARGIN, _LEAST_MARGIN = 0.25, 0.02
 #: response over the lowest peak down to which antiresonances are followed
 _DEPTH = 1 / 30
+#: where the viewer of the mesh stands, seen from the assembly; he must be above it
+_VIEW = (-0.35, -1.0, 0.65)
+#: where the light comes from, and how many tones it makes
+_LIGHT, _TONES = np.array([-0.3, -0.5, 0.81]), 16
+#: length of the arrows at force and response, and distance of dimension lines [mm]
+_ARROW, _BESIDE = 25.0, 7.0
 #: points closer than this [m] are one
 _SAME = 1e-9
 
@@ -111,27 +136,97 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     for index, displacement in enumerate(shape):
         axes = panels.flat[index]
         moved = at_rest + _DEFLECTION * length * displacement / np.abs(displacement).max()
-        for part, loops in section.items():
-            rest = [at_rest[np.append(loop, loop[0])] * _MM for loop in loops]
-            axes.add_collection(LineCollection(rest, colors="0.65", linewidths=0.6, zorder=1))
-            look = {"facecolors": _PARTS[min(part, 2)], "edgecolors": "0.15", "linewidths": 0.5}
-            _fill(axes, [_shape(moved * _MM, loops)], **look, zorder=2)
-        axes.set_title(f"mode {index + 1}: {modes['natural_frequency'].values[index]:.1f} Hz")
+        _draw_section(axes, section, moved, at_rest)
+        axes.set_title(f"mode {index + 1}: {modes['natural_frequency'][index].item():.1f} Hz")
         axes.set_aspect("equal")
         beyond = _DEFLECTION * length * _MM
         axes.set_xlim(left * _MM - beyond / 2, (left + length) * _MM + beyond)
         axes.set_ylim(-height / 2 * _MM - beyond, height / 2 * _MM + beyond)
     figure.supxlabel("x (mm)", fontsize=9)
     figure.supylabel("z (mm), displacements enlarged", fontsize=9)
-    figure.legend(
-        [
-            *(Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in _PARTS),
-            Line2D([], [], color="0.65", linewidth=0.9),
-        ],
-        ["bar A", "bar B", "bolts", "at rest"],
-        loc="outside upper center",
-        ncols=4,
-    )
+    _explain_parts(figure, at_rest=True)
+    return figure
+
+
+@_styled
+def plot_mesh(assembly: xr.Dataset) -> Figure:
+    """Mesh of an assembly with its clamp and points, and the main dimensions of the bars.
+
+    The mesh is seen from above at an angle, without what is hidden; below it stand the contact
+    surface from above and the assembly from the side, cut along the middle of its width.
+
+    Parameters
+    ----------
+    assembly
+        As ``structure.mesh`` builds it.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no faces in the plane y = 0.
+    """
+    figure = Figure(figsize=(8, 4.9), layout="constrained")
+    view, plan, side = figure.subplots(3, 1, height_ratios=[2.6, 1, 1.5])
+    side.sharex(plan)
+    _draw_mesh(view, assembly)
+    _draw_plan(plan, assembly)
+    _draw_side(side, assembly)
+    for axes, title in (
+        (view, f"{assembly.sizes['element']} elements, {assembly.sizes['node']} nodes"),
+        (plan, "contact surface from above, lengths in mm"),
+        (side, "cut along the middle of the width, lengths in mm"),
+    ):
+        axes.set_title(title, loc="left")
+        axes.set_aspect("equal")
+        axes.margins(0.02)
+        axes.autoscale_view()
+        axes.set_axis_off()
+    _explain_parts(figure)
+    return figure
+
+
+@_styled
+def plot_deformation(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
+    """Assembly with tight bolts seen from the side, cut along the middle, displacements enlarged.
+
+    The ends of every cut shank lie over one another by what tightening has shortened it.
+
+    Parameters
+    ----------
+    assembly
+        As ``structure.mesh`` builds it.
+    preload
+        As ``structure.statics`` finds it, of that assembly.
+
+    Raises
+    ------
+    ValueError
+        If the two do not hold the same nodes, or the mesh has no faces in the plane y = 0.
+    """
+    if assembly.sizes["node"] != preload.sizes["node"]:
+        raise ValueError("assembly and preload hold different nodes")
+    at_rest = _positions(assembly, "coordinate", "node")[:, [0, 2]]
+    displacement = _positions(preload, "displacement", "node")[:, [0, 2]]
+    section = _section(assembly, at_rest)
+    scale = _round_down(_OVERLAP * np.ptp(at_rest[:, 1]) / np.abs(displacement).max())
+    moved = at_rest + scale * displacement
+    x = assembly["position"].sel(axis="x").to_numpy()
+    margin = 0.15 * np.ptp(x)
+    whole = at_rest[:, 0].min(), at_rest[:, 0].max()
+    views = {"whole assembly": whole, "lap": (x.min() - margin, x.max() + margin)}
+    # each as high as its scale makes it
+    heights = [1 / (high - low) for low, high in views.values()]
+    figure = Figure(figsize=(8, 3.4), layout="constrained")
+    panels = figure.subplots(2, 1, height_ratios=heights)
+    for axes, (name, (low, high)) in zip(panels, views.items(), strict=True):
+        _draw_section(axes, section, moved, at_rest)
+        axes.set_aspect("equal")
+        axes.set_xlim(low * _MM, high * _MM)
+        axes.set_ylim(1.25 * at_rest[:, 1].min() * _MM, 1.25 * at_rest[:, 1].max() * _MM)
+        axes.set_title(f"{name}, displacements × {scale:g}", loc="left")
+        axes.set_ylabel("z (mm)")
+    panels[-1].set_xlabel("x (mm)")
+    _explain_parts(figure, at_rest=True)
     return figure
 
 
@@ -179,25 +274,19 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     panels[0].set_title(f"{loaded.sum()} pairs carry {total} together; open pairs are grey")
     panels[2].set_title(f"{(~loaded).sum()} pairs are open; pairs that carry load are grey")
     axes = panels[3]
-    edges = surface.edges_along_middle()
-    x = surface.position[:, 0] * _MM
-    axes.add_collection(
-        LineCollection([np.c_[x[edge], load[edge]] for edge in edges], colors="0.6", linewidths=0.9)
-    )
-    for state, colour, label in ((loaded, "black", "loaded"), (~loaded, "white", "open")):
-        pairs = np.intersect1d(edges, np.flatnonzero(state))
-        look = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
-        axes.plot(x[pairs], load[pairs], "o", **look, markeredgewidth=0.6, label=label)
+    _profile(axes, surface, load)
     axes.set(xlabel="x (mm)", ylabel="normal load (N)")
     axes.set_title("pairs along the middle of the width", loc="left")
-    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
-    axes.grid(True)
     return figure
 
 
 @_styled
 def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     """Where the regions of a joint lie, with the number of elements and the share of load of each.
+
+    Where the normal load varies, open pairs have elements as well and are drawn pale. The pressure
+    along the middle of the width, by which such joints may be divided, is then shown with the
+    part of each region.
 
     Parameters
     ----------
@@ -212,42 +301,142 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
         If an element lies on no contact pair of the assembly.
     """
     surface = _Surface.of(assembly)
-    distance, pair = KDTree(surface.position).query(
-        _positions(joint, "element_position", "element")
-    )
-    if distance.max() > _SAME:
-        raise ValueError(f"{np.sum(distance > _SAME)} elements lie on no contact pair")
-    region = joint["point_of_element"].to_numpy()
+    pair = surface.pairs_at(joint)
+    law = joints.from_dataset(joint).law
+    region, loaded = law.point_of_element, law.slip_force > 0
+    load_varies = "normal" in law.directions
+    count, under_load = np.bincount(region), np.bincount(region, loaded).astype(int)
     # friction is the same everywhere, so slip forces stand to each other as normal loads do
-    slip_force = joint["slip_force"].to_numpy()
-    count = np.bincount(region)
-    share = 100 * np.bincount(region, slip_force) / slip_force.sum()
-    figure = Figure(figsize=(8, 4.2), layout="compressed")
-    plan, bars = figure.subplots(2, 1, sharex=True)
+    share = 100 * np.bincount(region, law.slip_force) / law.slip_force.sum()
+    figure = Figure(figsize=(8, 6.6 if load_varies else 4.2), layout="compressed")
+    panels = figure.subplots(3 if load_varies else 2, 1, sharex=True)
+    plan, bars = panels[:2]
     without = np.setdiff1d(np.arange(len(surface.position)), pair)
     _fill(plan, [surface.area_of(without)], facecolors=_BLANK)
     areas = [surface.area_of(pair[region == number]) for number in range(count.size)]
-    middle = [area.get_extents().intervalx.mean() for area in areas]
+    extents = np.array([area.get_extents().intervalx for area in areas])
+    middle = extents.mean(axis=1)
     width = 0.8 * np.diff(np.sort(middle)).min(initial=np.ptp(surface.corner[:, 0]))
     many = count.size > 10
-    for number, (x, elements, percent) in enumerate(zip(middle, count, share, strict=True)):
+    for number, (x, percent) in enumerate(zip(middle, share, strict=True)):
         look = {"color": _REGIONS[number % len(_REGIONS)], "linewidth": 0}
         _fill(plan, [areas[number]], **look)
         above = {"ha": "center", "va": "bottom"}
         plan.text(x, surface.corner[:, 1].max() + 1, number + 1, weight="bold", **above)
         bars.bar(x, percent, width, **look)
+        elements = f"{under_load[number]} of {count[number]}" if load_varies else f"{count[number]}"
         text = f" {elements}, {percent:.1f} %" if many else f"{elements}\n{percent:.1f} %"
         bars.text(x, percent, text, rotation=90 if many else 0, **above)
     _plan_view(plan, surface)
-    bars.set(xlabel="x (mm)", ylabel="share of the\nnormal load (%)")
-    bars.set_ylim(0, share.max() * (1.9 if many else 1.5))
-    bars.set_title("number of elements and share of the normal load of each region")
+    bars.set_ylabel("share of the\nnormal load (%)")
+    # room for the texts on the bars
+    bars.set_ylim(0, share.max() * (1.5 if not many else 3.2 if load_varies else 1.9))
+    elements = "elements under load of all elements" if load_varies else "number of elements"
+    bars.set_title(f"{elements} and share of the normal load of each region")
+    if load_varies:
+        _fill(plan, [surface.area_of(pair[~loaded])], facecolors="white", alpha=0.6)
+        load = np.zeros(len(surface.position))
+        load[pair] = np.maximum(law.normal_load, 0.0)
+        pressure = load / assembly["area"].to_numpy() / 1e6
+        _divide_profile(panels[2], surface, pressure, (extents[1:, 0] + extents[:-1, 1]) / 2)
+        _profile(panels[2], surface, pressure)
+        panels[2].set_ylabel("pressure (MPa)")
+        panels[2].set_title("pairs along the middle of the width", loc="left")
+        patches = [Patch(color=_REGIONS[0], linewidth=0, alpha=alpha) for alpha in (1.0, 0.4)]
+        where = {"loc": "outside upper center", "ncols": 2}
+        figure.legend(patches, ["pairs under load", "open pairs"], **where)
+    panels[-1].set_xlabel("x (mm)")
+    return figure
+
+
+@_styled
+def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -> Figure:
+    """Contact state of every pair at the peak of every force level, in plan view.
+
+    Above each panel stand the shares of the elements. A level without a peak is hatched.
+
+    Parameters
+    ----------
+    assembly
+        As ``structure.mesh`` builds it.
+    joint
+        A joint on that assembly whose elements sit on contact pairs (``joint.nc``).
+    response
+        Its response, as ``response.solve_response`` gives it.
+
+    Raises
+    ------
+    ValueError
+        If an element lies on no contact pair of the assembly, or joint and response differ in
+        their number of elements.
+    """
+    surface = _Surface.of(assembly)
+    pair = surface.pairs_at(joint)
+    state = response["contact_state"].transpose("force", "element").to_numpy()
+    if state.shape[1] != pair.size:
+        raise ValueError(f"the joint has {pair.size} elements, the response {state.shape[1]}")
+    without = surface.area_of(np.setdiff1d(np.arange(len(surface.position)), pair))
+    columns = min(2, len(state))
+    rows = -(-len(state) // columns)
+    length, width, _ = np.ptp(surface.position, axis=0)
+    each = 0.4 + 7.2 / columns * width / length
+    figure = Figure(figsize=(8, 0.9 + rows * each), layout="compressed")
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    patches = [Patch(color=colour, linewidth=0) for colour in (*_STATES, _BLANK)]
+    names = [*states.MEANINGS, "no element"]
+    for axes, found, force, frequency in zip(
+        panels.flat,
+        state,
+        response["force_level"].to_numpy(),
+        response["peak_frequency"].to_numpy(),
+        strict=False,
+    ):
+        _fill(axes, [without], facecolors=_BLANK)
+        for number, colour in enumerate(_STATES):
+            _fill(axes, [surface.area_of(pair[found == number])], facecolors=colour)
+        unknown = surface.area_of(pair[found == states.UNKNOWN])
+        _fill(axes, [unknown], facecolors="white", edgecolors="0.6", hatch="////")
+        _plan_view(axes, surface)
+        axes.label_outer()
+        if np.isnan(frequency):
+            axes.set_title(f"{force:g} N: no peak found", loc="left")
+            continue
+        axes.set_title(f"{force:g} N, {frequency:.1f} Hz", loc="left")
+        share = {number: np.mean(found == number) for number in np.unique(found)}
+        axes.legend(
+            [patches[number] for number in share],
+            [_percent(part) for part in share.values()],
+            loc="lower right",
+            bbox_to_anchor=(1, 1),
+            borderpad=0,
+            ncols=len(share),
+            handlelength=0.8,
+            handletextpad=0.4,
+            columnspacing=0.8,
+        )
+    for axes in panels.flat[len(state) :]:
+        axes.set_axis_off()
+        panels[-2, 1].tick_params(labelbottom=True)
+    figure.supxlabel("x (mm)", fontsize=9)
+    shown = list(np.unique(state[state != states.UNKNOWN]))
+    if len(pair) < len(surface.position):
+        shown.append(len(_STATES))
+    figure.legend(
+        [patches[number] for number in shown],
+        [names[number] for number in shown],
+        title="contact state at the peak of every force",
+        loc="outside upper center",
+        ncols=len(shown),
+    )
     return figure
 
 
 @_styled
 def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Figure:
     """Hysteresis loops of a region: all its elements against the few fitted to them.
+
+    The loops are those of constant normal load, that of the assembled state; elements on open pairs
+    have no part in them.
 
     Parameters
     ----------
@@ -266,13 +455,18 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     if not 1 <= region <= reduced.sizes["point"]:
         raise ValueError(f"region {region} of {reduced.sizes['point']}")
     few, many = (
-        np.sum(joint["point_of_element"].to_numpy() == region - 1) for joint in (reduced, regions)
+        law.slip_force[law.point_of_element == region - 1]
+        for law in (joints.from_dataset(joint).law for joint in (reduced, regions))
     )
+    loaded = np.count_nonzero(many)
+    of_them = f"all its {many.size} elements"
+    if loaded < many.size:
+        of_them = f"its {loaded} elements under load, of {many.size}"
     here = reduced.isel(point=region - 1).transpose(..., "loop", "sample")
     amplitude = here["loop_amplitude"].to_numpy() * _UM
     figure = Figure(figsize=(8, 4.8), layout="constrained")
     axes = figure.subplots()
-    all_of_them, fitted = f"region {region}, all its {many} elements", f"the {few} fitted to them"
+    all_of_them, fitted = f"region {region}, {of_them}", f"the {few.size} fitted to them"
     levels = [f"{a:.3g} μm" for a in amplitude]
     branches = ("loop_displacement", "loop_force_of_region", "loop_force_of_fit")
     loops = zip(*(here[name].to_numpy() for name in branches), strict=True)
@@ -341,6 +535,114 @@ def plot_response(
     axes.set(xlabel="frequency (Hz)", ylabel="response / force (mm/N)")
     axes.grid(True)
     _explain(axes, {name: style for name, (_, style) in layers.items()}, "force", levels, marks)
+    return figure
+
+
+@_styled
+def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
+    """Solution times over force of every joint and coordinates, in both ways to the Jacobian.
+
+    Below the times stand their ratios to those of the node-to-node joint in linear modes. Published
+    ratios are drawn beside those with finite differences, which the source uses.
+
+    Parameters
+    ----------
+    times
+        As ``compare.tabulate_times`` gives it.
+    resonance
+        Around which resonance.
+
+    Raises
+    ------
+    ValueError
+        If nothing was solved around that resonance.
+    """
+    times = times[times["resonance"] == resonance]
+    if times.empty:
+        raise ValueError(f"nothing was solved around resonance {resonance}")
+    forces = np.unique(times["force_N"])
+    # forces are spread evenly: their logarithms would leave most of the width to the lowest
+    times = times.assign(place=np.searchsorted(forces, times["force_N"]))
+    colours = dict(zip(times["joint"].unique(), ("0.15", *_REGIONS) * len(times), strict=False))
+    styles = dict(zip(times["coordinates"].unique(), _COORDINATES * len(times), strict=False))
+    figure = Figure(figsize=(8, 6.4), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey="row")
+    ways = (("analytic", ""), ("forward-difference", "_forward_difference"))
+    for (seconds, ratios), (way, ending) in zip(panels.T, ways, strict=True):
+        for (joint, coordinates), of_one in times.groupby(["joint", "coordinates"], sort=False):
+            of_one = of_one.sort_values("force_N")
+            place, cpu, ratio, published = (
+                of_one["place"],
+                of_one[f"cpu{ending}_s"],
+                1 - of_one[f"reduction{ending}_percent"] / 100,
+                1 - of_one["published_reduction_percent"] / 100,
+            )
+            colour, style = {"color": colours[joint]}, styles[coordinates]
+            label = _in_words(joint, coordinates)
+            complete = of_one["complete"].astype(bool)
+            seconds.plot(place, cpu.where(complete), label=label, **colour, **style, **_SOLVED)
+            if not complete.all():
+                seconds.plot(place[~complete], cpu[~complete], **colour, **_BREAK)
+            ratios.plot(place, ratio, label=label, **colour, **style, **_SOLVED)
+            if way == "forward-difference":
+                look = {**style, **_PUBLISHED}
+                ratios.plot(place, published, label=f"{label}, published", **colour, **look)
+        seconds.set_title(f"{way} Jacobian")
+        ratios.set_xticks(np.arange(forces.size), [f"{force:g}" for force in forces])
+        ratios.set_xlabel("force (N)")
+        for axes in (seconds, ratios):
+            axes.set_yscale("log")
+            axes.yaxis.set_major_formatter("{x:g}")
+            axes.yaxis.set_minor_formatter("")
+            axes.grid(True)
+        # times are close together, ratios to published ones are not
+        seconds.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panels[0, 0].set_ylabel("processor time (s)")
+    panels[1, 0].set_ylabel("over that of the node-to-node\njoint in linear modes")
+    plain = {"color": "0.4"}
+    entries = {_joint_in_words(j): Line2D([], [], color=c, lw=3) for j, c in colours.items()}
+    for coordinates, style in styles.items():
+        entries[_coordinates_in_words(coordinates)] = Line2D([], [], **plain, **style, **_SOLVED)
+    if times["published_reduction_percent"].notna().any():
+        entries["published"] = Line2D([], [], **plain, **{**_COORDINATES[0], **_PUBLISHED})
+    if not times["complete"].all():
+        entries["path breaks off"] = Line2D([], [], **plain, **_BREAK)
+    figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
+    return figure
+
+
+@_styled
+def plot_sampling(table: pd.DataFrame) -> Figure:
+    """Error of sampled forces against the exact ones over the number of samples, by case.
+
+    Parameters
+    ----------
+    table
+        As ``convergence.tabulate_sampling`` gives it.
+    """
+    cases = list(table.groupby(["case", "law"], sort=False))
+    columns = min(2, len(cases))
+    rows = -(-len(cases) // columns)
+    figure = Figure(figsize=(8, 0.6 + 2.8 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for axes, ((case, law), of_case) in zip(panels.flat, cases, strict=False):
+        levels = list(of_case.groupby("force_N"))
+        for (force, of_level), colour in zip(levels, _level_colours(len(levels)), strict=True):
+            look = {"color": colour, "linewidth": 1.1, "marker": "o", "markersize": 3.5}
+            axes.loglog("samples", "error_relative", data=of_level, label=f"{force:g} N", **look)
+        samples = np.unique(of_case["samples"])
+        second_order = of_case["error_relative"].max() * (samples / samples[0]) ** -2.0
+        look = {"color": "0.4", "linestyle": "--", "linewidth": 1.0, "zorder": 1}
+        axes.plot(samples, second_order, label="second order", **look)
+        axes.set_xticks(samples, samples)
+        axes.minorticks_off()
+        axes.set_title(f"{case}, {law} normal load")
+        axes.legend(loc="lower left", ncols=2, fontsize=8, handlelength=1.5)
+        axes.grid(True)
+    for axes in panels.flat[len(cases) :]:
+        axes.set_axis_off()
+    figure.supxlabel("samples a period", fontsize=9)
+    figure.supylabel("relative error of the forces", fontsize=9)
     return figure
 
 
@@ -423,15 +725,165 @@ def _explain(
     )
 
 
+def _draw_section(
+    axes: Axes,
+    section: Mapping[int, Sequence[NDArray[np.int64]]],
+    point: NDArray[np.float64],
+    at_rest: NDArray[np.float64] | None = None,
+) -> None:
+    """Fill every part of a section, its points [m] where they are, over its outline at rest."""
+    for part, loops in section.items():
+        if at_rest is not None:
+            rest = [at_rest[np.append(loop, loop[0])] * _MM for loop in loops]
+            axes.add_collection(LineCollection(rest, colors="0.65", linewidths=0.6, zorder=1))
+        # an outline of bolts would show where their shanks are cut to be tightened
+        width = 0.5 if part < FIRST_BOLT else 0.0
+        look = {"facecolors": _PARTS[min(part, 2)], "edgecolors": "0.15", "linewidths": width}
+        _fill(axes, [_shape(point * _MM, loops)], **look, zorder=2)
+
+
+def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
+    """Draw the mesh from above at an angle, and mark the clamped nodes, force and response."""
+    towards = np.array(_VIEW) / np.linalg.norm(_VIEW)
+    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(*towards[:2])
+    onto_paper = np.stack([right, np.cross(towards, right)], axis=-1)
+    point = _positions(assembly, "coordinate", "node") * _MM
+    drawn = point @ onto_paper
+    for faces, part, light in _visible_faces(assembly, point, towards):
+        colour = light * np.array(to_rgb(_PARTS[min(part, 2)]))
+        thin = {"edgecolors": "0.2", "linewidths": 0.15}
+        _fill(axes, [_shape(drawn, _outline(faces))], facecolors=colour, **thin)
+        # bolts are too dark, and their elements too small, to show lines
+        if part < FIRST_BOLT:
+            lines = Shape.make_compound_path(*(Shape(drawn[line]) for line in _strokes(faces)))
+            _fill(axes, [lines], facecolors="none", **thin)
+    clamped = drawn[assembly["clamped_node"]]
+    hull = clamped[ConvexHull(clamped).vertices]
+    axes.add_patch(Polygon(hull, hatch="xxxxx", fill=False, linewidth=0.8))
+    axes.text(clamped[:, 0].max(), clamped[:, 1].min(), "  clamped", va="top")
+    excited, observed = (assembly[f"{name}_node"] for name in ("excitation", "response"))
+    tip = drawn[int(excited)]
+    tail = tip + _ARROW * onto_paper["xyz".index(excited.attrs["direction"])]
+    arrow = {"arrowstyle": "-|>", "facecolor": "black", "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", tip, tail, arrowprops=arrow)
+    axes.text(*tail, f" excitation along {excited.attrs['direction']}", va="center")
+    at = drawn[int(observed)]
+    axes.plot(*at, "o", markersize=4, markerfacecolor="white", markeredgecolor="black", zorder=5)
+    axes.text(*at, f"   response along {observed.attrs['direction']}", va="center")
+
+
+def _visible_faces(
+    assembly: xr.Dataset, point: NDArray[np.float64], towards: NDArray[np.float64]
+) -> list[tuple[NDArray[np.int64], int, float]]:
+    """Faces that a viewer above the assembly sees, in the order in which to paint them.
+
+    Faces of a part that are lit alike come together: their nodes, shape (faces, 4), the part, and
+    the light on them, between 0 and 1.
+    """
+    faces, part = _outer_faces(assembly)
+    centre = point[faces].mean(axis=1)
+    diagonals = point[faces[:, 2:]] - point[faces[:, :2]]
+    normal = np.cross(diagonals[:, 0], diagonals[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    # the bars fill a cuboid together, and hide what lies within it
+    of_bars = centre[part < FIRST_BOLT]
+    low, high = of_bars.min(axis=0) + _SAME, of_bars.max(axis=0) - _SAME
+    within = np.all((centre > low) & (centre < high), axis=1)
+    # from above, nuts are behind the bars and heads in front of them
+    level = np.where(part < FIRST_BOLT, 0, np.sign(centre[:, 2])).astype(int)
+    light = np.round(_TONES * (0.7 + 0.3 * normal @ _LIGHT)).astype(int)
+    look = np.stack([level, part, light], axis=-1)
+    seen = np.flatnonzero((normal @ towards > 0) & ~within)
+    return [
+        (faces[seen[(look[seen] == one).all(axis=1)]], int(one[1]), one[2] / _TONES)
+        for one in np.unique(look[seen], axis=0)
+    ]
+
+
+def _draw_plan(axes: Axes, assembly: xr.Dataset) -> None:
+    """Draw the contact surface with its holes, the bars around it, and lengths."""
+    surface = _Surface.of(assembly)
+    everything = surface.area_of(np.arange(len(surface.position)))
+    x, y, _ = _bounds_of_bars(assembly)
+    look = {"edgecolor": "0.15", "linewidth": 0.5}
+    axes.add_patch(Rectangle((x[0], y[0]), np.ptp(x), np.ptp(y), facecolor="white", **look))
+    axes.add_patch(PathPatch(everything, facecolor=_BLANK, **look))
+    lap = everything.get_extents().intervalx
+    bolts = assembly["bolt_position"].sel(axis="x").to_numpy() * _MM
+    for begin, end in pairwise([lap[0], *bolts, lap[1]]):
+        _dimension(axes, (begin, y[0] - _BESIDE), (end, y[0] - _BESIDE))
+    _dimension(axes, (x[0] - _BESIDE, y[0]), (x[0] - _BESIDE, y[1]))
+    # loops around holes run back
+    hole = max(-_area(loop[:-1]) for loop in everything.to_polygons())
+    axes.text(lap[1] + 3, 0, f"holes ⌀ {2 * np.sqrt(hole / np.pi):.4g}", va="center", fontsize=8)
+
+
+def _draw_side(axes: Axes, assembly: xr.Dataset) -> None:
+    """Draw the assembly cut along the middle of its width, and lengths."""
+    point = _positions(assembly, "coordinate", "node")[:, [0, 2]]
+    _draw_section(axes, _section(assembly, point), point)
+    x, _, z = _bounds_of_bars(assembly)
+    lap = assembly["position"].sel(axis="x").to_numpy() * _MM
+    below = point[:, 1].min() * _MM - _BESIDE
+    for begin, end in pairwise([x[0], lap.min(), lap.max(), x[1]]):
+        _dimension(axes, (begin, below), (end, below))
+    _dimension(axes, (x[0], below - 2 * _BESIDE), (x[1], below - 2 * _BESIDE))
+    _dimension(axes, (x[0] - _BESIDE, z[0]), (x[0] - _BESIDE, z[1]))
+    _dimension(axes, (x[1] + 2 * _BESIDE, 0.0), (x[1] + 2 * _BESIDE, z[1]))
+
+
+def _dimension(axes: Axes, begin: tuple[float, float], end: tuple[float, float]) -> None:
+    """Draw a dimension line, to the right or upwards, with its length."""
+    points = np.array([begin, end])
+    line = {"arrowstyle": "<|-|>,head_width=.12,head_length=.25", "linewidth": 0.5}
+    line |= {"facecolor": "black", "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", end, begin, arrowprops=line)
+    axes.update_datalim(points)  # texts do not widen the axes by themselves
+    beside = {"ha": "center", "va": "top", "xytext": (0, -2)}
+    if begin[0] == end[0]:
+        beside = {"ha": "right", "va": "center", "xytext": (-3, 0)}
+    length = f"{np.linalg.norm(points[1] - points[0]):.4g}"
+    middle = points.mean(axis=0)
+    axes.annotate(length, middle, textcoords="offset points", fontsize=8, **beside)
+
+
+def _explain_parts(figure: Figure, at_rest: bool = False) -> None:
+    handles = [Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in _PARTS]
+    names = ["bar A", "bar B", "bolts"]
+    if at_rest:
+        handles.append(Line2D([], [], color="0.65", linewidth=0.9))
+        names.append("at rest")
+    figure.legend(handles, names, loc="outside upper center", ncols=len(names))
+
+
 def _in_words(joint: str, coordinates: str) -> str:
     """Name of a method for people: ``6 regions of 7 elements, 1 RDNM``."""
+    return f"{_joint_in_words(joint)}, {_coordinates_in_words(coordinates)}"
+
+
+def _joint_in_words(joint: str) -> str:
     regions, elements = parse_joint(joint)
     if regions is None:
-        name = "node-to-node"
-    else:
-        name = f"{regions} regions" + (f" of {elements} elements" if elements else "")
+        return "node-to-node"
+    return f"{regions} regions" + (f" of {elements} elements" if elements else "")
+
+
+def _coordinates_in_words(coordinates: str) -> str:
     number = parse_coordinates(coordinates)
-    return f"{name}, linear modes" if number is None else f"{name}, {number} RDNM"
+    return "linear modes" if number is None else f"{number} RDNM"
+
+
+def _round_down(number: float) -> float:
+    """The number cut to its first digit."""
+    power = 10 ** np.floor(np.log10(number))
+    return float(power * np.floor(number / power))
+
+
+def _percent(share: float) -> str:
+    """Share in whole percent; only nothing is 0 %, and only all is 100 %."""
+    if 0 < share < 0.01:
+        return "<1 %"
+    return ">99 %" if 0.99 < share < 1 else f"{100 * share:.0f} %"
 
 
 def _whole_loop(unloading: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -490,6 +942,14 @@ class _Surface:
             owner=facet.ravel(),
         )
 
+    def pairs_at(self, joint: xr.Dataset) -> NDArray[np.int64]:
+        """The pair that each element of a joint sits on, shape (elements,)."""
+        element = _positions(joint, "element_position", "element")
+        distance, pair = KDTree(self.position).query(element)
+        if distance.max() > _SAME:
+            raise ValueError(f"{np.sum(distance > _SAME)} elements lie on no contact pair")
+        return pair
+
     def area_of(self, pairs: Sequence[int] | NDArray[np.int64]) -> Shape:
         """What belongs to some pairs, as one shape."""
         return _shape(self.corner, _outline(self.share[np.isin(self.owner, pairs)]))
@@ -529,11 +989,31 @@ def _faces_among(
     return faces[found], assembly["part"].to_numpy()[found // len(HEXAHEDRON_FACES)]
 
 
+def _outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Faces that belong to one element only: nodes, shape (faces, 4), and part, shape (faces,)."""
+    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
+    faces = connectivity[:, HEXAHEDRON_FACES].reshape(-1, 4)
+    _, first, count = np.unique(np.sort(faces), axis=0, return_index=True, return_counts=True)
+    outer = first[count == 1]
+    return faces[outer], assembly["part"].to_numpy()[outer // len(HEXAHEDRON_FACES)]
+
+
+def _bounds_of_bars(assembly: xr.Dataset) -> NDArray[np.float64]:
+    """Where both bars together begin and end [mm] along x, y and z, shape (3, 2)."""
+    of_bars = assembly["connectivity"].to_numpy()[assembly["part"].to_numpy() < FIRST_BOLT]
+    point = _positions(assembly, "coordinate", "node")[np.unique(of_bars)] * _MM
+    return np.stack([point.min(axis=0), point.max(axis=0)], axis=-1)
+
+
 def _counter_clockwise(polygon: NDArray[np.int64], point: NDArray[np.float64]) -> NDArray[np.int64]:
     """Polygons, shape (polygons, corners), turned so that all run the same way round."""
-    x, y = np.moveaxis(point[polygon], -1, 0)
-    area = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
-    return np.where(area[:, None] < 0, polygon[:, ::-1], polygon)
+    return np.where(_area(point[polygon])[:, None] < 0, polygon[:, ::-1], polygon)
+
+
+def _area(corner: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Area of polygons from their corners, shape (..., corners, 2); negative for clockwise ones."""
+    x, y = np.moveaxis(corner, -1, 0)
+    return (x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1)).sum(axis=-1) / 2
 
 
 def _outline(polygon: NDArray[np.int64]) -> list[NDArray[np.int64]]:
@@ -554,6 +1034,25 @@ def _outline(polygon: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     return loops
 
 
+def _strokes(polygon: NDArray[np.int64]) -> list[list[int]]:
+    """Edges of polygons, each once, in lines as long as can be: few points to write down."""
+    neighbours = defaultdict(set)
+    for begin, end in np.stack([polygon, np.roll(polygon, -1, axis=1)], -1).reshape(-1, 2).tolist():
+        neighbours[begin].add(end)
+        neighbours[end].add(begin)
+    lines = []
+    for begin in sorted(neighbours):
+        while neighbours[begin]:
+            line = [begin]
+            while neighbours[line[-1]]:
+                last, following = line[-1], min(neighbours[line[-1]])
+                neighbours[last].remove(following)
+                neighbours[following].remove(last)
+                line.append(following)
+            lines.append(line)
+    return lines
+
+
 def _shape(point: NDArray[np.float64], loops: Iterable[NDArray[np.int64]]) -> Shape:
     """One shape from several loops of points; it may be empty."""
     closed = [Shape(point[np.append(loop, loop[0])], closed=True) for loop in loops]
@@ -562,6 +1061,36 @@ def _shape(point: NDArray[np.float64], loops: Iterable[NDArray[np.int64]]) -> Sh
 
 def _fill(axes: Axes, shapes: Sequence[Shape], **look: object) -> None:
     axes.add_collection(PathCollection(shapes, **{"linewidths": 0, **look}))
+
+
+def _profile(axes: Axes, surface: "_Surface", value: NDArray[np.float64]) -> None:
+    """Draw what the pairs along the middle of the width have, open ones hollow at zero."""
+    edges = surface.edges_along_middle()
+    x = surface.position[:, 0] * _MM
+    lines = [np.c_[x[edge], value[edge]] for edge in edges]
+    axes.add_collection(LineCollection(lines, colors="0.6", linewidths=0.9))
+    loaded = value > 0
+    for state, colour, label in ((loaded, "black", "loaded"), (~loaded, "white", "open")):
+        pairs = np.intersect1d(edges, np.flatnonzero(state))
+        look = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
+        axes.plot(x[pairs], value[pairs], "o", **look, markeredgewidth=0.6, label=label)
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
+    axes.grid(True)
+
+
+def _divide_profile(
+    axes: Axes, surface: "_Surface", value: NDArray[np.float64], cuts: NDArray[np.float64]
+) -> None:
+    """Colour the parts of regions under the profile, which runs straight across the holes."""
+    pairs = np.unique(surface.edges_along_middle())
+    pairs = pairs[np.argsort(surface.position[pairs, 0])]
+    x = surface.position[pairs, 0] * _MM
+    ends = np.concatenate([x[:1], cuts, x[-1:]])
+    for number, (begin, end) in enumerate(pairwise(ends)):
+        part = np.unique(np.clip(x, begin, end))
+        colour = _REGIONS[number % len(_REGIONS)]
+        height = np.interp(part, x, value[pairs])
+        axes.fill_between(part, height, color=colour, alpha=0.45, linewidth=0)
 
 
 def _plan_view(axes: Axes, surface: _Surface) -> None:
