@@ -927,8 +927,7 @@ class _Surface:
         nodes, _ = _faces_among(assembly, pair_of_node >= 0)
         facet = _counter_clockwise(pair_of_node[nodes], plan)
         # middles of edges are numbered once for the two facets they belong to
-        edges = np.stack([facet, np.roll(facet, -1, axis=1)], axis=-1)
-        edge, of_facet = np.unique(np.sort(edges).reshape(-1, 2), axis=0, return_inverse=True)
+        edge, of_facet = np.unique(np.sort(_edges(facet)), axis=0, return_inverse=True)
         middle = len(plan) + of_facet.reshape(-1, 4)
         centre = len(plan) + len(edge) + np.arange(len(facet))
         share = np.stack(
@@ -958,7 +957,7 @@ class _Surface:
         """Pairs at both ends of the edges along the middle of the width, shape (edges, 2)."""
         y = self.position[:, 1]
         on_middle = np.abs(y - (y.min() + y.max()) / 2) < _SAME
-        edges = np.stack([self.facet, np.roll(self.facet, -1, axis=1)], axis=-1).reshape(-1, 2)
+        edges = _edges(self.facet)
         return np.unique(np.sort(edges[on_middle[edges].all(axis=1)]), axis=0)
 
 
@@ -981,21 +980,26 @@ def _faces_among(
 
     Returns the nodes of the faces, shape (faces, 4), and their parts, shape (faces,).
     """
-    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
-    faces = connectivity[:, HEXAHEDRON_FACES].reshape(-1, 4)
+    faces, part = _faces(assembly)
     found = np.flatnonzero(chosen[faces].all(axis=1))
     _, first = np.unique(np.sort(faces[found]), axis=0, return_index=True)
     found = found[np.sort(first)]
-    return faces[found], assembly["part"].to_numpy()[found // len(HEXAHEDRON_FACES)]
+    return faces[found], part[found]
 
 
 def _outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Faces that belong to one element only: nodes, shape (faces, 4), and part, shape (faces,)."""
-    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
-    faces = connectivity[:, HEXAHEDRON_FACES].reshape(-1, 4)
+    faces, part = _faces(assembly)
     _, first, count = np.unique(np.sort(faces), axis=0, return_index=True, return_counts=True)
     outer = first[count == 1]
-    return faces[outer], assembly["part"].to_numpy()[outer // len(HEXAHEDRON_FACES)]
+    return faces[outer], part[outer]
+
+
+def _faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Faces of all elements: nodes, shape (faces, 4), and part, shape (faces,)."""
+    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
+    faces = connectivity[:, HEXAHEDRON_FACES]
+    return faces.reshape(-1, 4), np.repeat(assembly["part"].to_numpy(), faces.shape[1])
 
 
 def _bounds_of_bars(assembly: xr.Dataset) -> NDArray[np.float64]:
@@ -1016,9 +1020,14 @@ def _area(corner: NDArray[np.float64]) -> NDArray[np.float64]:
     return (x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1)).sum(axis=-1) / 2
 
 
+def _edges(polygon: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Both ends of all edges of polygons, one polygon after another, shape (edges, 2)."""
+    return np.stack([polygon, np.roll(polygon, -1, axis=1)], axis=-1).reshape(-1, 2)
+
+
 def _outline(polygon: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     """Outline of polygons that share corners, as loops of points; loops around holes run back."""
-    edges = np.stack([polygon, np.roll(polygon, -1, axis=1)], axis=-1).reshape(-1, 2).tolist()
+    edges = _edges(polygon).tolist()
     inside = {(end, begin) for begin, end in edges}
     following = defaultdict(list)
     for begin, end in edges:
@@ -1037,7 +1046,7 @@ def _outline(polygon: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 def _strokes(polygon: NDArray[np.int64]) -> list[list[int]]:
     """Edges of polygons, each once, in lines as long as can be: few points to write down."""
     neighbours = defaultdict(set)
-    for begin, end in np.stack([polygon, np.roll(polygon, -1, axis=1)], -1).reshape(-1, 2).tolist():
+    for begin, end in _edges(polygon).tolist():
         neighbours[begin].add(end)
         neighbours[end].add(begin)
     lines = []
