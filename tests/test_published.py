@@ -57,3 +57,11 @@ def test_no_case_study_has_no_figures_and_says_nothing():
     assert source.figures_of("response", joint="node-to-node").empty
     assert source.case_study() == {}
     assert Published(SOURCE, "four_bolt_variable").case_study()["contact_nodes"] == "1693"
+
+
+def test_slip_forces_imply_nearly_four_times_the_stated_preload():
+    assert Published(SOURCE, "three_bolt_constant").implied_preload() == pytest.approx(37976)
+    assert Published(SOURCE, "four_bolt_variable").implied_preload() == pytest.approx(
+        37465, rel=1e-4
+    )
+    assert Published(SOURCE, "three_bolt_variable_soft").implied_preload() is None

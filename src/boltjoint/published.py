@@ -149,6 +149,18 @@ class Published:
         regions = self.figures_of("loops", joint=joint)["region"]
         return int(regions.iloc[0]) if len(regions) else 1
 
+    def implied_preload(self) -> float | None:
+        """Preload per bolt [N] at which the fitted elements of the case study slip as printed.
+
+        The slip forces of all elements together are the friction coefficient times the load of all
+        bolts. None where the source prints no elements.
+        """
+        facts = self.case_study()
+        for joint in self._tables("parameters")["joint"]:
+            total = self.parameters(joint)["mu_n_N"].sum()
+            return float(total / (float(facts["mu"]) * int(facts["bolts"])))
+        return None
+
     def _tables(self, kind: str) -> pd.DataFrame:
         tables = self._index("tables.csv")
         return tables[(tables["case"] == self.case) & (tables["kind"] == kind)]

@@ -1,0 +1,450 @@
+"""The page of a case: its joints from node-to-node down to a few elements, stage by stage."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from boltjoint import dataset, layout
+from boltjoint.config import Case
+from boltjoint.names import REFERENCE, parse_joint
+from boltjoint.pages import markup
+from boltjoint.pages.markup import Section, number, source, table
+from boltjoint.pages.shown import (
+    LAWS,
+    Shelf,
+    Shown,
+    capitalized,
+    coordinates_in_words,
+    joint_in_words,
+    menu,
+    those,
+)
+from boltjoint.published import Published
+
+_DIVISIONS = {
+    "equal-load": "equal loads",
+    "equal-middle-load": "equal pressure along the middle",
+}
+
+_GROUPS = ["joint", "coordinates", "resonance"]
+
+
+def page(
+    name: str,
+    case: Case,
+    files: Sequence[str],
+    published: Published,
+    cases: Sequence[str],
+) -> str:
+    """Node-to-node joint, regions and few elements of a case, in the order of the source.
+
+    Parameters
+    ----------
+    name, case
+        The case and how it is configured.
+    files
+        Figures and tables (CSV) to show, and the node-to-node joint (``joint.nc``) of every basis.
+    published
+        The source's tables, of the case study that this case is compared with.
+    cases
+        Names of the study's cases, to which the page links.
+    """
+    shelf = Shelf(files, published)
+    sections = [Section("case", "What is computed", _facts(case, shelf))]
+    for family in case.modes:
+        sections += _Basis(case, family, shelf).sections()
+    sections += shelf.rest()
+    theirs = published.case_study()
+    compared = f"Section {theirs['section']} of the source. " if theirs else ""
+    lead = (
+        f"<p>{compared}The assembly <i>{case.assembly}</i> with {number(case.preload_N)} N in "
+        f"every bolt and {_law(case.contact.law)} on its contact.</p><p>In all figures colour is "
+        "the level of force or displacement, from dark to light; a thin line is the reference, a "
+        "broad pale one the model that stands in for it; a dot is a peak, and a cross the place "
+        "where a path broke off.</p>"
+    )
+    return markup.page(name, "Case study", lead, sections, menu(cases), f"{name}.html")
+
+
+def _law(name: str) -> str:
+    return LAWS.get(name, name)
+
+
+def _facts(case: Case, shelf: Shelf) -> str:
+    """How the case is configured, beside what the source says of its own."""
+    theirs = shelf.published.case_study()
+    rows = [
+        ("assembly", case.assembly, "assembly"),
+        ("preload per bolt (N)", number(case.preload_N), "preload_per_bolt_N"),
+        *_contact_facts(case),
+    ]
+    for path in shelf.data("joint.nc")[:1]:
+        elements = dataset.load(path).sizes["element"]
+        rows.append(("friction elements, node to node", str(elements), "contact_nodes"))
+    regions, elements = zip(*map(parse_joint, case.joints), strict=True)
+    rows += [
+        ("loss factor", number(case.loss_factor), None),
+        ("forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"),
+        ("basis", ", ".join(case.modes), None),
+        ("regions", _counts(regions), "regions"),
+        ("division into regions", _DIVISIONS[case.regions.division], None),
+        ("elements in a region", _counts(elements), "elements_per_region"),
+    ]
+    columns = {"quantity": [row[0] for row in rows], "here": [row[1] for row in rows]}
+    if theirs:
+        printed = {key: value.replace(" ", ", ") for key, value in theirs.items()}
+        printed["contact_law"] = _law(theirs["contact_law"])
+        columns["in the source"] = [printed.get(row[2] or "") or "not given" for row in rows]
+        in_words = {
+            "basis": "the first four bending modes",
+            "division into regions": "similar loads"
+            if theirs["contact_law"] == "constant"
+            else "by the load along the middle",
+        }
+        for quantity, words in in_words.items():
+            columns["in the source"][columns["quantity"].index(quantity)] = words
+    tables = shelf.published.tables()
+    mine = those(tables, case=shelf.published.case or "", kind="stiffness")
+    numbers = source("Table", list(mine["table"]))
+    body = table(pd.DataFrame(columns), "The case", [numbers], "case-table", verbatim=True)
+    if implied := shelf.published.implied_preload():
+        body += (
+            f"<p>The source states {theirs['preload_per_bolt_N']} N per bolt, but the slip forces "
+            f"that it prints for its fitted elements add up to what {number(implied)} N per bolt "
+            "would give.</p>\n"
+        )
+    return body
+
+
+def _contact_facts(case: Case) -> Iterator[tuple[str, str, str]]:
+    printed = {
+        "law": "contact_law",
+        "tangential_stiffness_N_per_m": "k_u_kN_per_mm",
+        "normal_stiffness_N_per_m": "k_v_kN_per_mm",
+        "friction_coefficient": "mu",
+    }
+    for key, value in case.contact.model_dump().items():
+        words = key.replace("_", " ")
+        if key == "law":
+            yield "contact", _law(value), printed[key]
+        elif key.endswith("_N_per_m"):
+            words = f"{words.removesuffix(' N per m')} of a pair (kN/mm)"
+            yield words, number(value / 1e6), printed.get(key, "")
+        else:
+            yield words, str(value), printed.get(key, "")
+
+
+def _counts(numbers: Iterable[int | None]) -> str:
+    return ", ".join(map(str, sorted({n for n in numbers if n is not None}))) or "none"
+
+
+@dataclass(frozen=True)
+class _Stage:
+    name: str
+    title: str
+    words: str
+
+
+_STAGES = (
+    _Stage(
+        "nodes",
+        "Node-to-node joint",
+        "One friction element on every contact pair that can carry load. Its responses in linear "
+        "modes are the reference for all that follows: as more of the contact slips, the peak "
+        "falls in frequency and friction damps it.",
+    ),
+    _Stage(
+        "regions",
+        "Regions",
+        "The contact is divided into regions along the bar, from the clamped side. Each moves as "
+        "one point, the mean of its pairs, but keeps all their elements. Where exactly the source "
+        "divides the contact is not known.",
+    ),
+    _Stage(
+        "elements",
+        "Few elements in each region",
+        "The elements of each region are replaced by a few, fitted so that the hysteresis loops "
+        "agree at three displacement amplitudes.",
+    ),
+)
+
+
+def _stage_of(joint: str) -> str:
+    regions, elements = parse_joint(joint)
+    return "nodes" if regions is None else "regions" if elements is None else "elements"
+
+
+class _Basis:
+    """All that a case has in one modal basis."""
+
+    def __init__(self, case: Case, family: str, shelf: Shelf) -> None:
+        self.case, self.family, self.shelf = case, family, shelf
+        self.accuracy = shelf.table("accuracy", modes=family)
+        self.times = shelf.table("times", modes=family)
+        self.states = shelf.table("states", modes=family)
+        self.where = "" if len(case.modes) == 1 else f" in {family}"
+
+    def sections(self) -> Iterator[Section]:
+        first, *others = self.case.solve
+        for stage in _STAGES:
+            joints = [joint for joint in first.joints if _stage_of(joint) == stage.name]
+            parts = {joint: self._stage_of_joint(joint, first.resonance) for joint in joints}
+            if not joints:
+                continue
+            words = f"<p>{stage.words}</p>\n"
+            if stage.name == "nodes":
+                words += self._peaks(first.resonance) + "".join(parts.values())
+            yield self._section(stage.name, stage.title, words)
+            if stage.name != "nodes":
+                for joint, body in parts.items():
+                    title = capitalized(joint_in_words(joint))
+                    yield self._section(layout.flat(joint), title, body, level=3)
+        for block in others:
+            body = "".join(
+                self._joint(joint) + self._responses(joint, block.resonance)
+                for joint in block.joints
+            )
+            yield self._section(
+                f"resonance-{block.resonance}", f"Resonance {block.resonance}", body
+            )
+        if self.states is not None:
+            yield self._section("states", "Contact at the peaks", _states(*self.states))
+        if self.accuracy is not None:
+            yield self._section("accuracy", "Accuracy", _accuracy(*self.accuracy))
+        if self.times is not None:
+            drawn = "".join(
+                self.shelf.draw(
+                    "times",
+                    f"Solution times around resonance {block.resonance}",
+                    "Above, the times; below, their ratios to those of the node-to-node joint in "
+                    "linear modes.",
+                    modes=self.family,
+                    resonance=block.resonance,
+                )
+                for block in self.case.solve
+            )
+            yield self._section("times", "Solution times", _times(*self.times, drawn))
+
+    def _section(self, anchor: str, title: str, body: str, level: int = 2) -> Section:
+        return Section(f"{anchor}-{self.family}", title + self.where, body, level)
+
+    def _stage_of_joint(self, joint: str, resonance: int) -> str:
+        body = self._joint(joint) + self._responses(joint, resonance)
+        return body + self._published_times(joint)
+
+    def _joint(self, joint: str) -> str:
+        """How a joint is made: where its regions lie, and how its elements were fitted."""
+        regions, elements = parse_joint(joint)
+        body = ""
+        if regions is not None:
+            mine = {"modes": self.family, "joint": f"regions={regions}"}
+            body += self.shelf.draw(
+                "regions",
+                f"{regions} regions on the contact",
+                "With the number of elements and the share of the load of each. Pairs that are "
+                "grey have no element.",
+                **mine,
+            )
+            if found := self.shelf.table("regions", **mine):
+                shown, frame = found
+                title = f"{regions} regions along the bar"
+                body += table(frame, title, (), shown.stem, shown.from_page)
+        if elements is not None:
+            region = self.shelf.published.region_of_loops(joint)
+            mine = {"modes": self.family, "joint": joint}
+            body += self.shelf.draw(
+                "loops",
+                f"Hysteresis loops of region {region}",
+                "Over one period, at the three amplitudes of the fit. Where the thin line leaves "
+                f"the broad one, {elements} elements do not stand for all. Both have the same "
+                "stiffness while nothing slips, and the same force once all does.",
+                **mine,
+            )
+            if found := self.shelf.table("elements", **mine):
+                body += _elements(*found)
+        return body
+
+    def _responses(self, joint: str, resonance: int) -> str:
+        """Responses of a joint around a resonance, and the states of the contact at their peaks."""
+        body = ""
+        around = f" around resonance {resonance}" if resonance > 1 else ""
+        for coordinates in self.case.coordinates:
+            which = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+            what = f"{joint_in_words(joint)}, {coordinates_in_words(coordinates)}{around}"
+            body += self.shelf.draw(
+                "response", capitalized(what), self._verdict(**which), modes=self.family, **which
+            )
+            body += self.shelf.draw(
+                "states",
+                f"Contact at the peaks: {what}",
+                "What every pair does over one period, at the peak of each response.",
+                modes=self.family,
+                **which,
+            )
+        return body
+
+    def _verdict(self, joint: str, coordinates: str, resonance: int) -> str:
+        """What the table of accuracy says of a response."""
+        if self.accuracy is None:
+            return ""
+        rows = those(self.accuracy[1], joint=joint, coordinates=coordinates, resonance=resonance)
+        done = rows[rows["complete"]]
+        if done.empty:
+            return _broken_off(rows)
+        if (joint, coordinates) == REFERENCE:
+            low, high = done.iloc[0], done.iloc[-1]
+            said = (
+                f"The peak lies at {low['peak_frequency_Hz']:.1f} Hz with {low['force_N']:g} N and "
+                f"at {high['peak_frequency_Hz']:.1f} Hz with {high['force_N']:g} N."
+            )
+            return said + _broken_off(rows)
+        errors = {
+            "frequency": done.set_index("force_N")["peak_frequency_error_percent"].abs(),
+            "amplitude": done.set_index("force_N")["peak_amplitude_error_percent"].abs(),
+        }
+        if any(error.isna().all() for error in errors.values()):
+            return _broken_off(rows)
+        worst = " and ".join(
+            f"{number(error.max(), 2)} % in {what} (at {error.idxmax():g} N)"
+            for what, error in errors.items()
+        )
+        middle = " and ".join(f"{number(error.median(), 2)} %" for error in errors.values())
+        said = f"Peaks differ from the reference's by at most {worst}; by the median, {middle}."
+        return said + _broken_off(rows)
+
+    def _peaks(self, resonance: int) -> str:
+        """Peaks of the node-to-node joint, all kinds of coordinates side by side."""
+        if self.accuracy is None:
+            return ""
+        nodes = those(self.accuracy[1], joint=REFERENCE[0], resonance=resonance)
+        columns = {"peak_frequency_Hz": "frequency_Hz", "peak_mm_per_N": "response_mm_per_N"}
+        parts = {
+            coordinates_in_words(coordinates): rows.set_index("force_N")[list(columns)].rename(
+                columns=columns
+            )
+            for coordinates, rows in nodes.groupby("coordinates", sort=False)
+        }
+        if not parts:
+            return ""
+        return table(
+            _side_by_side(parts),
+            "Peaks of the node-to-node joint",
+            ["Response divided by force. A dash stands where the path broke off."],
+        )
+
+    def _published_times(self, joint: str) -> str:
+        """Times of a joint beside those that the source printed, in the source's arrangement."""
+        if self.times is None or "source_table" not in self.times[1]:
+            return ""
+        mine = those(self.times[1], joint=joint).dropna(subset="source_table")
+        body = ""
+        for printed, rows in mine.groupby("source_table", sort=False):
+            parts = {
+                coordinates_in_words(coordinates): _published_beside_ours(
+                    some.set_index("force_N"), (joint, coordinates) == REFERENCE
+                )
+                for coordinates, some in rows.groupby("coordinates", sort=False)
+            }
+            body += table(
+                _side_by_side(parts),
+                f"Solution times: {joint_in_words(joint)}",
+                [
+                    "Processor time with forward differences, as in the source, and its reduction "
+                    "against the node-to-node joint in linear modes. The seconds are of different "
+                    "machines and programs; the reductions can be compared.",
+                    source("Table", [str(printed)]),
+                ],
+                anchor=f"table-{printed}",
+            )
+        return body
+
+
+def _published_beside_ours(times: pd.DataFrame, is_reference: bool) -> pd.DataFrame:
+    columns = {}
+    if times["published_s"].notna().any():
+        columns |= {"here_s": times["cpu_forward_difference_s"], "source_s": times["published_s"]}
+    if not is_reference:
+        columns |= {
+            "reduction_here_percent": times["reduction_forward_difference_percent"],
+            "reduction_in_source_percent": times["published_reduction_percent"],
+        }
+    return pd.DataFrame(columns)
+
+
+def _side_by_side(parts: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """Tables over force beside each other, each under its name."""
+    frame = pd.concat(parts, axis=1)
+    frame.insert(0, ("", "force_N"), frame.index)
+    return frame
+
+
+def _broken_off(rows: pd.DataFrame) -> str:
+    lost = rows[~rows["complete"]]
+    if lost.empty:
+        return ""
+    forces = ", ".join(f"{force:g}" for force in lost["force_N"])
+    reasons = "; ".join(lost["reason"].dropna().unique())
+    return f" Broken off at {forces} N{f': {reasons}' if reasons else ''}."
+
+
+def _elements(shown: Shown, frame: pd.DataFrame) -> str:
+    notes = ["In the order in which they start to slip."]
+    printed: list[str] = []
+    if "source_table" in frame:
+        printed = frame["source_table"].iloc[0].split(" and ")
+        ours, theirs = frame["slip_force_N"].sum(), frame["published_slip_force_N"].sum()
+        notes += [
+            "Many sets of elements have nearly the same loops, and the source's regions are not "
+            "those here, so single ratios mean little. What can be compared is the sum "
+            f"of the slip forces: {number(ours)} N here, {number(theirs)} N in the source.",
+            source("Table", printed),
+        ]
+        frame = frame.drop(columns="source_table")
+    anchor = f"table-{'-'.join(printed)}" if printed else shown.stem
+    return table(frame, "Fitted elements", notes, anchor, shown.from_page, groups=["region"])
+
+
+def _states(shown: Shown, frame: pd.DataFrame) -> str:
+    return (
+        "<p>Which part of the elements, and of the load that they carry at rest, is in which state "
+        "at the peak of each response.</p>\n"
+        + table(frame, "Every response", (), shown.stem, shown.from_page, _GROUPS)
+    )
+
+
+def _accuracy(shown: Shown, frame: pd.DataFrame) -> str:
+    rows = []
+    for key, some in frame.groupby(_GROUPS, sort=False):
+        row = dict(zip(_GROUPS, key, strict=True))
+        row["paths_solved"] = f"{int(some['complete'].sum())} of {len(some)}"
+        for column in (
+            "peak_frequency_error_percent",
+            "peak_amplitude_error_percent",
+            "curve_error_dB",
+            "residual_in_time",
+        ):
+            if column in some:
+                row[f"largest_{column}"] = some[column].abs().max()
+        rows.append(row)
+    return (
+        "<p>Every response against that of the node-to-node joint in linear modes: its peak, and "
+        "the whole curve by the root-mean-square distance in decibels (1 dB is 12 %). A path that "
+        "broke off has no errors. The residual in time is what is left of the equations, relative "
+        "to their largest term, when friction is marched in time by code that shares nothing with "
+        "the solver.</p>\n"
+        + table(pd.DataFrame(rows), "Largest errors over all forces", groups=_GROUPS[:2])
+        + table(frame, "Every response", (), shown.stem, shown.from_page, _GROUPS)
+    )
+
+
+def _times(shown: Shown, frame: pd.DataFrame, drawn: str) -> str:
+    return (
+        "<p>Median processor time of one frequency response on one thread, with the analytic "
+        "Jacobian and with forward differences as in the source. Regions alone leave every element "
+        "in place, so they save little here; few elements save more. One response-dependent mode "
+        "saves evaluations where the Jacobian is taken by differences, and costs a renewal of the "
+        "mode where it is exact.</p>\n"
+        + drawn
+        + table(frame, "Every response", (), shown.stem, shown.from_page, _GROUPS)
+    )

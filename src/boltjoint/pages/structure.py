@@ -1,0 +1,156 @@
+"""The page of the assemblies: what all cases start from."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from boltjoint import dataset
+from boltjoint.config import Assembly
+from boltjoint.pages import markup
+from boltjoint.pages.markup import Section, number, source, table
+from boltjoint.pages.shown import Shelf, menu
+from boltjoint.published import Published
+
+
+def page(
+    assemblies: Mapping[str, Assembly],
+    files: Sequence[str],
+    published: Published,
+    cases: Sequence[str],
+) -> str:
+    """Dimensions, modes and contact of all assemblies.
+
+    Parameters
+    ----------
+    assemblies
+        By name, as configured.
+    files
+        Figures and tables (CSV) to show, and the mesh (``assembly.nc``) of every assembly.
+    published
+        The source's tables.
+    cases
+        Names of the study's cases, to which the page links.
+    """
+    shelf = Shelf(files, published)
+    sections = [
+        Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, shelf)),
+        Section("modes", "Bending modes without contact", _modes(shelf)),
+        Section("contact", "Contact under bolt preload", _contact(shelf)),
+        *shelf.rest(),
+    ]
+    lead = (
+        "<p>Two steel bars, each cut to half its height over the lap, clamped at one end and held "
+        "by a row of bolts. This page has what all cases start from: the finite-element meshes, "
+        "the bending modes with the contact between the bars removed, and what tightening the "
+        "bolts does to the contact.</p>"
+    )
+    return markup.page("Structure", "Assemblies", lead, sections, menu(cases), "structure.html")
+
+
+def _dimensions(assemblies: Mapping[str, Assembly], shelf: Shelf) -> str:
+    meshes = {Path(path).parent.name: dataset.load(path) for path in shelf.data("assembly.nc")}
+    columns = {}
+    for name, assembly in assemblies.items():
+        bar, bolts, material = assembly.bar, assembly.bolts, assembly.material
+        diameters = (bolts.shank_diameter_mm, bolts.hole_diameter_mm, bolts.head_diameter_mm)
+        columns[name] = {
+            "width of the bars (mm)": number(bar.width_mm),
+            "height outside the lap (mm)": number(bar.height_mm),
+            "clamp to lap (mm)": number(bar.free_length_mm[0]),
+            "lap (mm)": number(bar.lap_mm),
+            "lap to free end (mm)": number(bar.free_length_mm[1]),
+            "bolts": str(len(bolts.positions_from_lap_start_mm)),
+            "bolts, from the start of the lap (mm)": _listed(bolts.positions_from_lap_start_mm),
+            "diameters of shank, hole and head (mm)": _listed(diameters),
+            "Young's modulus (GPa)": number(material.youngs_modulus_GPa),
+            "Poisson's ratio": number(material.poissons_ratio),
+            "density (kg/m³)": number(material.density_kg_per_m3),
+        }
+        if name in meshes:
+            sizes = meshes[name].sizes
+            columns[name] |= {
+                "nodes": str(sizes["node"]),
+                "elements": str(sizes["element"]),
+                "contact pairs": str(sizes["pair"]),
+            }
+    frame = pd.DataFrame(columns).rename_axis("quantity").reset_index()
+    described = table(
+        frame,
+        "Dimensions, material and mesh",
+        [
+            "The dimensions in the source are not known. These were chosen to meet its natural "
+            "frequencies and its numbers of contact nodes; the material is the source's.",
+            source("Table", ["3.1"]),
+        ],
+        anchor="dimensions-table",
+        verbatim=True,
+    )
+    return described + shelf.draw(
+        "mesh",
+        "Mesh of {subject}",
+        "From above at an angle, the contact surface from above, and a cut along the middle of the "
+        "width. The bolts are tied to the bars under head and nut.",
+    )
+
+
+def _modes(shelf: Shelf) -> str:
+    body = (
+        "<p>All responses are built from these modes. With the contact removed, the two bars slide "
+        "on each other where the lap bends, and that sliding is all that friction acts on.</p>\n"
+    )
+    while found := shelf.table("natural_frequencies"):
+        shown, frame = found
+        worst = frame["difference_percent"].abs().max()
+        note = "" if pd.isna(worst) else f"They meet the published ones within {worst:.2f} %."
+        body += table(
+            frame,
+            f"Natural frequencies of the basis {shown.modes}",
+            [note],
+            shown.stem,
+            shown.from_page,
+            groups=["assembly"],
+        )
+    return body + shelf.draw(
+        "modes",
+        "Bending modes of {subject}",
+        "Cut along the middle of the width; displacements are enlarged.",
+    )
+
+
+def _contact(shelf: Shelf) -> str:
+    body = (
+        "<p>Tightening the bolts presses the bars together around them and lifts the ends of the "
+        "lap apart. The load of a pair sets the force at which its friction element slips; where a "
+        "pair is open, its gap has to close before there is any.</p>\n"
+    )
+    if found := shelf.table("contact"):
+        shown, frame = found
+        body += table(
+            frame,
+            "Contact of every assembly and preload",
+            [
+                "The published numbers are those of friction elements: one on every pair where "
+                "the normal load varies, one on every loaded pair where it is constant."
+            ],
+            shown.stem,
+            shown.from_page,
+            groups=["assembly"],
+        )
+    body += shelf.draw(
+        "contact",
+        "{subject} with {newton} N per bolt",
+        "Every pair is drawn as the area that belongs to it. Load follows that area as much as "
+        "pressure: pairs on the edge of a hole have about half the area of their neighbours, and "
+        "with it half the slip force.",
+    )
+    return body + shelf.draw(
+        "deformation",
+        "Shape of {subject} with {newton} N per bolt",
+        "Cut along the middle of the width; displacements are enlarged. The ends of every cut "
+        "shank lie over one another by what tightening has shortened it.",
+    )
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ", ".join(map(number, values))

@@ -1,0 +1,309 @@
+import base64
+import gzip
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from boltjoint import dataset, layout
+from boltjoint.config import Case, load_study
+from boltjoint.pages import case as page_of_case
+from boltjoint.pages import markup, overview
+from boltjoint.pages.shown import Shown, figures_and_tables, shown_on
+from boltjoint.published import Published
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "resources" / "source"
+DRAWING = """<?xml version="1.0"?>
+<svg width="200pt" height="100.5pt" viewBox="0 0 200 100" xmlns="http://www.w3.org/2000/svg">
+ <metadata>who made it</metadata>
+ <defs><path id="mark" d="M 0.123456 -7.000001 L 1 1"/></defs>
+ <g id="axes_1" transform="scale(0.015625)"><use href="#mark" clip-path="url(#frame)"/></g>
+ <clipPath id="frame"/>
+</svg>
+"""
+CASE = {
+    "assembly": "three_bolt",
+    "published": "three_bolt_constant",
+    "preload_N": 37976,
+    "contact": {
+        "law": "constant",
+        "tangential_stiffness_N_per_m": 1e8,
+        "friction_coefficient": 0.1,
+    },
+    "forces_N": [0.001, 50],
+    "modes": ["free-4"],
+    "coordinates": ["linear", "rdnm-1"],
+    "solve": [
+        {"resonance": 1, "joints": ["node-to-node", "regions=6", "regions=6/elements=4"]},
+        {"resonance": 2, "joints": ["node-to-node"]},
+    ],
+}
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Figures and tables of a case ``mine``, with one figure that no page expects."""
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "tables").mkdir()
+    stems = [
+        f"response_mine_free-4_{joint}_{coordinates}_resonance={resonance}"
+        for resonance, joints in {
+            1: ("node-to-node", "regions=6", "regions=6_elements=4"),
+            2: ("node-to-node",),
+        }.items()
+        for joint in joints
+        for coordinates in ("linear", "rdnm-1")
+    ]
+    stems += [
+        "regions_mine_free-4_regions=6",
+        "loops_mine_free-4_regions=6_elements=4",
+        "states_mine_free-4_node-to-node_linear_resonance=1",
+        "surprise_mine_free-4",
+    ]
+    for stem in stems:
+        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    solved = pd.DataFrame(
+        [
+            {"joint": joint, "coordinates": coordinates, "resonance": 1, "force_N": force}
+            for joint in ("node-to-node", "regions=6", "regions=6/elements=4")
+            for coordinates in ("linear", "rdnm-1")
+            for force in CASE["forces_N"]
+        ]
+    )
+    broken = (solved["coordinates"] == "rdnm-1") & (solved["force_N"] == 50)
+    accuracy = solved.assign(
+        complete=~broken,
+        peak_frequency_Hz=np.where(broken, np.nan, 70.61234),
+        peak_mm_per_N=1.5,
+        peak_frequency_error_percent=np.where(broken, np.nan, -1.25),
+        peak_amplitude_error_percent=np.where(broken, np.nan, 20.0),
+        curve_error_dB=0.5,
+        residual_in_time=1e-7,
+        reason=np.where(broken, "the path would turn back", None),
+    )
+    times = solved.assign(
+        cpu_s=0.1,
+        cpu_forward_difference_s=0.3,
+        reduction_percent=10.0,
+        reduction_forward_difference_percent=40.0,
+        complete=True,
+    ).merge(
+        Published(SOURCE, "three_bolt_constant").time_reductions().assign(resonance=1),
+        how="left",
+        on=["joint", "coordinates", "resonance", "force_N"],
+    )
+    elements = pd.DataFrame(
+        {
+            "region": [1, 1],
+            "element": [1, 2],
+            "k_kN_per_mm": [1.0, 2.0],
+            "slip_force_N": [100.0, 200.0],
+            "published_k_kN_per_mm": [1.5, 2.5],
+            "published_slip_force_N": [400.0, 300.0],
+            "source_table": "3.5",
+        }
+    )
+    for stem, frame in {
+        "accuracy_mine_free-4": accuracy,
+        "times_mine_free-4": times,
+        "elements_mine_free-4_regions=6_elements=4": elements,
+    }.items():
+        frame.to_csv(tmp_path / f"tables/{stem}.csv", index=False)
+    joint = xr.Dataset({"slip_force": ("element", np.ones(1178), {"units": "N"})})
+    dataset.save(joint, tmp_path / "node-to-node/joint.nc")
+    return sorted(str(path) for path in tmp_path.rglob("*.*"))
+
+
+@pytest.fixture
+def page(files):
+    return write(files)
+
+
+def write(files, **changed):
+    case = Case.model_validate(CASE | changed)
+    return page_of_case.page("mine", case, files, Published(SOURCE, case.published), ["mine"])
+
+
+def figure(page, anchor):
+    """The text of a figure or table without its drawing."""
+    found = re.search(rf'<figure [^>]*id="{re.escape(anchor)}">.*?</figure>', page, re.DOTALL)
+    assert found, anchor
+    text = re.sub(r"<svg.*?</svg>|<thead>|</?t[rd]>", " ", found[0], flags=re.DOTALL)
+    # spaces that do not break count as others
+    return re.sub(r"\s+", " ", re.sub("<.*?>", " ", text)).replace(" .", ".")
+
+
+@pytest.mark.parametrize(
+    ("stem", "expected"),
+    [
+        ("modes_three_bolt_free-4", ("modes", "three_bolt", "free-4", None, "structure")),
+        ("natural_frequencies_free-4", ("natural_frequencies", None, "free-4", None, "structure")),
+        ("contact", ("contact", None, None, None, "structure")),
+        ("sampling", ("sampling", None, None, None, "overview")),
+        ("contact_three_bolt_preload=37976", ("contact", "three_bolt", None, None, "structure")),
+        ("mesh_four_bolt", ("mesh", "four_bolt", None, None, "structure")),
+        (
+            "loops_a_free-4_b_free-8_regions=6_elements=7",
+            ("loops", "a_free-4_b", "free-8", "regions=6/elements=7", "a_free-4_b"),
+        ),
+        (
+            "response_a_38kN_free-4_node-to-node_rdnm-1_resonance=2",
+            ("response", "a_38kN", "free-4", "node-to-node", "a_38kN"),
+        ),
+        ("states_a_free-4", ("states", "a", "free-4", None, "a")),
+    ],
+)
+def test_names_tell_what_a_figure_shows(stem, expected):
+    shown = Shown.of(f"results/figures/{stem}.svg")
+    assert (shown.kind, shown.subject, shown.modes, shown.joint, shown.page) == expected
+
+
+def test_every_figure_and_table_of_the_study_has_a_page():
+    study = load_study(ROOT)
+    targets = layout.targets(study)
+    shown = [
+        path for page in ("overview", "structure", *study.cases) for path in shown_on(page, targets)
+    ]
+    assert sorted(shown) == sorted(each.path for each in figures_and_tables(targets))
+    assert len(set(shown)) == len(shown) > 0
+
+
+def test_the_study_has_every_response_region_and_loop_of_the_source():
+    study = load_study(ROOT)
+    found = set()
+    for shown in figures_and_tables(layout.targets(study)):
+        case = study.cases.get(shown.page)
+        found.update(shown.in_source(Published(SOURCE, case.published if case else None)))
+    index = Published(SOURCE).figures()
+    wanted = index[index["kind"].isin(["response", "regions", "loops", "modes", "contact"])]
+    assert set(wanted["figure"]) <= found
+
+
+def test_a_figure_tells_its_number_in_the_source_and_its_errors(page):
+    response = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
+    assert "Figure 3.9 of the source" in response
+    assert "The peak lies at 70.6 Hz with 0.001 N" in response
+    reduced = figure(page, "response_mine_free-4_regions=6_elements=4_rdnm-1_resonance=1")
+    assert "Figure 3.21 of the source" in reduced
+    assert "20 % in amplitude (at 0.001 N)" in reduced
+    assert "Broken off at 50 N: the path would turn back." in reduced
+    assert "of the source" not in figure(
+        page, "response_mine_free-4_node-to-node_rdnm-1_resonance=2"
+    )
+
+
+def test_a_figure_of_several_in_the_source_tells_all_their_numbers(files):
+    states = "states_mine_free-4_node-to-node_linear_resonance=1"
+    page = write(files, published="three_bolt_variable")
+    assert "Figures 3.46 to 3.51 of the source" in figure(page, states)
+    assert "of the source" not in figure(write(files), states)
+
+
+def test_published_times_stand_beside_ours(page):
+    nodes = figure(page, "table-3.3")
+    assert "0.001 0.3 685.3 0.3 295.8 40.00 56.84" in nodes
+    regions = figure(page, "table-3.4")
+    assert "50 40.00 99.74 40.00 99.90" in regions
+
+
+def test_sums_of_slip_forces_stand_beside_each_other(page):
+    assert "300 N here, 700 N in the source" in figure(page, "table-3.5")
+
+
+def test_facts_stand_beside_those_of_the_source(page):
+    facts = figure(page, "case-table")
+    assert "preload per bolt (N) 37976 10000" in facts
+    assert "friction elements, node to node 1178 1183" in facts
+    assert "loss factor 0.002 not given" in facts
+    assert "add up to what 37976 N per bolt would give" in page
+
+
+def test_what_no_section_expects_is_shown_at_the_end(page):
+    assert page.index('id="further"') < page.index('id="surprise_mine_free-4"')
+
+
+def test_what_a_case_lacks_is_left_out(files):
+    some = [path for path in files if "times" not in path and "regions=6" not in path]
+    page = write(some, published=None)
+    assert 'id="times-free-4"' not in page
+    assert "in the source" not in page
+    assert 'id="response_mine_free-4_node-to-node_linear_resonance=1"' in page
+
+
+def test_the_same_files_give_the_same_page(files):
+    assert write(files) == write(files)
+    assert markup.packed(write(files)) == markup.packed(write(files))
+
+
+def test_index_says_where_the_source_stands_and_why_not(files):
+    study = load_study(ROOT)
+    text = overview.page(study, [], layout.targets(study), Published(SOURCE))
+    assert "three_bolt_constant.html#response_three_bolt_constant_free-4_node-to-node" in text
+    assert 'four_bolt_variable.html#table-3.21-3.22"' in text
+    assert "not made: explains the method and holds no data" in text
+    alone = study.model_copy(update={"cases": {"mine": Case.model_validate(CASE)}})
+    text = overview.page(alone, [], shown_on("mine", files), Published(SOURCE))
+    assert "no case of this study is compared with it" in text
+    assert "not computed in this study" in text
+
+
+def test_drawing_keeps_only_what_it_needs():
+    drawn = markup.inline_svg(DRAWING, "a-", "Title")
+    assert drawn.startswith("<svg")
+    assert "who made it" not in drawn
+    assert 'id="a-mark"' in drawn
+    assert 'href="#a-mark"' in drawn
+    assert "url(#a-frame)" in drawn
+    assert "axes_1" not in drawn
+    assert 'd="M 0.12 -7.00 L 1 1"' in drawn
+    assert "scale(0.015625)" in drawn
+    assert "max-width: 284px" in drawn
+
+
+def test_packed_page_holds_the_page_without_links_to_files(page):
+    assert '<a href="structure.html">' in page
+    packed = markup.packed(page)
+    data = re.search('id="packed">(.*?)</script>', packed)[1]
+    unpacked = gzip.decompress(base64.b64decode(data)).decode()
+    assert "Node-to-node joint" in unpacked
+    assert "#case" in unpacked
+    assert not re.search('href="[^#]', unpacked)
+    assert len(packed) < len(page)
+
+
+def test_a_page_too_long_for_a_frame_is_reported(caplog):
+    noise = np.random.default_rng(0).bytes(2_000_000).hex()
+    markup.packed(f"<title>Long</title>{noise}")
+    assert "'Long' is too long for a frame" in caplog.text
+
+
+def test_numbers_of_a_column_have_the_same_decimals():
+    frame = pd.DataFrame(
+        {
+            "force_N": [0.001, 50.0],
+            "peak_frequency_Hz": [101.98984, 70.6171],
+            "error_percent": [-0.0001, 12.345],
+            "residual": [4.26e-8, 1e-3],
+            "complete": [True, False],
+            "reason": [None, "a < b"],
+        }
+    )
+    text = markup.table(frame, "Numbers")
+    cells = [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", text)]
+    assert cells[:6] == ["0.001", "102.0", "0.00", "4.26 × 10⁻⁸", "yes", "–"]
+    assert cells[6:] == ["50", "70.6", "12.35", "0.001", "no", "a &lt; b"]
+    assert "peak frequency (Hz)" in text
+
+
+def test_repeated_entries_are_printed_once():
+    frame = pd.DataFrame({"joint": ["a", "a", "b"], "force_N": [1.0, 2.0, 1.0]})
+    text = markup.table(frame, "Groups", groups=["joint"])
+    assert [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", text)] == [
+        *("a", "1"),
+        *("", "2"),
+        *("b", "1"),
+    ]
