@@ -15,6 +15,7 @@ include: "workflow/rules/joints.smk"
 include: "workflow/rules/response.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:

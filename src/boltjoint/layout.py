@@ -111,7 +111,7 @@ def families(study: Study) -> list[str]:
 
 def targets(study: Study) -> list[str]:
     """Everything a study makes, so that whatever is lost is made again."""
-    return list(dict.fromkeys([*_data(study), *_shown(study)]))
+    return list(dict.fromkeys([*_data(study), *_shown(study), *pages(study)]))
 
 
 def _data(study: Study) -> list[str]:
@@ -172,3 +172,19 @@ def _shown(study: Study) -> list[str]:
 
 def _table(name: str) -> list[str]:
     return [f"results/tables/{name}.csv", f"results/tables/{name}.html"]
+
+
+def page(name: str) -> str:
+    """A page of the report."""
+    return f"results/report/{name}.html"
+
+
+def packed(name: str) -> str:
+    """The same page as the report of the workflow embeds it."""
+    return f"results/report/packed/{name}.html"
+
+
+def pages(study: Study) -> list[str]:
+    """The pages of the report: overview, structure, and one for each case."""
+    names = ["overview", "structure", *study.cases]
+    return [*map(page, names), *map(packed, names)]

@@ -4,13 +4,7 @@ rule plot_modes:
         modes="results/assemblies/{assembly}/{modes}/modes.nc",
         library=library("plot_modes.py"),
     output:
-        figure=report(
-            "results/figures/modes_{assembly}_{modes}.svg",
-            caption="../report/modes.rst",
-            category="Structure",
-            subcategory="Mode shapes",
-            labels={"assembly": "{assembly}", "basis": "{modes}"},
-        ),
+        figure="results/figures/modes_{assembly}_{modes}.svg",
     log:
         "results/logs/plot_modes/{assembly}_{modes}.log",
     conda:
@@ -25,13 +19,7 @@ rule plot_contact:
         preload="results/assemblies/{assembly}/preload={newton}/preload.nc",
         library=library("plot_contact.py"),
     output:
-        figure=report(
-            "results/figures/contact_{assembly}_preload={newton}.svg",
-            caption="../report/contact.rst",
-            category="Structure",
-            subcategory="Contact under preload",
-            labels={"assembly": "{assembly}", "preload per bolt": "{newton} N"},
-        ),
+        figure="results/figures/contact_{assembly}_preload={newton}.svg",
     log:
         "results/logs/plot_contact/{assembly}_{newton}.log",
     conda:
@@ -46,19 +34,11 @@ rule plot_regions:
         joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
         library=library("plot_regions.py"),
     output:
-        figure=report(
-            "results/figures/regions_{case}_{modes}_regions={n}.svg",
-            caption="../report/regions.rst",
-            category="{case}",
-            subcategory="Regions",
-            labels={"what": "figure", "joint": "regions={n}"},
-        ),
+        figure="results/figures/regions_{case}_{modes}_regions={n}.svg",
     log:
         "results/logs/plot_regions/{case}_{modes}_{n}.log",
     conda:
         "../envs/boltjoint.yaml"
-    params:
-        published=lambda w: case_of(w).published,
     script:
         "../scripts/plot_regions.py"
 
@@ -69,19 +49,13 @@ rule plot_loops:
         regions="results/cases/{case}/{modes}/regions={n}/joint.nc",
         library=library("plot_loops.py"),
     output:
-        figure=report(
-            "results/figures/loops_{case}_{modes}_regions={n}_elements={m}.svg",
-            caption="../report/loops.rst",
-            category="{case}",
-            subcategory="Reduced joints",
-            labels={"what": "loops of region 1", "joint": "regions={n}, elements={m}"},
-        ),
+        figure="results/figures/loops_{case}_{modes}_regions={n}_elements={m}.svg",
     log:
         "results/logs/plot_loops/{case}_{modes}_{n}_{m}.log",
     conda:
         "../envs/boltjoint.yaml"
     params:
-        published=lambda w: case_of(w).published,
+        region=lambda w: source_of(w).region_of_loops(f"regions={w.n}/elements={w.m}"),
     script:
         "../scripts/plot_loops.py"
 
@@ -94,24 +68,13 @@ rule plot_response:
         reference=reference_of,
         library=library("plot_response.py"),
     output:
-        figure=report(
-            "results/figures/response_{case}_{modes}_{flat}_{coordinates}_resonance={resonance}.svg",
-            caption="../report/response.rst",
-            category="{case}",
-            subcategory="Responses around resonance {resonance}",
-            labels=lambda w: {
-                "joint": w.flat.replace("_", ", "),
-                "coordinates": w.coordinates,
-                "basis": w.modes,
-            },
-        ),
+        figure="results/figures/response_{case}_{modes}_{flat}_{coordinates}_resonance={resonance}.svg",
     log:
         "results/logs/plot_response/{case}_{modes}_{flat}_{coordinates}_{resonance}.log",
     conda:
         "../envs/boltjoint.yaml"
     params:
         joint=lambda w: layout.unflat(w.flat),
-        published=lambda w: case_of(w).published,
     script:
         "../scripts/plot_response.py"
 

@@ -7,6 +7,7 @@ from boltjoint import environment, layout
 from boltjoint.config import ConfigError, load_study
 from boltjoint.layout import targets
 from boltjoint.names import REFERENCE
+from boltjoint.pages import shown as pages
 from boltjoint.published import Published
 from boltjoint.sources import library_sources
 
@@ -45,6 +46,11 @@ def case_of(wildcards):
     return study.case(wildcards.case)
 
 
+def source_of(wildcards):
+    """The source's tables and figures that a case is compared with."""
+    return Published(SOURCE, case_of(wildcards).published)
+
+
 def solved(wildcards):
     """Joint, coordinates and resonance of all responses of a case in a basis."""
     return [
@@ -68,3 +74,15 @@ def reference_of(wildcards):
     if own == reference or reference not in layout.solved(study, wildcards.case):
         return []
     return layout.response(wildcards.case, *reference)
+
+
+def shown_on(page):
+    """Figures and tables of a page of the report."""
+    return pages.shown_on(page, targets(study))
+
+
+def nodes_of(case):
+    """The node-to-node joints of a case, one in each basis."""
+    return [
+        layout.joint(case, family, REFERENCE[0]) for family in study.case(case).modes
+    ]

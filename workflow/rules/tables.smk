@@ -4,13 +4,13 @@ rule tabulate_frequencies:
         published=published,
         library=library("tabulate_frequencies.py"),
     output:
-        csv="results/tables/natural_frequencies_{modes}.csv",
-        html=report(
-            "results/tables/natural_frequencies_{modes}.html",
-            caption="../report/natural_frequencies.rst",
-            category="Structure",
-            labels={"table": "natural frequencies", "basis": "{modes}"},
+        csv=report(
+            "results/tables/natural_frequencies_{modes}.csv",
+            category="4. Tables",
+            subcategory="Structure",
+            labels={"table": "natural frequencies of {modes}"},
         ),
+        html="results/tables/natural_frequencies_{modes}.html",
     log:
         "results/logs/tabulate_frequencies/{modes}.log",
     conda:
@@ -27,13 +27,13 @@ rule tabulate_contact:
         published=published,
         library=library("tabulate_contact.py"),
     output:
-        csv="results/tables/contact.csv",
-        html=report(
-            "results/tables/contact.html",
-            caption="../report/contact_table.rst",
-            category="Structure",
-            labels={"table": "contact under preload", "basis": ""},
+        csv=report(
+            "results/tables/contact.csv",
+            category="4. Tables",
+            subcategory="Structure",
+            labels={"table": "contact under preload"},
         ),
+        html="results/tables/contact.html",
     log:
         "results/logs/tabulate_contact.log",
     conda:
@@ -49,14 +49,13 @@ rule tabulate_regions:
         joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
         library=library("tabulate_regions.py"),
     output:
-        csv="results/tables/regions_{case}_{modes}_regions={n}.csv",
-        html=report(
-            "results/tables/regions_{case}_{modes}_regions={n}.html",
-            caption="../report/regions_table.rst",
-            category="{case}",
-            subcategory="Regions",
-            labels={"what": "table", "joint": "regions={n}"},
+        csv=report(
+            "results/tables/regions_{case}_{modes}_regions={n}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "regions={n} in {modes}"},
         ),
+        html="results/tables/regions_{case}_{modes}_regions={n}.html",
     log:
         "results/logs/tabulate_regions/{case}_{modes}_{n}.log",
     conda:
@@ -71,14 +70,13 @@ rule tabulate_elements:
         published=published,
         library=library("tabulate_elements.py"),
     output:
-        csv="results/tables/elements_{case}_{modes}_regions={n}_elements={m}.csv",
-        html=report(
-            "results/tables/elements_{case}_{modes}_regions={n}_elements={m}.html",
-            caption="../report/elements_table.rst",
-            category="{case}",
-            subcategory="Reduced joints",
-            labels={"what": "table", "joint": "regions={n}, elements={m}"},
+        csv=report(
+            "results/tables/elements_{case}_{modes}_regions={n}_elements={m}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "elements of regions={n}, elements={m} in {modes}"},
         ),
+        html="results/tables/elements_{case}_{modes}_regions={n}_elements={m}.html",
     log:
         "results/logs/tabulate_elements/{case}_{modes}_{n}_{m}.log",
     conda:
@@ -98,14 +96,13 @@ rule compare_accuracy:
         checks=lambda w: [layout.check(w.case, w.modes, *which) for which in checked(w)],
         library=library("compare_accuracy.py"),
     output:
-        csv="results/tables/accuracy_{case}_{modes}.csv",
-        html=report(
-            "results/tables/accuracy_{case}_{modes}.html",
-            caption="../report/accuracy.rst",
-            category="{case}",
-            subcategory="Accuracy and time",
-            labels={"what": "table", "joint": "all: accuracy"},
+        csv=report(
+            "results/tables/accuracy_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "accuracy in {modes}"},
         ),
+        html="results/tables/accuracy_{case}_{modes}.html",
     log:
         "results/logs/compare_accuracy/{case}_{modes}.log",
     conda:
@@ -125,14 +122,13 @@ rule compare_times:
         published=published,
         library=library("compare_times.py"),
     output:
-        csv="results/tables/times_{case}_{modes}.csv",
-        html=report(
-            "results/tables/times_{case}_{modes}.html",
-            caption="../report/times.rst",
-            category="{case}",
-            subcategory="Accuracy and time",
-            labels={"what": "table", "joint": "all: time"},
+        csv=report(
+            "results/tables/times_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "times in {modes}"},
         ),
+        html="results/tables/times_{case}_{modes}.html",
     log:
         "results/logs/compare_times/{case}_{modes}.log",
     conda:
@@ -154,7 +150,12 @@ rule tabulate_states:
         ],
         library=library("tabulate_states.py"),
     output:
-        csv="results/tables/states_{case}_{modes}.csv",
+        csv=report(
+            "results/tables/states_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "states in {modes}"},
+        ),
         html="results/tables/states_{case}_{modes}.html",
     log:
         "results/logs/tabulate_states/{case}_{modes}.log",
@@ -179,7 +180,12 @@ rule tabulate_sampling:
         ],
         library=library("tabulate_sampling.py"),
     output:
-        csv="results/tables/sampling.csv",
+        csv=report(
+            "results/tables/sampling.csv",
+            category="4. Tables",
+            subcategory="All cases",
+            labels={"table": "forces sampled in time"},
+        ),
         html="results/tables/sampling.html",
     log:
         "results/logs/tabulate_sampling.log",

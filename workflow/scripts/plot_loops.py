@@ -4,6 +4,8 @@ from boltjoint import dataset, figures, logs
 
 logs.write_to(snakemake.log[0])
 figure = figures.plot_loops(
-    dataset.load(snakemake.input.reduced), dataset.load(snakemake.input.regions)
+    dataset.load(snakemake.input.reduced),
+    dataset.load(snakemake.input.regions),
+    snakemake.params.region,
 )
 figures.save(figure, snakemake.output.figure)

@@ -1,0 +1,86 @@
+rule write_overview:
+    input:
+        shown=[
+            path
+            for case in study.cases
+            for path in shown_on(case)
+            if path.startswith(("results/tables/accuracy", "results/tables/times"))
+        ]
+        + shown_on("overview"),
+        joints=[path for case in study.cases for path in nodes_of(case)],
+        environment="results/environment.json",
+        published=published,
+        library=library("write_overview.py"),
+    output:
+        page="results/report/overview.html",
+        packed=report(
+            "results/report/packed/overview.html",
+            caption="../report/overview.rst",
+            category="1. Overview",
+            labels={"page": "Overview"},
+        ),
+    log:
+        "results/logs/write_overview.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        study=study.model_dump(),
+        shown=[
+            path
+            for page in ("overview", "structure", *study.cases)
+            for path in shown_on(page)
+        ],
+    script:
+        "../scripts/write_overview.py"
+
+
+rule write_page_of_structure:
+    input:
+        shown=shown_on("structure"),
+        meshes=[layout.assembly(name) for name in study.assemblies],
+        published=published,
+        library=library("write_page_of_structure.py"),
+    output:
+        page="results/report/structure.html",
+        packed=report(
+            "results/report/packed/structure.html",
+            caption="../report/structure.rst",
+            category="2. Structure",
+            labels={"page": "Structure"},
+        ),
+    log:
+        "results/logs/write_page_of_structure.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        assemblies={
+            name: found.model_dump() for name, found in study.assemblies.items()
+        },
+        cases=list(study.cases),
+    script:
+        "../scripts/write_page_of_structure.py"
+
+
+rule write_page_of_case:
+    input:
+        shown=lambda w: shown_on(w.case),
+        joints=lambda w: nodes_of(w.case),
+        published=published,
+        library=library("write_page_of_case.py"),
+    output:
+        page="results/report/{case}.html",
+        packed=report(
+            "results/report/packed/{case}.html",
+            caption="../report/case.rst",
+            category="3. Case studies",
+            labels={"page": "{case}"},
+        ),
+    log:
+        "results/logs/write_page_of_case/{case}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        case=lambda w: case_of(w).model_dump(),
+        cases=list(study.cases),
+    script:
+        "../scripts/write_page_of_case.py"

@@ -1,0 +1,13 @@
+"""Write the page that comes first."""
+
+from boltjoint import logs
+from boltjoint.config import Study
+from boltjoint.pages import markup, overview
+from boltjoint.published import Published
+
+logs.write_to(snakemake.log[0])
+found, params = snakemake.input, snakemake.params
+files = [*found.shown, *found.joints, found.environment]
+source = Published.beside(found.published[0])
+page = overview.page(Study.model_validate(params.study), files, params.shown, source)
+markup.save(page, snakemake.output.page, snakemake.output.packed)
