@@ -1,0 +1,77 @@
+"""A study small enough to run in a minute, and how to run it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).parents[1]
+
+ASSEMBLY = {
+    "bar": {"width_mm": 20, "height_mm": 20, "free_length_mm": [60, 60], "lap_mm": 62},
+    "material": {"youngs_modulus_GPa": 190, "poissons_ratio": 0.3, "density_kg_per_m3": 7900},
+    "bolts": {
+        "positions_from_lap_start_mm": [16, 46],
+        "shank_diameter_mm": 8,
+        "hole_diameter_mm": 9,
+        "head_diameter_mm": 13,
+        "head_height_mm": 5,
+        "nut_height_mm": 6,
+    },
+    "mesh": {
+        "ring_cells_across_width": 4,
+        "ring_cells_along_bar": 4,
+        "rings_under_head": 1,
+        "rings_head_to_cell_edge": 2,
+        "bolt_cell_length_mm": 24,
+        "columns_between_bolt_cells": 1,
+        "columns_at_each_lap_end": 1,
+        "layers_per_half_height": 2,
+        "element_length_free_mm": 15,
+        "rings_in_shank": 1,
+        "layers_in_head": 1,
+    },
+}
+CASE = {
+    "assembly": "two_bolt",
+    "preload_N": 10000,
+    "contact": {
+        "law": "constant",
+        "tangential_stiffness_N_per_m": 1e9,
+        "friction_coefficient": 0.1,
+    },
+    "loss_factor": 0.005,
+    "forces_N": [0.01, 20],
+    "modes": ["free-2"],
+    "coordinates": ["linear", "rdnm-1"],
+    "solve": [
+        {"resonance": 1, "joints": ["node-to-node", "regions=2", "regions=2/elements=2"]},
+    ],
+}
+SETTINGS = {"cases": ["small"], "timing": {"repeats": 1}, "fitting": {"starts": 2}}
+
+COMMAND = [sys.executable, "-m", "snakemake", "--cores", "2"]
+
+SOLVED = 6  # three joints in two kinds of coordinates
+
+
+def write(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(yaml.safe_dump(content))
+
+
+def environment(folder):
+    return os.environ | {"PYTHONPATH": str(folder / "src")}
+
+
+def snakemake(folder, *options):
+    return subprocess.run(
+        [*COMMAND, *options],
+        cwd=folder,
+        env=environment(folder),
+        capture_output=True,
+        text=True,
+        check=False,
+    )

@@ -1,0 +1,202 @@
+"""The report of a small study, as a reader has it: in a browser."""
+
+import os
+import re
+import shutil
+from urllib.parse import unquote
+
+import pytest
+from small_study import snakemake
+
+PAGES = ("overview", "structure", "small")
+#: what a reader's screen is wide, in pixels
+SCREEN = (1400, 900)
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="module")
+def report(finished, tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    ran = snakemake(finished, "--report", str(path))
+    assert ran.returncode == 0, ran.stderr
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """Chromium without a window; BOLTJOINT_BROWSER=required makes its absence a failure."""
+    stop = pytest.fail if os.environ.get("BOLTJOINT_BROWSER") == "required" else pytest.skip
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    driver = shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        stop("no chromium and chromedriver on this machine: .ci/install-browser installs them")
+    try:
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+    except ImportError:
+        stop("selenium is not installed: pip install -e .[test]")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    running = webdriver.Chrome(options=options, service=Service(driver))
+    running.set_window_size(*SCREEN)
+    yield running
+    running.quit()
+
+
+def errors(browser):
+    """What the console of the browser has complained about since it was asked last."""
+    return [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def wait_for(browser, find):
+    """The first true answer of a function, within a few seconds."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    return WebDriverWait(browser, 10, poll_frequency=0.05).until(lambda _: find())
+
+
+def named(browser, text, among="a"):
+    """The link that says so, once it is there."""
+    return wait_for(
+        browser,
+        lambda: next(
+            (
+                each
+                for each in browser.find_elements("css selector", among)
+                if each.text.strip() == text
+            ),
+            None,
+        ),
+    )
+
+
+def page_in_frame(browser):
+    """Heading, figures and tables of the page that the report shows."""
+    frame = wait_for(browser, lambda: next(iter(browser.find_elements("tag name", "iframe")), None))
+    browser.switch_to.frame(frame)
+    wait_for(browser, lambda: browser.find_elements("tag name", "h1"))
+    found = browser.execute_script(
+        "return [document.querySelector('h1').textContent,"
+        " document.querySelectorAll('figure svg').length,"
+        " document.querySelectorAll('tbody tr').length]"
+    )
+    browser.switch_to.default_content()
+    return found
+
+
+def test_report_opens_without_errors(browser, report):
+    browser.get(report.as_uri())
+    assert "Friction between the bars" in browser.find_element("id", "app").text
+    assert errors(browser) == []
+
+
+def test_front_page_opens_every_page(browser, report):
+    browser.get(report.as_uri())
+    opened = []
+    for name in ("Overview", "Structure", "small"):
+        named(browser, name, ".prose a").click()
+        opened.append(page_in_frame(browser)[0])
+        browser.get(report.as_uri())
+    assert opened == ["Nonlinear vibration of bolted lap joints", "Structure", "small"]
+    assert errors(browser) == []
+
+
+def test_every_item_of_the_report_opens(browser, report, finished):
+    browser.get(report.as_uri())
+    pages, tables = [], []
+    categories = browser.execute_script("return categories")
+    assert list(sorted(categories)) == [
+        "1. Overview",
+        "2. Structure",
+        "3. Case studies",
+        "4. Tables",
+    ]
+    for category, subcategories in categories.items():
+        for subcategory, items in subcategories.items():
+            browser.get(report.as_uri())
+            named(browser, category).click()
+            if len(subcategories) > 1:
+                named(browser, subcategory).click()
+            rows = wait_for(browser, lambda: browser.find_elements("css selector", "#app tbody tr"))
+            assert len(rows) == len(items)
+            for row in rows:
+                eye = row.find_element("css selector", "a")
+                if eye.get_attribute("download"):
+                    assert eye.get_attribute("href").startswith("data:text/csv")
+                    tables.append(eye.get_attribute("download"))
+                else:
+                    eye.click()
+                    pages.append(page_in_frame(browser))
+    written = (finished / "results/tables").glob("*.csv")
+    assert sorted(tables) == sorted(path.name for path in written)
+    assert len(pages) == len(PAGES)
+    for name, figures, rows in pages:
+        assert rows > 0, name
+        assert figures > 0 or name.startswith("Nonlinear"), name
+    assert errors(browser) == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_page_by_itself(browser, report, finished, name):
+    page = finished / f"results/report/{name}.html"
+    browser.get(page.as_uri())
+    assert errors(browser) == []
+    small = browser.execute_script(
+        "return [...document.querySelectorAll('svg, img')].filter(each => {"
+        " const box = each.getBoundingClientRect();"
+        " return box.width < 300 || box.height < 50; }).length"
+    )
+    assert small == 0
+    empty = browser.execute_script(
+        "return [...document.querySelectorAll('table')].filter("
+        "each => each.tBodies[0].rows.length == 0).length"
+    )
+    assert empty == 0
+    width = browser.execute_script(
+        "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
+    )
+    assert width[0] <= width[1]
+
+
+def test_links_of_pages_lead_somewhere(finished):
+    folder = finished / "results/report"
+    texts = {path.name: path.read_text() for path in folder.glob("*.html")}
+    assert len(texts) == len(PAGES)
+    for name, text in texts.items():
+        assert not re.search(r'(?:src|href)="(?!data:)[a-z]+:', text), "something from elsewhere"
+        for link in re.findall(r'<a [^>]*href="([^"]+)"', text):
+            file, _, anchor = unquote(link).partition("#")
+            assert not file or (folder / file).exists(), (name, link)
+            if anchor:
+                assert f' id="{anchor}"' in texts[file or name], (name, link)
+
+
+def test_every_figure_and_table_is_on_a_page(finished):
+    text = "".join(path.read_text() for path in (finished / "results/report").glob("*.html"))
+    results = finished / "results"
+    shown = [*(results / "figures").iterdir(), *(results / "tables").glob("*.csv")]
+    for path in shown:
+        assert f'href="../{path.parent.name}/{path.name}"' in text, path.name
+
+
+def test_pages_in_the_report_have_no_links_that_lead_nowhere(browser, report, finished):
+    for name in PAGES:
+        browser.get((finished / f"results/report/packed/{name}.html").as_uri())
+        wait_for(browser, lambda: browser.find_elements("tag name", "h1"))
+        links = browser.execute_script(
+            "return [...document.querySelectorAll('a')].map(each => each.getAttribute('href'))"
+        )
+        assert links
+        assert all(link.startswith("#") for link in links)
