@@ -7,7 +7,7 @@ first reversal, and its steady loop is that of eq. 2.25 of the source study.
 """
 
 from dataclasses import dataclass
-from math import asin, hypot, pi, sqrt
+from math import atan2, hypot, pi, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -138,7 +138,7 @@ def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float
     ratio = slip / (k * amplitude)
     cosine = 1.0 - 2.0 * ratio
     sine = 2.0 * sqrt(ratio * (1.0 - ratio))
-    theta = 2.0 * asin(sqrt(ratio))  # acos(cosine), also where that rounds to zero
+    theta = 2.0 * atan2(sqrt(ratio), sqrt(1.0 - ratio))  # acos(cosine), exact to rounding
     in_phase = k / pi * (theta - sine * cosine)
     quadrature = 4.0 * k / pi * ratio * (1.0 - ratio)
     return in_phase, quadrature, sine
