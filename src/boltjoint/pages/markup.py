@@ -36,13 +36,13 @@ body { margin: 0; color: var(--ink); background: #fff;
 a { color: var(--accent); text-underline-offset: .15em; text-decoration-thickness: 1px; }
 p { margin: 0 0 .8rem; }
 .pages { position: sticky; top: 0; z-index: 5; display: flex; flex-wrap: wrap; gap: .2rem 1.5rem;
-  padding: .6rem 1.5rem; background: #fff; border-bottom: 1px solid var(--line);
+  padding: .6rem 1.4rem; background: #fff; border-bottom: 1px solid var(--line);
   font-size: .875rem; }
 .pages a { color: var(--soft); text-decoration: none; }
 .pages a:hover { color: var(--accent); }
 .pages a[aria-current] { color: var(--ink); font-weight: 600; }
 .sheet { display: grid; grid-template-columns: 11.5rem minmax(0, 1fr); gap: 0 2.2rem;
-  max-width: 90rem; margin: 0 auto; padding: 0 1.5rem 5rem; }
+  max-width: 90rem; margin: 0 auto; padding: 0 1.4rem 5rem; }
 header { grid-column: 1 / -1; padding: 2.2rem 0 1.4rem; }
 header p { max-width: 50rem; }
 .eyebrow { margin: 0 0 .2rem; color: var(--soft); font-size: .875rem; }
@@ -76,14 +76,14 @@ figcaption .source { color: var(--accent); font-weight: 600; }
 table { border-collapse: separate; border-spacing: 0; font-size: .82rem; line-height: 1.4;
   font-variant-numeric: tabular-nums; }
 thead { position: sticky; top: 0; z-index: 1; }
-th { padding: .4rem .55rem; background: var(--wash); text-align: right; vertical-align: bottom;
+th { padding: .4rem .48rem; background: var(--wash); text-align: right; vertical-align: bottom;
   font-weight: 600; max-width: 6.5rem; }
 th.text { max-width: none; }
 thead tr:last-child th { border-bottom: 1px solid #9fb0c0; }
 th.span { max-width: none; text-align: center; white-space: nowrap;
   border-bottom: 1px solid var(--line); }
 th.first:not(:first-child), td.first:not(:first-child) { border-left: 1px solid var(--line); }
-td { padding: .2rem .55rem; text-align: right; white-space: nowrap; }
+td { padding: .2rem .48rem; text-align: right; white-space: nowrap; }
 th.text, td.text { text-align: left; }
 td.prose { white-space: normal; min-width: 12rem; max-width: 34rem; }
 tbody tr:hover td { background: var(--wash); }
