@@ -145,6 +145,7 @@ def figure(page, anchor):
         ("contact", ("contact", None, None, None, "structure")),
         ("sampling", ("sampling", None, None, None, "overview")),
         ("contact_three_bolt_preload=37976", ("contact", "three_bolt", None, None, "structure")),
+        ("program_three_bolt", ("program", "three_bolt", None, None, "structure")),
         ("mesh_four_bolt", ("mesh", "four_bolt", None, None, "structure")),
         (
             "loops_a_free-4_b_free-8_regions=6_elements=7",
@@ -159,14 +160,17 @@ def figure(page, anchor):
 )
 def test_names_tell_what_a_figure_shows(stem, expected):
     shown = Shown.of(f"results/figures/{stem}.svg")
-    assert (shown.kind, shown.subject, shown.modes, shown.joint, shown.page) == expected
+    page = shown.page(["a", "a_38kN", "a_free-4_b"])
+    assert (shown.kind, shown.subject, shown.modes, shown.joint, page) == expected
 
 
 def test_every_figure_and_table_of_the_study_has_a_page():
     study = load_study(ROOT)
     targets = layout.targets(study)
     shown = [
-        path for page in ("overview", "structure", *study.cases) for path in shown_on(page, targets)
+        path
+        for page in ("overview", "structure", *study.cases)
+        for path in shown_on(page, targets, study.cases)
     ]
     assert sorted(shown) == sorted(each.path for each in figures_and_tables(targets))
     assert len(set(shown)) == len(shown) > 0
@@ -176,7 +180,7 @@ def test_the_study_has_every_figure_of_the_source_that_can_be_made():
     study = load_study(ROOT)
     found = set()
     for shown in figures_and_tables(layout.targets(study)):
-        case = study.cases.get(shown.page)
+        case = study.cases.get(shown.page(study.cases))
         found.update(shown.in_source(Published(SOURCE, case.published if case else None)))
     index = Published(SOURCE).figures()
     assert found == set(index.loc[index["not_made"] == "", "figure"])
@@ -245,7 +249,7 @@ def test_index_says_where_the_source_stands_and_why_not(files):
     assert 'four_bolt_variable.html#table-3.21-3.22"' in text
     assert "not made: explains the method and holds no data" in text
     alone = study.model_copy(update={"cases": {"mine": Case.model_validate(CASE)}})
-    text = overview.page(alone, [], shown_on("mine", files), Published(SOURCE))
+    text = overview.page(alone, [], shown_on("mine", files, ["mine"]), Published(SOURCE))
     assert "no case of this study is compared with it" in text
     assert "not computed in this study" in text
 

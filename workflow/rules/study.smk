@@ -78,7 +78,7 @@ def reference_of(wildcards):
 
 def shown_on(page):
     """Figures and tables of a page of the report."""
-    return pages.shown_on(page, targets(study))
+    return pages.shown_on(page, targets(study), study.cases)
 
 
 def nodes_of(case):

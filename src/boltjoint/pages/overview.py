@@ -244,10 +244,11 @@ def _index_of_figures(study: Study, shown: Sequence[str], published: Published) 
     places: dict[str, list[str]] = {}
     for each in figures_and_tables(shown):
         if each.is_figure:
-            case = study.cases.get(each.page)
+            name = each.page(study.cases)
+            case = study.cases.get(name)
             mine = Published(published.folder, case.published if case else None)
             for figure in each.in_source(mine):
-                places.setdefault(figure, []).append(_link(each.page, each.stem))
+                places.setdefault(figure, []).append(_link(name, each.stem))
     rows = [
         {
             "figure": printed.figure,

@@ -1,7 +1,7 @@
 """Which figures and tables does a study have, and where do they belong?"""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,10 +81,14 @@ class Shown:
         """Whether it is a figure, not a table."""
         return self.path.endswith(".svg")
 
-    @property
-    def page(self) -> str:
-        """The name of the page that shows it: ``structure``, of a case, or ``overview``."""
-        return "structure" if self.kind in _OF_STRUCTURE else self.subject or "overview"
+    def page(self, cases: Collection[str]) -> str:
+        """The name of the page that shows it: of one of the cases, ``structure`` or ``overview``.
+
+        The structure has what is about assemblies, the overview what is about all cases.
+        """
+        if self.kind not in _OF_STRUCTURE and (self.subject is None or self.subject in cases):
+            return self.subject or "overview"
+        return "structure"
 
     @property
     def from_page(self) -> str:
@@ -118,7 +122,7 @@ def figures_and_tables(files: Sequence[str]) -> list[Shown]:
     return [Shown.of(path) for path in files if pattern.fullmatch(str(path))]
 
 
-def shown_on(page: str, files: Sequence[str]) -> list[str]:
+def shown_on(page: str, files: Sequence[str], cases: Collection[str]) -> list[str]:
     """Figures and tables, among a study's files, that a page shows.
 
     Parameters
@@ -127,8 +131,10 @@ def shown_on(page: str, files: Sequence[str]) -> list[str]:
         ``overview``, ``structure``, or the name of a case.
     files
         Such as ``layout.targets`` lists them.
+    cases
+        Names of the study's cases.
     """
-    return [each.path for each in figures_and_tables(files) if each.page == page]
+    return [each.path for each in figures_and_tables(files) if each.page(cases) == page]
 
 
 class Shelf:
