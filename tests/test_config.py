@@ -943,3 +943,11 @@ def test_published_case_must_be_one_of_the_source(study):
     (problem,) = error.value.problems
     assert problem.startswith(f'{CASE}: published: "three_bolt_constat" is no case study')
     assert "did you mean three_bolt_constant" in problem
+
+
+def test_a_case_cannot_be_called_as_a_page_of_the_report(study):
+    shutil.copy(study / CASE, study / "config/cases/overview.yaml")
+    edit(study, CONFIG, "- three_bolt_constant_38kN", "- overview")
+    assert problems_of(study) == [
+        f'{CONFIG}: cases[1]: "overview" must be another name: the report has a page called so'
+    ]

@@ -472,6 +472,9 @@ class Settings(Entry):
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
         yield from repeated("cases", self.cases)
+        for index, name in enumerate(self.cases):
+            if name in names.PAGES:
+                yield ("cases", index), "must be another name: the report has a page called so"
         yield from repeated("assemblies", self.assemblies)
 
 

@@ -7,7 +7,7 @@ a new stiffness never touches the mesh.
 from collections.abc import Iterator
 
 from boltjoint.config import Study
-from boltjoint.names import REFERENCE, parse_coordinates, parse_joint
+from boltjoint.names import PAGES, REFERENCE, parse_coordinates, parse_joint
 
 
 def assembly(name: str) -> str:
@@ -186,5 +186,5 @@ def packed(name: str) -> str:
 
 def pages(study: Study) -> list[str]:
     """The pages of the report: overview, structure, and one for each case."""
-    names = ["overview", "structure", *study.cases]
-    return [*map(page, names), *map(packed, names)]
+    every = [*PAGES, *study.cases]
+    return [*map(page, every), *map(packed, every)]

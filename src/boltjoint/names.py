@@ -6,6 +6,9 @@ NAME = r"^[A-Za-z0-9_-]+$"
 MODES = r"^free-([1-9][0-9]*)$"
 COORDINATES = r"^(?:linear|rdnm-([1-9][0-9]*))$"
 JOINT = r"^(?:node-to-node|regions=([1-9][0-9]*)(?:/elements=([1-9][0-9]*))?)$"
+#: pages of the report beside those of the cases
+PAGES = ("overview", "structure")
+
 #: the patterns, in words
 PATTERNS = {
     NAME: "must be a file name without .yaml, of letters, digits, _ and -",
