@@ -1,4 +1,4 @@
-"""Does another finite-element program find the same? CalculiX is asked, and compared.
+"""Does another finite-element program find the same? Decks for CalculiX, and a comparison.
 
 CalculiX gets mesh, material and clamp of an assembly, and is left to do the rest in its own way: it
 has its own brick with incompatible modes (C3D8I), finds the contact by searching which node of one
@@ -8,6 +8,7 @@ tighten them. What its keywords mean is in Dhondt, CalculiX CrunchiX user's manu
 
 import logging
 import os
+import re
 import subprocess
 from collections.abc import Iterable, Iterator
 from itertools import groupby, pairwise
@@ -32,6 +33,9 @@ SHAPE_BOUND, CORRELATION_BOUND = 0.99, 0.999
 
 #: CalculiX needs some tension [Pa] between open surfaces, which smooths its law where they meet
 _TENSION = 1e3
+
+#: where Fortran leaves out the E, before an exponent of three digits
+_LEFT_OUT = re.compile(r"(?<=\d)(?=[+-]\d{3})")
 
 
 def write_modes_deck(assembly: xr.Dataset, number: int, path: str | Path) -> None:
@@ -477,7 +481,7 @@ def _paragraphs(path: str | Path) -> list[list[str]]:
 def _after(title: str, paragraphs: list[list[str]], path: str | Path) -> list[Array]:
     """The tables after the paragraphs whose last line holds a title."""
     tables = [
-        np.array([line.split() for line in table], dtype=float)
+        np.array([_LEFT_OUT.sub("E", line).split() for line in table], dtype=float)
         for head, table in pairwise(paragraphs)
         if title in head[-1]
     ]
