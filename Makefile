@@ -18,6 +18,18 @@ lint: .venv/ready
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(BIN)/snakemake --lint
 
+# modes and contact found by CalculiX too, another finite-element program
+.PHONY: verify
+verify: .venv/ready
+	@if ! command -v ccx >/dev/null; then \
+		if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then \
+			echo "verify needs CalculiX (ccx): install calculix-ccx of Debian or Ubuntu, or calculix of conda-forge"; exit 1; \
+		fi; \
+		apt-get update && apt-get install --yes --no-install-recommends calculix-ccx; \
+	fi
+	$(BIN)/snakemake --cores $(CORES) results/verification/calculix.csv
+	@! grep ',False$$' results/verification/calculix.csv || { echo "CalculiX differs by more than the bound, see results/verification/calculix.html"; exit 1; }
+
 clean:
 	rm -rf results .snakemake
 

@@ -1,0 +1,57 @@
+# What CalculiX finds in an assembly, beside the library's own: made by `make verify`, not by `all`.
+
+VERIFIED = {
+    "assembly": layout.assembly("three_bolt"),
+    "modes": layout.modes("three_bolt", "free-4"),
+    "preload": layout.preload("three_bolt", 10000),
+}
+
+
+rule write_decks:
+    input:
+        **VERIFIED,
+        library=library("write_decks.py"),
+    output:
+        modes="results/verification/modes/calculix.inp",
+        preload="results/verification/preload/calculix.inp",
+    log:
+        "results/logs/write_decks.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/write_decks.py"
+
+
+rule run_calculix:
+    input:
+        deck="results/verification/{deck}/calculix.inp",
+        library=library("run_calculix.py"),
+    output:
+        printed="results/verification/{deck}/calculix.dat",
+    log:
+        "results/logs/run_calculix/{deck}.log",
+    benchmark:
+        "results/benchmarks/run_calculix/{deck}.tsv"
+    wildcard_constraints:
+        deck="modes|preload",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/run_calculix.py"
+
+
+rule compare_calculix:
+    input:
+        **VERIFIED,
+        printed_modes="results/verification/modes/calculix.dat",
+        printed_preload="results/verification/preload/calculix.dat",
+        library=library("compare_calculix.py"),
+    output:
+        csv="results/verification/calculix.csv",
+        html="results/verification/calculix.html",
+    log:
+        "results/logs/compare_calculix.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/compare_calculix.py"
