@@ -196,6 +196,10 @@ def tabulate_states(
     return pd.DataFrame(rows)
 
 
+#: how far a response is from its reference
+_ERRORS = ("peak_frequency_error_percent", "peak_amplitude_error_percent", "curve_error_dB")
+
+
 def tabulate_accuracy(
     responses: Mapping[tuple[str, str, int], xr.Dataset],
     checks: Mapping[tuple[str, str, int], pd.DataFrame],
@@ -207,7 +211,7 @@ def tabulate_accuracy(
     responses
         ``response.nc`` by joint, coordinates and resonance.
     checks
-        ``check.csv`` of those that were marched in time: all in linear modes.
+        ``check.csv`` of those that were marched in time.
 
     Returns
     -------
@@ -219,20 +223,15 @@ def tabulate_accuracy(
     for (joint, coordinates, resonance), response in responses.items():
         reference = responses.get((*REFERENCE, resonance))
         for level, force in enumerate(response["force_level"].to_numpy()):
-            row = _peak(response, level)
+            row = _peak(response, level) | dict.fromkeys(_ERRORS, np.nan)
             truth = None if reference is None else _peak(reference, level)
             if truth is not None and truth["complete"] and row["complete"]:
-                row |= {
-                    "peak_frequency_error_percent": _percent(
-                        row["peak_frequency_Hz"], truth["peak_frequency_Hz"]
-                    ),
-                    "peak_amplitude_error_percent": _percent(
-                        row["peak_mm_per_N"], truth["peak_mm_per_N"]
-                    ),
-                    "curve_error_dB": curve_error(
-                        _curve(response, level), _curve(reference, level)
-                    ),
-                }
+                errors = (
+                    _percent(row["peak_frequency_Hz"], truth["peak_frequency_Hz"]),
+                    _percent(row["peak_mm_per_N"], truth["peak_mm_per_N"]),
+                    curve_error(_curve(response, level), _curve(reference, level)),
+                )
+                row |= dict(zip(_ERRORS, errors, strict=True))
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)

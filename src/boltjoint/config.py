@@ -276,7 +276,7 @@ class ConstantLoadContact(Entry):
     """Friction elements whose normal load stays what the preload made it."""
 
     law: Literal["constant"]
-    """The contact law: ``constant`` or ``variable`` normal load."""
+    """The contact law: constant or variable normal load."""
     tangential_stiffness_N_per_m: Positive
     """Tangential stiffness of each contact pair, in N/m."""
     friction_coefficient: Positive
@@ -287,7 +287,7 @@ class VariableLoadContact(Entry):
     """Friction elements whose normal load changes as the surfaces close, open and separate."""
 
     law: Literal["variable"]
-    """The contact law: ``constant`` or ``variable`` normal load."""
+    """The contact law: constant or variable normal load."""
     tangential_stiffness_N_per_m: Positive
     """Tangential stiffness of each contact pair, in N/m."""
     normal_stiffness_N_per_m: Positive

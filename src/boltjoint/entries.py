@@ -145,6 +145,11 @@ def explained(
                 for inner, sentence in context["error"].problems:
                     yield path + inner, _shown_at(content, path + inner), sentence
             case "extra_forbidden":
+                elsewhere = [o for o in _owners(model, path) if path[-1] in o.model_fields]
+                if elsewhere:
+                    tags = " or ".join(map(_tag, elsewhere))
+                    yield path, None, f"is a key only with {tags}"
+                    continue
                 keys = [key for owner in _owners(model, location) for key in owner.model_fields]
                 yield path, None, f"is not a known key{choice(str(path[-1]), keys)}"
             case "missing":
@@ -222,6 +227,16 @@ def _owners(model: type[Entry], location: KeyPath) -> list[type[Entry]]:
                 for inner in _models_in(owner.model_fields[key].annotation)
             ]
     return owners
+
+
+def _tag(model: type[Entry]) -> str:
+    """The entry by which a union tells this member: its key and value."""
+    tags = (
+        f"{name}: {get_args(field.annotation)[0]}"
+        for name, field in model.model_fields.items()
+        if get_origin(field.annotation) is Literal
+    )
+    return next(tags)
 
 
 def _has_tag(model: type[Entry], tag: str) -> bool:

@@ -76,8 +76,8 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
 
 
 def is_checked(study: Study, coordinates: str) -> bool:
-    """Whether a march in time checks such responses: all equations solved, one harmonic."""
-    return parse_coordinates(coordinates) is None and study.solver.harmonics == 1
+    """Whether a march in time checks such responses: all equations solved, with exact forces."""
+    return parse_coordinates(coordinates) is None and study.solver.sampling is None
 
 
 def flat(joint_name: str) -> str:

@@ -28,9 +28,9 @@ _COMPONENTS = ("bias", "sin", "cos")
 class Branch:
     """The response at one force level, in linear modal coordinates.
 
-    ``amplitude`` [m] is that of the observed point; ``modal_coordinate`` has the shape
-    (solutions, components * modes); frequencies are in Hz; ``located`` marks local maxima that
-    were solved for.
+    ``amplitude`` [m] is that of the first harmonic at the observed point; ``modal_coordinate`` has
+    the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks local maxima
+    that were solved for.
     """
 
     force: float
@@ -250,7 +250,10 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
                 "amplitude of the linear modes",
             ),
             "response_amplitude": quantity(
-                "solution", along("amplitude"), "m", "amplitude of the observed point"
+                "solution",
+                along("amplitude"),
+                "m",
+                "first-harmonic amplitude of the observed point",
             ),
             "iterations": quantity("solution", along("iterations"), "1", "corrections"),
             "converged": quantity(
@@ -260,7 +263,9 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
             "peak_frequency": quantity(
                 "force", of_peak("frequency"), "Hz", "frequency of the largest maximum"
             ),
-            "peak_amplitude": quantity("force", of_peak("amplitude"), "m", "largest maximum"),
+            "peak_amplitude": quantity(
+                "force", of_peak("amplitude"), "m", "largest maximum of the response amplitude"
+            ),
             "complete": quantity(
                 "force",
                 np.array([branch.complete for branch in branches], dtype=np.int8),

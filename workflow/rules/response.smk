@@ -12,8 +12,13 @@ rule solve_response:
     conda:
         "../envs/boltjoint.yaml"
     params:
-        window=lambda w: case_of(w).window_around(int(w.resonance)),
+        window=lambda w: {
+            "resonance": int(w.resonance),
+            "given": case_of(w).window_around(int(w.resonance)),
+        },
         options=lambda w: {
+            "coordinates": w.coordinates,
+            "resonance": int(w.resonance),
             "forces": case_of(w).forces_N,
             "loss_factor": case_of(w).loss_factor,
             "jacobian": study.solver.jacobian,
@@ -38,8 +43,13 @@ rule time_solver:
     # all cores, so that nothing else runs on the machine meanwhile
     threads: workflow.cores
     params:
-        window=lambda w: case_of(w).window_around(int(w.resonance)),
+        window=lambda w: {
+            "resonance": int(w.resonance),
+            "given": case_of(w).window_around(int(w.resonance)),
+        },
         options=lambda w: {
+            "coordinates": w.coordinates,
+            "resonance": int(w.resonance),
             "forces": case_of(w).forces_N,
             "loss_factor": case_of(w).loss_factor,
             "repeats": study.timing.repeats,

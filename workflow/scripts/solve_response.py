@@ -4,15 +4,10 @@ from boltjoint import dataset, joint, logs, response
 from boltjoint.continuation import StepControl
 
 logs.write_to(snakemake.log[0])
-params, resonance = snakemake.params, int(snakemake.wildcards.resonance)
-nodes = joint.load(snakemake.input.nodes)
+params = snakemake.params
 solved = joint.load(snakemake.input.joint, params.sampling)
+window = response.frequency_window(joint.load(snakemake.input.nodes), solved, **params.window)
 responses = response.solve_response(
-    solved,
-    window=response.frequency_window(nodes, solved, resonance=resonance, given=params.window),
-    coordinates=snakemake.wildcards.coordinates,
-    resonance=resonance,
-    control=StepControl(**params.steps),
-    **params.options,
+    solved, window=window, control=StepControl(**params.steps), **params.options
 )
 dataset.save(responses, snakemake.output.response, params)
