@@ -3,7 +3,7 @@ CORES ?= 2
 PYTHON ?= python3
 BIN = .venv/bin
 
-.PHONY: reproduce test lint clean
+.PHONY: reproduce test lint docs verify clean
 
 reproduce: .venv/ready
 	$(BIN)/snakemake --cores $(CORES)
@@ -18,8 +18,11 @@ lint: .venv/ready
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(BIN)/snakemake --lint
 
+# the pages of docs/ that quote results, from those of a finished study
+docs: .venv/ready
+	$(BIN)/python docs/write.py
+
 # modes and contact found by CalculiX too, another finite-element program
-.PHONY: verify
 verify: .venv/ready
 	@if ! command -v ccx >/dev/null; then \
 		if [ "$$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then \

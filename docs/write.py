@@ -1,0 +1,117 @@
+"""Write the pages of this folder that quote results: ``make docs``, after ``make reproduce``.
+
+Where a template quotes a result it names table, row and column, or what is computed from results.
+"""
+
+import shutil
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import jinja2
+import numpy as np
+import pandas as pd
+
+from boltjoint import joint
+
+HERE = Path(__file__).parent
+RESULTS = HERE.parent / "results"
+FIGURES = ("sampling",)
+
+
+class Tables:
+    """The tables of a finished study, asked by what a row is about."""
+
+    def rows(self, table: str, **which: object) -> pd.DataFrame:
+        """All rows of a table whose columns have these values."""
+        found = pd.read_csv(RESULTS / f"tables/{table}.csv")
+        for column, value in which.items():
+            found = found[found[column] == value]
+        if found.empty:
+            raise LookupError(f"{table}.csv has no row with {which}")
+        return found
+
+    def value(self, table: str, column: str, **which: object) -> object:
+        """The value in the one row of a table with these values."""
+        found = self.rows(table, **which)
+        if len(found) != 1:
+            raise LookupError(f"{table}.csv has {len(found)} rows with {which}")
+        return found[column].iloc[0]
+
+    def accuracy(self, case: str, joint: str, coordinates: str, force: float, column: str) -> float:
+        """A value of a response around the first resonance."""
+        which = {"joint": joint, "coordinates": coordinates, "resonance": 1, "force_N": force}
+        return self.value(f"accuracy_{case}_free-4", column, **which)
+
+    def largest(self, case: str, joint: str, coordinates: str, column: str) -> float:
+        """The value of a column that is farthest from zero, over all forces and resonances."""
+        found = self.rows(f"accuracy_{case}_free-4", joint=joint, coordinates=coordinates)[column]
+        return found[found.abs().idxmax()]
+
+    def broken(self, case: str, coordinates: str) -> str:
+        """How many paths broke off, of how many."""
+        found = self.rows(f"accuracy_{case}_free-4", coordinates=coordinates)["complete"]
+        return f"{(~found).sum()} of {found.size}"
+
+    def state(self, case: str, coordinates: str, force: float, state: str) -> float:
+        """Share of a contact state at the first peak of the node-to-node joint [%]."""
+        which = {"coordinates": coordinates, "resonance": 1, "force_N": force}
+        column = f"elements_in_{state}_percent"
+        return self.value(f"states_{case}_free-4", column, joint="node-to-node", **which)
+
+    def saving(self, case: str, joint: str, coordinates: str, jacobian: str) -> float:
+        """Median reduction of the processor time around the first resonance [%]."""
+        columns = {
+            "analytic": "reduction_percent",
+            "forward-difference": "reduction_forward_difference_percent",
+            "published": "published_reduction_percent",
+        }
+        which = {"joint": joint, "coordinates": coordinates, "resonance": 1}
+        return self.rows(f"times_{case}_free-4", **which)[columns[jacobian]].median()
+
+    def stuck_error_of_loaded_means(self, case: str, regions: str) -> float:
+        """Error of the first stuck frequency [%] if regions moved as the mean of loaded pairs."""
+        folder = RESULTS / f"cases/{case}/free-4"
+        nodes, divided = (
+            joint.load(folder / name / "joint.nc") for name in ("node-to-node", regions)
+        )
+        loaded = nodes.law.slip_force > 0
+        region = divided.law.point_of_element
+        size = np.bincount(region, loaded)[region, None]
+        means = [
+            np.stack([np.bincount(region, column) for column in (row * loaded[:, None] / size).T]).T
+            for row in nodes.rows
+        ]
+        by_loaded = replace(divided, tangential_mode=means[0], normal_mode=means[1])
+        L = np.diag((2 * np.pi * nodes.natural_frequency) ** 2)
+        whole, reduced = (
+            np.sqrt(np.linalg.eigvalsh(L + one.stuck_stiffness())[0]) for one in (nodes, by_loaded)
+        )
+        return 100 * (reduced / whole - 1)
+
+
+def _formatted(form: str, value: float, digits: int) -> str:
+    if pd.isna(value):
+        raise ValueError("a page quotes a value that the study does not have")
+    return format(value, form.format(digits))
+
+
+def write() -> None:
+    """Fill every template and copy the figures that the pages show."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(HERE),
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+    )
+    for name, form in (("digits", ".{}g"), ("places", ".{}f"), ("signed", "+.{}f")):
+        environment.filters[name] = partial(_formatted, form)
+    for template in sorted(HERE.glob("*.md.j2")):
+        text = environment.get_template(template.name).render(t=Tables())
+        template.with_suffix("").write_text(text, encoding="utf-8")
+    for name in FIGURES:
+        shutil.copy(RESULTS / f"figures/{name}.svg", HERE / "figures")
+
+
+if __name__ == "__main__":
+    write()
