@@ -450,10 +450,10 @@ def test_what_is_no_number(study, text, shown):
             "fitting.load_fractions[2]: 1 must be less than 1",
         ),
         (
-            CONFIG,
-            "timing:\n  repeats: 3",
-            "timing:\n  #",
-            "timing: null must hold keys with values",
+            VARIABLE,
+            "regions:\n  division:",
+            "regions:\n  #",
+            "regions: null must hold keys with values",
         ),
         # values that contradict each other
         (CASE, "5, 10, 15", "5, 10, 5.0", "forces_N[4]: 5.0 must not appear twice"),

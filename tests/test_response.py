@@ -250,11 +250,11 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
 
 
 def test_timing_has_a_row_for_every_run(joint):
-    times = time_solver(joint, [1.0, 5.0], repeats=2, loss_factor=LOSS)
+    repeats = {"analytic": 2, "forward-difference": 1}
+    times = time_solver(joint, [1.0, 5.0], repeats=repeats, loss_factor=LOSS)
     assert list(times) == [
         *("force_N", "repeat", "wall_s", "cpu_s", "solutions", "iterations"),
         *("jacobian", "complete"),
     ]
-    assert len(times) == 2 * 2 * 2
+    assert times["jacobian"].value_counts().to_dict() == {"analytic": 4, "forward-difference": 2}
     assert (times["cpu_s"] > 0).all()
-    assert set(times["jacobian"]) == {"analytic", "forward-difference"}

@@ -457,6 +457,13 @@ class Timing(Entry):
 
     repeats: Count = 3
     """Times that each frequency response is computed while the clock runs."""
+    repeats_forward_difference: Count = 1
+    """The same with forward differences, which take several times as long."""
+
+    @property
+    def by_jacobian(self) -> dict[str, int]:
+        """Repeats by way to the Jacobian."""
+        return {"analytic": self.repeats, "forward-difference": self.repeats_forward_difference}
 
 
 class Settings(Entry):

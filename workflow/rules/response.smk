@@ -52,7 +52,7 @@ rule time_solver:
             "resonance": int(w.resonance),
             "forces": case_of(w).forces_N,
             "loss_factor": case_of(w).loss_factor,
-            "repeats": study.timing.repeats,
+            "repeats": study.timing.by_jacobian,
         },
         sampling=study.solver.sampling,
         steps=study.solver.steps,
