@@ -30,7 +30,7 @@ from scipy.spatial import ConvexHull, KDTree
 
 from boltjoint import joint as joints
 from boltjoint.friction import states
-from boltjoint.names import parse_coordinates, parse_joint
+from boltjoint.names import coordinates_in_words, joint_in_words
 from boltjoint.structure.mesh import FIRST_BOLT, HEXAHEDRON_FACES
 
 STYLE = {
@@ -600,9 +600,11 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     panels[0, 0].set_ylabel("processor time (s)")
     panels[1, 0].set_ylabel("over that of the node-to-node\njoint in linear modes")
     plain = {"color": "0.4"}
-    entries = {_joint_in_words(j): Line2D([], [], color=c, lw=3) for j, c in colours.items()}
+    entries = {joint_in_words(j): Line2D([], [], color=c, lw=3) for j, c in colours.items()}
     for coordinates, style in styles.items():
-        entries[_coordinates_in_words(coordinates)] = Line2D([], [], **plain, **style, **_SOLVED)
+        entries[coordinates_in_words(coordinates, short=True)] = Line2D(
+            [], [], **plain, **style, **_SOLVED
+        )
     if times["published_reduction_percent"].notna().any():
         entries["published"] = Line2D([], [], **plain, **{**_COORDINATES[0], **_PUBLISHED})
     if not times["complete"].all():
@@ -858,19 +860,7 @@ def _explain_parts(figure: Figure, at_rest: bool = False) -> None:
 
 def _in_words(joint: str, coordinates: str) -> str:
     """Name of a method for people: ``6 regions of 7 elements, 1 RDNM``."""
-    return f"{_joint_in_words(joint)}, {_coordinates_in_words(coordinates)}"
-
-
-def _joint_in_words(joint: str) -> str:
-    regions, elements = parse_joint(joint)
-    if regions is None:
-        return "node-to-node"
-    return f"{regions} regions" + (f" of {elements} elements" if elements else "")
-
-
-def _coordinates_in_words(coordinates: str) -> str:
-    number = parse_coordinates(coordinates)
-    return "linear modes" if number is None else f"{number} RDNM"
+    return f"{joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
 
 
 def _round_down(number: float) -> float:

@@ -45,6 +45,39 @@ def parse_coordinates(name: str) -> int | None:
     return number
 
 
+def joint_in_words(name: str) -> str:
+    """A joint's name for people.
+
+    >>> joint_in_words("node-to-node"), joint_in_words("regions=6/elements=7")
+    ('node-to-node', '6 regions of 7 elements')
+    >>> joint_in_words("regions=1/elements=1")
+    '1 region of 1 element'
+    """
+    regions, elements = parse_joint(name)
+    if regions is None:
+        return "node-to-node"
+    words = _counted(regions, "region")
+    return words if elements is None else f"{words} of {_counted(elements, 'element')}"
+
+
+def coordinates_in_words(name: str, short: bool = False) -> str:
+    """What a response is solved in, for people; short in a legend, which has no room for more.
+
+    >>> coordinates_in_words("linear"), coordinates_in_words("rdnm-1")
+    ('linear modes', '1 response-dependent mode')
+    >>> coordinates_in_words("linear", short=True), coordinates_in_words("rdnm-1", short=True)
+    ('linear modes', '1 RDNM')
+    """
+    modes = parse_coordinates(name)
+    if modes is None:
+        return "linear modes"
+    return f"{modes} RDNM" if short else _counted(modes, "response-dependent mode")
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s' if number > 1 else ''}"
+
+
 def _numbers_in(pattern: str, name: str) -> tuple[int | None, ...]:
     match = re.fullmatch(pattern, name)
     if match is None:
