@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 from boltjoint import dataset, layout
-from boltjoint.config import Case, load_study
+from boltjoint.config import Case, Solver, load_study
 from boltjoint.pages import case as page_of_case
-from boltjoint.pages import markup, overview
+from boltjoint.pages import markup, overview, structure
 from boltjoint.pages.shown import Shown, figures_and_tables, shown_on
 from boltjoint.published import Published
 
@@ -111,6 +111,7 @@ def files(tmp_path):
         "accuracy_mine_free-4": accuracy,
         "times_mine_free-4": times,
         "elements_mine_free-4_regions=6_elements=4": elements,
+        "regions_mine_free-4_regions=6": pd.DataFrame({"region": [1, 2], "elements": [5, 6]}),
     }.items():
         frame.to_csv(tmp_path / f"tables/{stem}.csv", index=False)
     joint = xr.Dataset({"slip_force": ("element", np.ones(1178), {"units": "N"})})
@@ -123,9 +124,22 @@ def page(files):
     return write(files)
 
 
-def write(files, **changed):
-    case = Case.model_validate(CASE | changed)
-    return page_of_case.page("mine", case, files, Published(SOURCE, case.published), ["mine"])
+def write(files, solver=None, **changed):
+    case, source = Case.model_validate(CASE | changed), Published(SOURCE, CASE["published"])
+    if "published" in changed:
+        source = Published(SOURCE, case.published)
+    return page_of_case.page("mine", case, solver or Solver(), files, source, ["mine"])
+
+
+def edit(files, stem, change):
+    """Write a table anew, changed by a function."""
+    (path,) = (path for path in files if path.endswith(f"tables/{stem}.csv"))
+    change(pd.read_csv(path, dtype={"source_table": str})).to_csv(path, index=False)
+
+
+def repeated_ids(page):
+    found = re.findall(r'<(?:figure|section)[^>]* id="([^"]+)"', page)
+    return {each for each in found if found.count(each) > 1}
 
 
 def figure(page, anchor):
@@ -145,7 +159,21 @@ def figure(page, anchor):
         ("contact", ("contact", None, None, None, "structure")),
         ("sampling", ("sampling", None, None, None, "overview")),
         ("contact_three_bolt_preload=37976", ("contact", "three_bolt", None, None, "structure")),
-        ("program_three_bolt", ("program", "three_bolt", None, None, "structure")),
+        ("program_three_bolt", ("program_three_bolt", None, None, None, "overview")),
+        ("mesh_free-4", ("mesh", "free-4", None, None, "structure")),
+        ("mesh_a_linear", ("mesh", "a_linear", None, None, "structure")),
+        ("modes_free-4_free-8", ("modes", "free-4", "free-8", None, "structure")),
+        ("modes_a_node-to-node_free-4", ("modes", "a_node-to-node", "free-4", None, "structure")),
+        ("contact_a_linear_preload=1e+20", ("contact", "a_linear", None, None, "structure")),
+        ("contact_contact_preload=10", ("contact", "contact", None, None, "structure")),
+        ("deformation_free-4_preload=10", ("deformation", "free-4", None, None, "structure")),
+        ("accuracy_free-8_free-4", ("accuracy", "free-8", "free-4", None, "free-8")),
+        ("accuracy_a_free-4_b_free-4", ("accuracy", "a_free-4_b", "free-4", None, "a_free-4_b")),
+        ("times_free-8_free-4_resonance=2", ("times", "free-8", "free-4", None, "free-8")),
+        (
+            "states_linear_free-4_node-to-node_linear_resonance=1",
+            ("states", "linear", "free-4", "node-to-node", "linear"),
+        ),
         ("mesh_four_bolt", ("mesh", "four_bolt", None, None, "structure")),
         (
             "loops_a_free-4_b_free-8_regions=6_elements=7",
@@ -160,7 +188,7 @@ def figure(page, anchor):
 )
 def test_names_tell_what_a_figure_shows(stem, expected):
     shown = Shown.of(f"results/figures/{stem}.svg")
-    page = shown.page(["a", "a_38kN", "a_free-4_b"])
+    page = shown.page(["a", "a_38kN", "a_free-4_b", "free-8", "linear"])
     assert (shown.kind, shown.subject, shown.modes, shown.joint, page) == expected
 
 
@@ -207,14 +235,14 @@ def test_a_figure_of_several_in_the_source_tells_all_their_numbers(files):
 
 
 def test_published_times_stand_beside_ours(page):
-    nodes = figure(page, "table-3.3")
+    nodes = figure(page, "table-3.3-free-4")
     assert "0.001 0.3 685.3 0.3 295.8 40.00 56.84" in nodes
-    regions = figure(page, "table-3.4")
+    regions = figure(page, "table-3.4-free-4")
     assert "50 40.00 99.74 40.00 99.90" in regions
 
 
 def test_sums_of_slip_forces_stand_beside_each_other(page):
-    assert "300 N here, 700 N in the source" in figure(page, "table-3.5")
+    assert "300 N here, 700 N in the source" in figure(page, "table-3.5-free-4")
 
 
 def test_facts_stand_beside_those_of_the_source(page):
@@ -223,6 +251,179 @@ def test_facts_stand_beside_those_of_the_source(page):
     assert "friction elements, node to node 1178 1183" in facts
     assert "loss factor 0.002 not given" in facts
     assert "add up to what 37976 N per bolt would give" in page
+
+
+def test_facts_tell_how_friction_is_solved(files):
+    exact = write(files)
+    assert "friction forces exact, in closed form – harmonics of the response 1" in figure(
+        exact, "case-table"
+    )
+    assert "samples a period" not in exact
+    assert "first-harmonic" not in exact
+    sampled = write(files, Solver(friction="sampled", harmonics=3, samples=128))
+    facts = figure(sampled, "case-table")
+    assert "friction forces sampled in time – harmonics of the response 3" in facts
+    assert "samples a period 128" in facts
+    assert "those of its first-harmonic amplitude" in sampled
+
+
+def without_reference(frame):
+    """No response is compared with another, and none of linear modes is there."""
+    return without_errors(frame[frame["coordinates"] != "linear"])
+
+
+def without_nodes(frame):
+    """The same where no node-to-node joint is solved."""
+    return without_errors(frame[frame["joint"] != "node-to-node"])
+
+
+def with_broken_reference(frame):
+    """The reference broke off at every force."""
+    is_reference = (frame["joint"] == "node-to-node") & (frame["coordinates"] == "linear")
+    reason = frame["reason"].where(~is_reference, "no solution found")
+    return without_errors(frame).assign(complete=frame["complete"] & ~is_reference, reason=reason)
+
+
+def without_errors(frame):
+    errors = [name for name in frame if "_error_" in name]
+    return frame.assign(**dict.fromkeys(errors, np.nan)).drop(columns="residual_in_time")
+
+
+def without_joints(blocks, *lost):
+    left = [
+        block | {"joints": [joint for joint in block["joints"] if joint not in lost]}
+        for block in blocks
+    ]
+    return [block for block in left if block["joints"]]
+
+
+WITHOUT_REFERENCE = {
+    "no linear modes": (without_reference, {"coordinates": ["rdnm-1"]}),
+    "no node-to-node joint": (
+        without_nodes,
+        {"solve": without_joints(CASE["solve"], "node-to-node")},
+    ),
+    "a reference that broke off": (with_broken_reference, {}),
+}
+
+
+@pytest.mark.parametrize("situation", WITHOUT_REFERENCE)
+def test_a_case_without_a_reference_has_its_page(files, situation):
+    change, changed = WITHOUT_REFERENCE[situation]
+    edit(files, "accuracy_mine_free-4", change)
+    edit(files, "times_mine_free-4", lambda frame: frame.assign(reduction_percent=np.nan))
+    page = write(files, **changed)
+    assert 'id="accuracy-free-4"' in page
+    assert "Peaks differ from the reference's" not in page
+    assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
+    if not changed:
+        reference = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
+        assert "Broken off at 0.001, 50 N: no solution found." in reference
+
+
+@pytest.mark.parametrize("situation", WITHOUT_REFERENCE)
+def test_a_case_without_a_reference_stands_in_the_overview(files, situation):
+    change, changed = WITHOUT_REFERENCE[situation]
+    edit(files, "accuracy_mine_free-4", change)
+    row = overview_of(files, **changed)[1]
+    # frequency and response at both forces
+    assert row[4:8] == ["–"] * 4
+    assert row[8] == "–"
+
+
+def overview_of(files, **changed):
+    """The cells of the rows of the table of all cases, after its heading."""
+    case = Case.model_validate(CASE | changed)
+    study = load_study(ROOT).model_copy(update={"cases": {"mine": case}})
+    page = overview.page(study, files, shown_on("mine", files, ["mine"]), Published(SOURCE))
+    assert not repeated_ids(page)
+    rows = re.findall(r"<tr.*?</tr>", page.split("The cases</strong>")[1], re.DOTALL)
+    cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in rows[1:4]]
+    return [[re.sub("<.*?>", "", cell) for cell in row] for row in cells]
+
+
+def test_peaks_of_paths_that_broke_off_are_not_shown(files):
+    def break_off(frame):
+        lost = frame["force_N"] == 50
+        return frame.assign(complete=~lost, peak_frequency_Hz=71.5)
+
+    edit(files, "accuracy_mine_free-4", break_off)
+    peaks = re.search(r"Peaks of the node-to-node joint</strong>.*?</table>", write(files), re.S)
+    assert re.findall(r"<td.*?>(.*?)</td>", peaks[0])[5:] == ["50", *["–"] * 4]
+    row = overview_of(files)[1]
+    assert row[4:9] == ["71.5", "1.5", "–", "–", "20.00"]
+
+
+def test_nothing_is_saved_where_no_joint_is_fitted(files):
+    assert overview_of(files)[1][-2:] == ["10.00", "40.00"]
+    solve = without_joints(CASE["solve"], "regions=6/elements=4")
+    assert overview_of(files, solve=solve)[1][-2:] == ["–", "–"]
+
+
+def test_only_the_basis_of_the_source_is_numbered_as_in_the_source(files):
+    both = list(files)
+    for path in files:
+        other = path.replace("mine_free-4", "mine_free-8")
+        if other != path:
+            Path(other).write_bytes(Path(path).read_bytes())
+            both.append(other)
+    page = write(both, modes=["free-4", "free-8"])
+    assert not repeated_ids(page)
+    stem = "response_mine_{}_node-to-node_linear_resonance=1"
+    assert "Figure 3.9 of the source" in figure(page, stem.format("free-4"))
+    assert "of the source" not in figure(page, stem.format("free-8"))
+    elements = "elements_mine_free-8_regions=6_elements=4-table"
+    assert "Fitted elements" in figure(page, elements)
+    assert "source" not in figure(page, elements)
+    assert "published" not in figure(page, elements)
+    assert 'id="table-3.3-free-4"' in page
+    assert 'id="table-3.3-free-8"' not in page
+    assert "published" not in figure(page, "times_mine_free-8-table")
+    assert "published" in figure(page, "times_mine_free-4-table")
+    study = load_study(ROOT)
+    case = Case.model_validate(CASE | {"modes": ["free-8"]})
+    alone = study.model_copy(update={"cases": {"mine": case}})
+    shown = [path for path in both if "free-8" in path]
+    assert "mine.html#table-3" not in overview.page(alone, [], shown, Published(SOURCE))
+    assert "mine.html#response" not in overview.page(alone, [], shown, Published(SOURCE))
+
+
+def structure_of(names, files=()):
+    assemblies = load_study(ROOT).assemblies
+    other = assemblies["three_bolt"].material.model_copy(update={"youngs_modulus_GPa": 210.0})
+    mine = assemblies["three_bolt"].model_copy(update={"material": other})
+    assemblies = {name: assemblies.get(name, mine) for name in names}
+    return structure.page(assemblies, list(files), Published(SOURCE), ["mine"])
+
+
+def test_material_of_the_source_stands_beside_its_assemblies():
+    of_source = figure(structure_of(["three_bolt", "mine"]), "dimensions-table")
+    assert "The source has three_bolt. Its dimensions are not known" in of_source
+    assert "Young's modulus (GPa) 190 210 190" in of_source.replace("&#x27;", "'")
+    assert "Table 3.1 of the source" in of_source
+    own = figure(structure_of(["mine"]), "dimensions-table")
+    assert "source" not in own
+    assert "calibrated" not in own
+
+
+def test_figures_of_any_assembly_are_captioned(tmp_path):
+    stems = {
+        "mesh_free-4": "Mesh of free-4",
+        "modes_a_linear_free-4": "Bending modes of a_linear",
+        "contact_a_node-to-node_preload=1e+20": "a_node-to-node with 1e+20 N per bolt",
+        "deformation_free-4_preload=10": "Shape of free-4 with 10 N per bolt",
+    }
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "tables").mkdir()
+    for stem in stems:
+        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    contact = {"assembly": ["a_linear"], "published_pairs": [np.nan], "pairs": [10]}
+    pd.DataFrame(contact).to_csv(tmp_path / "tables/contact.csv", index=False)
+    page = structure_of(["mine"], map(str, sorted(tmp_path.rglob("*.*"))))
+    for stem, title in stems.items():
+        assert figure(page, stem).strip().startswith(title)
+    assert not repeated_ids(page)
+    assert "published numbers" not in page
 
 
 def test_what_no_section_expects_is_shown_at_the_end(page):
@@ -246,7 +447,7 @@ def test_index_says_where_the_source_stands_and_why_not(files):
     study = load_study(ROOT)
     text = overview.page(study, [], layout.targets(study), Published(SOURCE))
     assert "three_bolt_constant.html#response_three_bolt_constant_free-4_node-to-node" in text
-    assert 'four_bolt_variable.html#table-3.21-3.22"' in text
+    assert 'four_bolt_variable.html#table-3.21-3.22-free-4"' in text
     assert "not made: explains the method and holds no data" in text
     alone = study.model_copy(update={"cases": {"mine": Case.model_validate(CASE)}})
     text = overview.page(alone, [], shown_on("mine", files, ["mine"]), Published(SOURCE))

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
+#: the modal basis of all case studies of the source
+BASIS = "free-4"
+
 
 @dataclass(frozen=True)
 class Published:
@@ -43,6 +46,17 @@ class Published:
     def case_studies(self) -> list[str]:
         """Names of the source's case studies."""
         return list(pd.read_csv(self.folder / "case_studies.csv")["case"])
+
+    @property
+    def assemblies(self) -> list[str]:
+        """Names of the source's assemblies."""
+        cases = pd.read_csv(self.folder / "case_studies.csv")
+        return list(dict.fromkeys(cases["assembly"]))
+
+    def material(self) -> dict[str, float]:
+        """The material of the source's assemblies, by the keys of an assembly's configuration."""
+        (printed,) = pd.read_csv(self.folder / "material.csv").to_dict("records")
+        return {key: float(value) for key, value in printed.items() if key != "material"}
 
     def natural_frequencies(self) -> pd.DataFrame:
         """Columns ``assembly, bending_mode, frequency_Hz``, of all assemblies."""

@@ -81,6 +81,8 @@ rule write_page_of_case:
         "../envs/boltjoint.yaml"
     params:
         case=lambda w: case_of(w).model_dump(),
+        # no more of it: other options do not stand on the page
+        solver=study.solver.model_dump(include={"friction", "harmonics", "samples"}),
         cases=list(study.cases),
     script:
         "../scripts/write_page_of_case.py"

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from boltjoint import dataset, layout
-from boltjoint.config import Case
-from boltjoint.names import REFERENCE, parse_joint
+from boltjoint.config import Case, Solver
+from boltjoint.names import REFERENCE, coordinates_in_words, joint_in_words, parse_joint
 from boltjoint.pages import markup
 from boltjoint.pages.markup import Section, number, source, table
 from boltjoint.pages.shown import (
@@ -15,17 +15,17 @@ from boltjoint.pages.shown import (
     Shelf,
     Shown,
     capitalized,
-    coordinates_in_words,
-    joint_in_words,
     menu,
     those,
 )
-from boltjoint.published import Published
+from boltjoint.published import BASIS, Published
 
 _DIVISIONS = {
     "equal-load": "equal loads",
     "equal-middle-load": "equal pressure along the middle",
 }
+
+_FRICTION = {"exact": "exact, in closed form", "sampled": "sampled in time"}
 
 _GROUPS = ["joint", "coordinates", "resonance"]
 
@@ -33,6 +33,7 @@ _GROUPS = ["joint", "coordinates", "resonance"]
 def page(
     name: str,
     case: Case,
+    solver: Solver,
     files: Sequence[str],
     published: Published,
     cases: Sequence[str],
@@ -43,6 +44,8 @@ def page(
     ----------
     name, case
         The case and how it is configured.
+    solver
+        How friction was solved: exact or sampled, in how many harmonics.
     files
         Figures and tables (CSV) to show, and the node-to-node joint (``joint.nc``) of every basis.
     published
@@ -51,7 +54,7 @@ def page(
         Names of the study's cases, to which the page links.
     """
     shelf = Shelf(files, published)
-    sections = [Section("case", "What is computed", _facts(case, shelf))]
+    sections = [Section("case", "What is computed", _facts(case, solver, shelf))]
     for family in case.modes:
         sections += _Basis(case, family, shelf).sections()
     sections += shelf.rest()
@@ -59,10 +62,10 @@ def page(
     compared = f"Section {theirs['section']} of the source. " if theirs else ""
     lead = (
         f"<p>{compared}The assembly <i>{case.assembly}</i> with {number(case.preload_N)} N in "
-        f"every bolt and {_law(case.contact.law)} on its contact.</p><p>In all figures colour is "
-        "the level of force or displacement, from dark to light; a thin line is the reference, a "
-        "broad pale one the model that stands in for it; a dot is a peak, and a cross the place "
-        "where a path broke off.</p>"
+        f"every bolt and {_law(case.contact.law)} on its contact. {_answered(solver)}</p>"
+        "<p>In all figures colour is the level of force or displacement, from dark to light; a "
+        "thin line is the reference, a broad pale one the model that stands in for it; a dot is a "
+        "peak, and a cross the place where a path broke off.</p>"
     )
     return markup.page(name, "Case study", lead, sections, menu(cases), f"{name}.html")
 
@@ -71,7 +74,17 @@ def _law(name: str) -> str:
     return LAWS.get(name, name)
 
 
-def _facts(case: Case, shelf: Shelf) -> str:
+def _answered(solver: Solver) -> str:
+    """What stands for a motion of several harmonics."""
+    if solver.harmonics == 1:
+        return ""
+    return (
+        f"The motion has {solver.harmonics} harmonics; response, peak and error are those of its "
+        "first-harmonic amplitude."
+    )
+
+
+def _facts(case: Case, solver: Solver, shelf: Shelf) -> str:
     """How the case is configured, beside what the source says of its own."""
     theirs = shelf.published.case_study()
     rows = [
@@ -86,6 +99,12 @@ def _facts(case: Case, shelf: Shelf) -> str:
     rows += [
         ("loss factor", number(case.loss_factor), None),
         ("forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"),
+        ("friction forces", _FRICTION[solver.friction], None),
+        ("harmonics of the response", str(solver.harmonics), None),
+    ]
+    if solver.friction == "sampled":
+        rows.append(("samples a period", str(solver.samples), None))
+    rows += [
         ("basis", ", ".join(case.modes), None),
         ("regions", _counts(regions), "regions"),
         ("division into regions", _DIVISIONS[case.regions.division], None),
@@ -98,6 +117,8 @@ def _facts(case: Case, shelf: Shelf) -> str:
         columns["in the source"] = [printed.get(row[2] or "") or "not given" for row in rows]
         in_words = {
             "basis": "the first four bending modes",
+            "friction forces": "–",
+            "harmonics of the response": "–",
             "division into regions": "similar loads"
             if theirs["contact_law"] == "constant"
             else "by the load along the middle",
@@ -151,15 +172,16 @@ _STAGES = (
         "nodes",
         "Node-to-node joint",
         "One friction element on every contact pair that can carry load. Its responses in linear "
-        "modes are the reference for all that follows: as more of the contact slips, the peak "
-        "falls in frequency and friction damps it.",
+        "modes are the reference for all that follows. The peak falls in frequency while slip "
+        "spreads over the contact. Where the normal load is constant and all of it slips, the "
+        "structure is near to that without contact again.",
     ),
     _Stage(
         "regions",
         "Regions",
         "The contact is divided into regions along the bar, from the clamped side. Each moves as "
-        "one point, the mean of its pairs, but keeps all their elements. Where exactly the source "
-        "divides the contact is not known.",
+        "one point, the mean of its pairs, but keeps all their elements. Where the source divides "
+        "the contact is not known.",
     ),
     _Stage(
         "elements",
@@ -175,6 +197,10 @@ def _stage_of(joint: str) -> str:
     return "nodes" if regions is None else "regions" if elements is None else "elements"
 
 
+#: further columns of tables in which published values stand
+_BESIDE_PUBLISHED = ("source_table", "k_ratio", "slip_force_ratio", "difference_points")
+
+
 class _Basis:
     """All that a case has in one modal basis."""
 
@@ -183,6 +209,7 @@ class _Basis:
         self.accuracy = shelf.table("accuracy", modes=family)
         self.times = shelf.table("times", modes=family)
         self.states = shelf.table("states", modes=family)
+        self.in_source = family == BASIS
         self.where = "" if len(case.modes) == 1 else f" in {family}"
 
     def sections(self) -> Iterator[Section]:
@@ -224,7 +251,8 @@ class _Basis:
                 )
                 for block in self.case.solve
             )
-            yield self._section("times", "Solution times", _times(*self.times, drawn))
+            shown, frame = self.times
+            yield self._section("times", "Solution times", _times(shown, self._own(frame), drawn))
 
     def _section(self, anchor: str, title: str, body: str, level: int = 2) -> Section:
         return Section(f"{anchor}-{self.family}", title + self.where, body, level)
@@ -249,7 +277,7 @@ class _Basis:
             if found := self.shelf.table("regions", **mine):
                 shown, frame = found
                 title = f"{regions} regions along the bar"
-                body += table(frame, title, (), shown.stem, shown.from_page)
+                body += table(frame, title, (), shown.anchor, shown.from_page)
         if elements is not None:
             region = self.shelf.published.region_of_loops(joint)
             mine = {"modes": self.family, "joint": joint}
@@ -262,8 +290,16 @@ class _Basis:
                 **mine,
             )
             if found := self.shelf.table("elements", **mine):
-                body += _elements(*found)
+                shown, frame = found
+                body += _elements(shown, self._own(frame))
         return body
+
+    def _own(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """A table without what the source printed, unless it is in the source's basis."""
+        if self.in_source:
+            return frame
+        theirs = [column for column in frame if column.startswith("published_")]
+        return frame.drop(columns=[*theirs, *_BESIDE_PUBLISHED], errors="ignore")
 
     def _responses(self, joint: str, resonance: int) -> str:
         """Responses of a joint around a resonance, and the states of the contact at their peaks."""
@@ -319,6 +355,8 @@ class _Basis:
             return ""
         nodes = those(self.accuracy[1], joint=REFERENCE[0], resonance=resonance)
         columns = {"peak_frequency_Hz": "frequency_Hz", "peak_mm_per_N": "response_mm_per_N"}
+        # the largest response of a part of a path need not be the peak
+        nodes = nodes.assign(**{name: nodes[name].where(nodes["complete"]) for name in columns})
         parts = {
             coordinates_in_words(coordinates): rows.set_index("force_N")[list(columns)].rename(
                 columns=columns
@@ -335,7 +373,7 @@ class _Basis:
 
     def _published_times(self, joint: str) -> str:
         """Times of a joint beside those that the source printed, in the source's arrangement."""
-        if self.times is None or "source_table" not in self.times[1]:
+        if not self.in_source or self.times is None or "source_table" not in self.times[1]:
             return ""
         mine = those(self.times[1], joint=joint).dropna(subset="source_table")
         body = ""
@@ -355,7 +393,7 @@ class _Basis:
                     "machines and programs; the reductions can be compared.",
                     source("Table", [str(printed)]),
                 ],
-                anchor=f"table-{printed}",
+                anchor=f"table-{printed}-{self.family}",
             )
         return body
 
@@ -395,13 +433,13 @@ def _elements(shown: Shown, frame: pd.DataFrame) -> str:
         printed = frame["source_table"].iloc[0].split(" and ")
         ours, theirs = frame["slip_force_N"].sum(), frame["published_slip_force_N"].sum()
         notes += [
-            "Many sets of elements have nearly the same loops, and the source's regions are not "
-            "those here, so single ratios mean little. What can be compared is the sum "
+            "Many sets of elements have nearly the same loops, and where the source divides the "
+            "contact is not known, so single ratios mean little. What can be compared is the sum "
             f"of the slip forces: {number(ours)} N here, {number(theirs)} N in the source.",
             source("Table", printed),
         ]
         frame = frame.drop(columns="source_table")
-    anchor = f"table-{'-'.join(printed)}" if printed else shown.stem
+    anchor = f"table-{'-'.join(printed)}-{shown.modes}" if printed else shown.anchor
     return table(frame, "Fitted elements", notes, anchor, shown.from_page, groups=["region"])
 
 
@@ -409,7 +447,7 @@ def _states(shown: Shown, frame: pd.DataFrame) -> str:
     return (
         "<p>Which part of the elements, and of the load that they carry at rest, is in which state "
         "at the peak of each response.</p>\n"
-        + table(frame, "Every response", (), shown.stem, shown.from_page, _GROUPS)
+        + table(frame, "Every response", (), shown.anchor, shown.from_page, _GROUPS)
     )
 
 
@@ -434,7 +472,7 @@ def _accuracy(shown: Shown, frame: pd.DataFrame) -> str:
         "to their largest term, when friction is marched in time by code that shares nothing with "
         "the solver.</p>\n"
         + table(pd.DataFrame(rows), "Largest errors over all forces", groups=_GROUPS[:2])
-        + table(frame, "Every response", (), shown.stem, shown.from_page, _GROUPS)
+        + table(frame, "Every response", (), shown.anchor, shown.from_page, _GROUPS)
     )
 
 
@@ -442,9 +480,9 @@ def _times(shown: Shown, frame: pd.DataFrame, drawn: str) -> str:
     return (
         "<p>Median processor time of one frequency response on one thread, with the analytic "
         "Jacobian and with forward differences as in the source. Regions alone leave every element "
-        "in place, so they save little here; few elements save more. One response-dependent mode "
+        "in place; few elements replace them. One response-dependent mode "
         "saves evaluations where the Jacobian is taken by differences, and costs a renewal of the "
         "mode where it is exact.</p>\n"
         + drawn
-        + table(frame, "Every response", (), shown.stem, shown.from_page, _GROUPS)
+        + table(frame, "Every response", (), shown.anchor, shown.from_page, _GROUPS)
     )

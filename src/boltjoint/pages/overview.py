@@ -9,11 +9,11 @@ import pandas as pd
 
 from boltjoint import dataset, layout
 from boltjoint.config import Case, Study
-from boltjoint.names import REFERENCE, parse_joint
+from boltjoint.names import REFERENCE, joint_in_words, parse_joint
 from boltjoint.pages import markup
 from boltjoint.pages.markup import Section, number, table
-from boltjoint.pages.shown import Shelf, Shown, figures_and_tables, joint_in_words, menu, those
-from boltjoint.published import Published
+from boltjoint.pages.shown import Shelf, Shown, figures_and_tables, menu, those
+from boltjoint.published import BASIS, Published
 
 _TABLES = {
     "material": "Material",
@@ -87,7 +87,7 @@ def _sampling(shelf: Shelf) -> str:
     if found := shelf.table("sampling"):
         shown, frame = found
         title = "Error of forces sampled in time"
-        body += table(frame, title, (), shown.stem, shown.from_page, ["case", "law", "samples"])
+        body += table(frame, title, (), shown.anchor, shown.from_page, ["case", "law", "samples"])
     return body
 
 
@@ -102,21 +102,24 @@ def _glance(study: Study, shelf: Shelf) -> str:
                 row |= _answers(study, case, accuracy[1])
             if times is not None:
                 row |= _savings(case, times[1])
-                saved.append(_savings_beside_published(name, times[1]))
+                if family == BASIS:
+                    saved.append(_savings_beside_published(name, times[1]))
             rows.append(row)
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
+    response = "response" if study.solver.harmonics == 1 else "first-harmonic response"
     body = table(
         frame,
         "The cases",
         [
-            "The peak is that of the node-to-node joint in linear modes, response divided by "
+            f"The peak is that of the node-to-node joint in linear modes, {response} divided by "
             "force, around the first resonance solved. RDNM are response-dependent nonlinear "
-            "modes, in which the same joint is solved again: the largest error of a peak, and how "
-            "many paths broke off. Time is saved by the joint of fewest elements, in linear modes, "
-            "with the analytic Jacobian or a numeric one by forward differences; this is the "
-            "median over all forces. The residual is the largest that is left of the equations "
-            "when solutions are marched in time."
+            "modes, in which the same joint is solved again: the largest error of a peak's "
+            "amplitude, and how many paths broke off. Time is saved by the joint of fewest fitted "
+            "elements, in linear modes, with the analytic Jacobian or a numeric one by forward "
+            "differences; this is the median over all forces. A dash stands where a path broke "
+            "off or nothing such was solved. The residual is the largest that is left of the "
+            "equations when solutions are marched in time."
         ],
     )
     published = pd.concat(saved) if saved else pd.DataFrame()
@@ -157,14 +160,17 @@ def _answers(study: Study, case: Case, accuracy: pd.DataFrame) -> dict[tuple[str
         alike = all(extreme(each.forces_N) == force for each in study.cases.values())
         span = f"peak at {force:g} N" if alike else f"peak at the {which} force"
         at = those(linear, force_N=force)
+        # the largest response of a part of a path need not be the peak
+        at = at[at["complete"]]
         found = at.iloc[0] if len(at) else {}
         row |= {
             (span, "frequency_Hz"): found.get("peak_frequency_Hz"),
             (span, "response_mm_per_N"): found.get("peak_mm_per_N"),
         }
     rdnm = solved[solved["coordinates"] != REFERENCE[1]]
-    row[("RDNM", "peak_error_percent")] = rdnm["peak_amplitude_error_percent"].abs().max()
-    row[("RDNM", "broken_off")] = f"{int((~rdnm['complete']).sum())} of {len(rdnm)}"
+    row[("RDNM", "amplitude_error_percent")] = rdnm["peak_amplitude_error_percent"].abs().max()
+    broken_off = f"{int((~rdnm['complete']).sum())} of {len(rdnm)}"
+    row[("RDNM", "broken_off")] = broken_off if len(rdnm) else None
     if "residual_in_time" in accuracy:
         row[("", "residual_in_time")] = accuracy["residual_in_time"].max()
     return row
@@ -172,7 +178,8 @@ def _answers(study: Study, case: Case, accuracy: pd.DataFrame) -> dict[tuple[str
 
 def _savings(case: Case, times: pd.DataFrame) -> dict[tuple[str, str], object]:
     first = case.solve[0]
-    smallest = min(first.joints, key=_elements_in_all)
+    fitted = [joint for joint in first.joints if parse_joint(joint)[1] is not None]
+    smallest = min(fitted, key=_elements_in_all, default=None)
     saved = those(times, joint=smallest, coordinates=REFERENCE[1], resonance=first.resonance)
     return {
         ("time saved", "analytic_percent"): saved["reduction_percent"].median(),
@@ -180,16 +187,17 @@ def _savings(case: Case, times: pd.DataFrame) -> dict[tuple[str, str], object]:
     }
 
 
-def _elements_in_all(joint: str) -> float:
+def _elements_in_all(joint: str) -> int:
     regions, elements = parse_joint(joint)
-    return (regions or 0) * elements if elements else float("inf")
+    return (regions or 0) * (elements or 0)
 
 
 def _savings_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
     keys = ["source_table", "joint", "coordinates"]
     ours, theirs = "reduction_forward_difference_percent", "published_reduction_percent"
     printed = times.dropna(subset=[theirs, "source_table"]) if theirs in times else times.iloc[:0]
-    printed = printed[(printed[["joint", "coordinates"]] != REFERENCE).any(axis=1)]
+    is_reference = (printed["joint"] == REFERENCE[0]) & (printed["coordinates"] == REFERENCE[1])
+    printed = printed[~is_reference]
     if printed.empty:
         return pd.DataFrame()
     medians = printed.groupby(keys, sort=False)[[ours, theirs]].median().reset_index()
@@ -209,8 +217,8 @@ def _index_of_tables(study: Study, shown: Sequence[str], published: Published) -
         same = those(index, case=printed.case, kind=printed.kind, joint=printed.joint)
         anchor = {
             "stiffness": "case-table",
-            "parameters": f"table-{'-'.join(same['table'])}",
-        }.get(printed.kind, f"table-{printed.table}")
+            "parameters": f"table-{'-'.join(same['table'])}-{BASIS}",
+        }.get(printed.kind, f"table-{printed.table}-{BASIS}")
         places = [
             _link(name, anchor)
             for name, case in study.cases.items()
@@ -218,7 +226,8 @@ def _index_of_tables(study: Study, shown: Sequence[str], published: Published) -
             and (printed.kind == "stiffness" or _stands(printed, name, case, standing))
         ]
         if printed.kind == "material":
-            places = [_link("structure", "dimensions-table")]
+            theirs = any(name in published.assemblies for name in study.assemblies)
+            places = [_link("structure", "dimensions-table")] if theirs else []
         rows.append(
             {
                 "table": printed.table,
@@ -235,7 +244,8 @@ def _stands(printed: NamedTuple, name: str, case: Case, standing: Sequence[Shown
     kind = "elements" if printed.kind == "parameters" else "times"
     joint = printed.joint if kind == "elements" else None
     return printed.joint in case.joints and any(
-        (each.kind, each.subject, each.joint, each.is_figure) == (kind, name, joint, False)
+        (each.kind, each.subject, each.modes, each.joint, each.is_figure)
+        == (kind, name, BASIS, joint, False)
         for each in standing
     )
 
@@ -248,7 +258,7 @@ def _index_of_figures(study: Study, shown: Sequence[str], published: Published) 
             case = study.cases.get(name)
             mine = Published(published.folder, case.published if case else None)
             for figure in each.in_source(mine):
-                places.setdefault(figure, []).append(_link(name, each.stem))
+                places.setdefault(figure, []).append(_link(name, each.anchor))
     rows = [
         {
             "figure": printed.figure,

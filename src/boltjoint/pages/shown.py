@@ -8,22 +8,46 @@ from pathlib import Path
 import pandas as pd
 
 from boltjoint import layout
-from boltjoint.names import parse_coordinates, parse_joint
+from boltjoint.names import NAME
 from boltjoint.pages.markup import Section, drawing, source, table
-from boltjoint.published import Published
+from boltjoint.published import BASIS, Published
 
-#: figures and tables of assemblies
-_OF_STRUCTURE = ("mesh", "modes", "contact", "deformation", "natural_frequencies")
+_FAMILY = r"_(?P<modes>free-\d+)"
+_FEW = r"_(?P<joint>regions=\d+_elements=\d+)"
+_JOINT = r"_(?P<joint>node-to-node|regions=\d+(?:_elements=\d+)?)"
+_RESONANCE = r"_resonance=(?P<resonance>\d+)"
+_SOLVED = rf"{_JOINT}_(?P<coordinates>linear|rdnm-\d+){_RESONANCE}"
+_PRELOAD = r"_preload=(?P<newton>[0-9.e+-]+)"
 
-_NAME = re.compile(
-    r"(?P<kind>natural_frequencies|[a-z]+)"
-    r"(?:_(?P<subject>(?!free-\d).+?))?"
-    r"(?:_(?P<modes>free-\d+))?"
-    r"(?:_(?P<joint>node-to-node|regions=\d+(?:_elements=\d+)?))?"
-    r"(?:_(?P<coordinates>linear|rdnm-\d+))?"
-    r"(?:_resonance=(?P<resonance>\d+))?"
-    r"(?:_preload=(?P<newton>[0-9.e+-]+))?"
-)
+#: what follows the name of an assembly, by kind of figure or table
+_OF_ASSEMBLIES = {
+    "mesh": "",
+    "modes": _FAMILY,
+    "contact": _PRELOAD,
+    "deformation": _PRELOAD,
+}
+#: what follows the name of a case; a table and a figure may be of one kind
+_OF_CASES = {
+    "accuracy": _FAMILY,
+    "states": rf"{_FAMILY}(?:{_SOLVED})?",
+    "times": rf"{_FAMILY}(?:{_RESONANCE})?",
+    "regions": rf"{_FAMILY}_(?P<joint>regions=\d+)",
+    "elements": _FAMILY + _FEW,
+    "loops": _FAMILY + _FEW,
+    "response": _FAMILY + _SOLVED,
+}
+#: what follows the kind where all assemblies stand together
+_OF_ALL_ASSEMBLIES = {"natural_frequencies": _FAMILY, "contact": ""}
+
+# An assembly or a case may be called like anything else in a name, such as free-8 or a_linear. So
+# what a kind ends in is read from the end; none of it can be left out, and names have no "=".
+_NAMES = [
+    *(rf"(?P<kind>{kind}){ending}" for kind, ending in _OF_ALL_ASSEMBLIES.items()),
+    *(
+        rf"(?P<kind>{kind})_(?P<subject>{NAME.strip('^$')}){ending}"
+        for kind, ending in (_OF_ASSEMBLIES | _OF_CASES).items()
+    ),
+]
 
 LAWS = {"constant": "constant normal load", "variable": "variable normal load"}
 
@@ -55,26 +79,32 @@ class Shown:
 
     @classmethod
     def of(cls, path: str | Path) -> "Shown":
-        """What the file of this name shows; a ``ValueError`` if it is not one of a study's."""
-        found = _NAME.fullmatch(Path(path).stem)
-        if found is None:
-            raise ValueError(f"{path} is not named like a figure or table of a study")
-        part = found.groupdict()
+        """What the file of this name shows; the whole name is the kind where it is another."""
+        stem = Path(path).stem
+        matches = (re.fullmatch(name, stem) for name in _NAMES)
+        found = next((match for match in matches if match), None)
+        part = found.groupdict() if found else {"kind": stem}
+        joint, resonance, newton = map(part.get, ("joint", "resonance", "newton"))
         return cls(
             path=str(path),
             kind=part["kind"],
-            subject=part["subject"],
-            modes=part["modes"],
-            joint=layout.unflat(part["joint"]) if part["joint"] else None,
-            coordinates=part["coordinates"],
-            resonance=int(part["resonance"]) if part["resonance"] else None,
-            newton=float(part["newton"]) if part["newton"] else None,
+            subject=part.get("subject"),
+            modes=part.get("modes"),
+            joint=layout.unflat(joint) if joint else None,
+            coordinates=part.get("coordinates"),
+            resonance=int(resonance) if resonance else None,
+            newton=float(newton) if newton else None,
         )
 
     @property
     def stem(self) -> str:
-        """The file's name without its ending: the anchor on its page."""
+        """The file's name without its ending."""
         return Path(self.path).stem
+
+    @property
+    def anchor(self) -> str:
+        """By which links find it on its page, where a figure and a table may have one name."""
+        return self.stem if self.is_figure else f"{self.stem}-table"
 
     @property
     def is_figure(self) -> bool:
@@ -86,9 +116,9 @@ class Shown:
 
         The structure has what is about assemblies, the overview what is about all cases.
         """
-        if self.kind not in _OF_STRUCTURE and (self.subject is None or self.subject in cases):
-            return self.subject or "overview"
-        return "structure"
+        if self.kind in _OF_ASSEMBLIES or self.kind in _OF_ALL_ASSEMBLIES:
+            return "structure"
+        return self.subject if self.subject in cases else "overview"
 
     @property
     def from_page(self) -> str:
@@ -96,7 +126,9 @@ class Shown:
         return f"../{'figures' if self.is_figure else 'tables'}/{Path(self.path).name}"
 
     def in_source(self, published: Published) -> list[str]:
-        """Numbers of the figures by which the source shows the same."""
+        """Numbers of the figures by which the source shows the same, in its one basis."""
+        if self.modes not in (None, BASIS):
+            return []
         of_assembly = {"assembly": self.subject}
         under_preload = {**of_assembly, "preload_N": f"{self.newton or 0:.15g}"}
         of_joint = {"joint": self.joint}
@@ -185,7 +217,7 @@ class Shelf:
             if each.is_figure:
                 body += self._drawn(each, title, ())
             else:
-                body += table(_read(each.path), title, (), each.stem, each.from_page)
+                body += table(_read(each.path), title, (), each.anchor, each.from_page)
         return [Section("further", "Further figures and tables", body)] if body else []
 
     def _take(self, kind: str, figure: bool, which: dict[str, object]) -> list[Shown]:
@@ -203,30 +235,6 @@ class Shelf:
         filled = title.format(subject=shown.subject, newton=f"{shown.newton or 0:.15g}")
         numbers = source("Figure", shown.in_source(self.published))
         return drawing(shown.path, filled, [*notes, numbers], shown.from_page)
-
-
-def joint_in_words(joint: str) -> str:
-    """A joint's name for people.
-
-    >>> joint_in_words("node-to-node"), joint_in_words("regions=6/elements=7")
-    ('node-to-node joint', '6 regions of 7 elements')
-    """
-    regions, elements = parse_joint(joint)
-    if regions is None:
-        return "node-to-node joint"
-    return f"{regions} regions" + (f" of {elements} elements" if elements else "")
-
-
-def coordinates_in_words(coordinates: str) -> str:
-    """What a response was solved in, for people.
-
-    >>> coordinates_in_words("linear"), coordinates_in_words("rdnm-1")
-    ('linear modes', '1 response-dependent mode')
-    """
-    modes = parse_coordinates(coordinates)
-    if modes is None:
-        return "linear modes"
-    return f"{modes} response-dependent mode{'s' if modes > 1 else ''}"
 
 
 def capitalized(words: str) -> str:

@@ -12,6 +12,12 @@ from boltjoint.pages.markup import Section, number, source, table
 from boltjoint.pages.shown import Shelf, menu
 from boltjoint.published import Published
 
+_MATERIAL = {
+    "youngs_modulus_GPa": "Young's modulus (GPa)",
+    "poissons_ratio": "Poisson's ratio",
+    "density_kg_per_m3": "density (kg/m³)",
+}
+
 
 def page(
     assemblies: Mapping[str, Assembly],
@@ -40,7 +46,7 @@ def page(
         *shelf.rest(),
     ]
     lead = (
-        "<p>Two steel bars, each cut to half its height over the lap, clamped at one end and held "
+        "<p>Two bars, each cut to half its height over the lap, clamped at one end and held "
         "by a row of bolts. This page has what all cases start from: the finite-element meshes, "
         "the bending modes with the contact between the bars removed, and what tightening the "
         "bolts does to the contact.</p>"
@@ -63,9 +69,7 @@ def _dimensions(assemblies: Mapping[str, Assembly], shelf: Shelf) -> str:
             "bolts": str(len(bolts.positions_from_lap_start_mm)),
             "bolts, from the start of the lap (mm)": _listed(bolts.positions_from_lap_start_mm),
             "diameters of shank, hole and head (mm)": _listed(diameters),
-            "Young's modulus (GPa)": number(material.youngs_modulus_GPa),
-            "Poisson's ratio": number(material.poissons_ratio),
-            "density (kg/m³)": number(material.density_kg_per_m3),
+            **{words: number(getattr(material, key)) for key, words in _MATERIAL.items()},
         }
         if name in meshes:
             sizes = meshes[name].sizes
@@ -74,15 +78,23 @@ def _dimensions(assemblies: Mapping[str, Assembly], shelf: Shelf) -> str:
                 "elements": str(sizes["element"]),
                 "contact pairs": str(sizes["pair"]),
             }
+    theirs = [name for name in assemblies if name in shelf.published.assemblies]
+    notes = []
+    if theirs:
+        columns["in the source"] = {
+            _MATERIAL[key]: number(value) for key, value in shelf.published.material().items()
+        }
+        notes = [
+            f"The source has {' and '.join(theirs)}. Its dimensions are not known: those here were "
+            "chosen to meet its natural frequencies and its numbers of contact nodes. Its material "
+            "is printed.",
+            source("Table", ["3.1"]),
+        ]
     frame = pd.DataFrame(columns).rename_axis("quantity").reset_index()
     described = table(
         frame,
         "Dimensions, material and mesh",
-        [
-            "The dimensions in the source are not known. These were chosen to meet its natural "
-            "frequencies and its numbers of contact nodes; the material is the source's.",
-            source("Table", ["3.1"]),
-        ],
+        notes,
         anchor="dimensions-table",
         verbatim=True,
     )
@@ -107,7 +119,7 @@ def _modes(shelf: Shelf) -> str:
             frame,
             f"Natural frequencies of the basis {shown.modes}",
             [note],
-            shown.stem,
+            shown.anchor,
             shown.from_page,
             groups=["assembly"],
         )
@@ -126,14 +138,15 @@ def _contact(shelf: Shelf) -> str:
     )
     if found := shelf.table("contact"):
         shown, frame = found
+        printed = (
+            "The published numbers are those of friction elements: one on every pair where the "
+            "normal load varies, one on every loaded pair where it is constant."
+        )
         body += table(
             frame,
             "Contact of every assembly and preload",
-            [
-                "The published numbers are those of friction elements: one on every pair where "
-                "the normal load varies, one on every loaded pair where it is constant."
-            ],
-            shown.stem,
+            [printed if frame["published_pairs"].notna().any() else ""],
+            shown.anchor,
             shown.from_page,
             groups=["assembly"],
         )
