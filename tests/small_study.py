@@ -50,11 +50,24 @@ CASE = {
         {"resonance": 1, "joints": ["node-to-node", "regions=2", "regions=2/elements=2"]},
     ],
 }
+#: the same assembly under variable load, divided by the pressure along its middle
+VARIABLE = CASE | {
+    "contact": {
+        "law": "variable",
+        "tangential_stiffness_N_per_m": 1e8,
+        "normal_stiffness_N_per_m": 1e8,
+        "friction_coefficient": 0.1,
+    },
+    "regions": {"division": "equal-middle-load"},
+    "forces_N": [20],
+    "coordinates": ["linear"],
+}
 SETTINGS = {"cases": ["small"], "timing": {"repeats": 1}, "fitting": {"starts": 2}}
 
 COMMAND = [sys.executable, "-m", "snakemake", "--cores", "2"]
 
 SOLVED = 6  # three joints in two kinds of coordinates
+SOLVED_VARIABLE = 3  # three joints in one
 
 
 def write(path, content):

@@ -6,7 +6,28 @@ import shutil
 import pandas as pd
 import pytest
 import xarray as xr
-from small_study import CASE, SOLVED, snakemake, write
+from small_study import CASE, SETTINGS, SOLVED, SOLVED_VARIABLE, VARIABLE, snakemake, write
+
+CASES = {"small": CASE, "variable": VARIABLE}
+SOLVED_OF = {"small": SOLVED, "variable": SOLVED_VARIABLE}
+JOINTS = 3  # of either case
+
+
+@pytest.fixture(scope="module")
+def finished(finished, tmp_path_factory):
+    """A copy of the finished study, finished again with a second case."""
+    folder = tmp_path_factory.mktemp("both") / "project"
+    shutil.copytree(finished, folder)
+    assert planned(folder) == {}
+    write(folder / "config/cases/variable.yaml", VARIABLE)
+    write(folder / "config/config.yaml", SETTINGS | {"cases": list(CASES)})
+    counts = planned(folder)
+    assert counts["solve_response"] == counts["time_solver"] == SOLVED_VARIABLE
+    assert counts["connect_nodes"] == 1
+    assert not {"build_assembly", "apply_preload", "find_modes"} & set(counts)
+    ran = snakemake(folder)
+    assert ran.returncode == 0, ran.stderr
+    return folder
 
 
 def planned(folder, *options):
@@ -32,22 +53,26 @@ def test_every_result_is_there_and_nothing_is_left_to_do(finished):
     results = finished / "results"
     tables = {path.name for path in (results / "tables").iterdir()}
     assert {"contact.csv", "accuracy_small_free-2.csv", "times_small_free-2.html"} <= tables
-    assert len(list((results / "cases").rglob("response.nc"))) == SOLVED
-    assert len(list((results / "cases").rglob("timing.csv"))) == SOLVED
+    for case, solved in SOLVED_OF.items():
+        assert len(list((results / "cases" / case).rglob("response.nc"))) == solved
+        assert len(list((results / "cases" / case).rglob("timing.csv"))) == solved
+        # of linear coordinates only
+        assert len(list((results / "cases" / case).rglob("check.csv"))) == JOINTS
     assert (results / "assemblies/two_bolt/preload=10000/preload.nc").exists()
     assert list((results / "figures").glob("response_small_*.svg"))
     assert planned(finished) == {}
 
 
-def test_tables_hold_the_responses(finished):
-    table = pd.read_csv(finished / "results/tables/accuracy_small_free-2.csv")
-    assert len(table) == SOLVED * len(CASE["forces_N"])
-    where = finished / "results/cases/small/free-2/regions=2/linear/resonance=1/response.nc"
+@pytest.mark.parametrize("case", CASES)
+def test_tables_hold_the_responses(finished, case):
+    table = pd.read_csv(finished / f"results/tables/accuracy_{case}_free-2.csv")
+    assert len(table) == SOLVED_OF[case] * len(CASES[case]["forces_N"])
+    where = finished / f"results/cases/{case}/free-2/regions=2/linear/resonance=1/response.nc"
     with xr.open_dataset(where) as response:
         row = table.query("joint == 'regions=2' and coordinates == 'linear' and force_N == 20")
         # the table is written with nine digits
         assert row["peak_frequency_Hz"].item() == pytest.approx(
-            float(response["peak_frequency"][1]), rel=1e-8
+            float(response["peak_frequency"][-1]), rel=1e-8
         )
 
 
@@ -90,14 +115,66 @@ def test_a_new_force_runs_only_solves_and_what_follows(finished):
     assert planned(finished) == {}
 
 
-def test_a_new_stiffness_leaves_the_structure_alone(finished):
-    case = finished / "config/cases/small.yaml"
-    softer = CASE["contact"] | {"tangential_stiffness_N_per_m": 5e8}
-    write(case, CASE | {"contact": softer})
+@pytest.mark.parametrize(
+    ("case", "key", "value"),
+    [
+        ("small", "tangential_stiffness_N_per_m", 5e8),
+        ("variable", "normal_stiffness_N_per_m", 5e7),
+    ],
+)
+def test_a_new_stiffness_leaves_the_structure_alone(finished, case, key, value):
+    path, content = finished / f"config/cases/{case}.yaml", CASES[case]
+    write(path, content | {"contact": content["contact"] | {key: value}})
     counts = planned(finished)
-    write(case, CASE)
+    write(path, content)
     assert counts["connect_nodes"] == 1
+    assert counts["solve_response"] == SOLVED_OF[case]
     assert not {"build_assembly", "apply_preload", "find_modes"} & set(counts)
+
+
+def test_another_division_leaves_the_nodes_alone(finished):
+    path = finished / "config/cases/variable.yaml"
+    write(path, VARIABLE | {"regions": {"division": "equal-load"}})
+    counts = planned(finished)
+    write(path, VARIABLE)
+    assert counts["partition_regions"] == counts["fit_reduced_joint"] == 1
+    # in one kind of coordinates, of the two joints that are divided
+    assert counts["solve_response"] == 2
+    assert not {"connect_nodes", "build_assembly", "apply_preload", "find_modes"} & set(counts)
+
+
+def test_sampled_friction_solves_anew_and_leaves_the_joints_alone(finished):
+    counts = planned(finished, "--config", "solver={friction: sampled}")
+    assert counts["solve_response"] == counts["time_solver"] == sum(SOLVED_OF.values())
+    joints = {"connect_nodes", "partition_regions", "fit_reduced_joint"}
+    assert not (joints | {"build_assembly", "apply_preload", "find_modes"}) & set(counts)
+    # a march in time checks exact forces only, of which it checks those of linear coordinates
+    assert "check_solutions" not in counts
+    counts = planned(finished, "--config", "solver={largest_step: 0.06}")
+    assert counts["check_solutions"] == len(CASES) * JOINTS
+
+
+def test_sampled_friction_has_as_many_harmonics_as_are_asked_for(finished, tmp_path):
+    where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
+    shutil.copytree(finished, tmp_path / "project")
+    options = ["--config", "solver={friction: sampled, harmonics: 3, samples: 64}"]
+    table = "results/tables/accuracy_variable_free-2.csv"
+    assert "check_solutions" not in planned(tmp_path / "project", table, *options)
+    ran = snakemake(tmp_path / "project", where, *options)
+    assert ran.returncode == 0, ran.stderr
+    with xr.open_dataset(tmp_path / "project" / where) as response:
+        components = response["component"].to_numpy().tolist()
+        assert components == ["bias", "sin", "cos", "sin2", "cos2", "sin3", "cos3"]
+        assert response["complete"].all()
+        for harmonic in (2, 3):
+            parts = [f"sin{harmonic}", f"cos{harmonic}"]
+            assert response["modal_coordinate"].sel(component=parts).any()
+        with xr.open_dataset(finished / where) as exact:
+            assert exact["component"].to_numpy().tolist() == components[:3]
+            # the further harmonics change little of the first
+            assert float(response["peak_frequency"][0]) == pytest.approx(
+                float(exact["peak_frequency"][0]), rel=1e-2
+            )
 
 
 def test_another_description_runs_nothing(finished):
