@@ -109,6 +109,7 @@ def write() -> None:
     for template in sorted(HERE.glob("*.md.j2")):
         text = environment.get_template(template.name).render(t=Tables())
         template.with_suffix("").write_text(text, encoding="utf-8")
+    (HERE / "figures").mkdir(exist_ok=True)
     for name in FIGURES:
         shutil.copy(RESULTS / f"figures/{name}.svg", HERE / "figures")
 
