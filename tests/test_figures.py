@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import to_rgba
 from small_joint import make_joint, make_preload
+from small_study import ASSEMBLY
 
 from boltjoint import figures
 from boltjoint import joint as joints
@@ -25,30 +26,9 @@ from boltjoint.structure.mesh import build_assembly
 
 FORCES = [0.01, 5.0, 20.0]
 HEIGHT = 0.01
-BOLTED = {
+BOLTED = ASSEMBLY | {
     "bar": {"width_mm": 20, "height_mm": 16, "free_length_mm": [60, 50], "lap_mm": 62},
     "material": {"youngs_modulus_GPa": 200, "poissons_ratio": 0.3, "density_kg_per_m3": 7800},
-    "bolts": {
-        "positions_from_lap_start_mm": [16, 46],
-        "shank_diameter_mm": 8,
-        "hole_diameter_mm": 9,
-        "head_diameter_mm": 13,
-        "head_height_mm": 5,
-        "nut_height_mm": 6,
-    },
-    "mesh": {
-        "ring_cells_across_width": 4,
-        "ring_cells_along_bar": 4,
-        "rings_under_head": 1,
-        "rings_head_to_cell_edge": 2,
-        "bolt_cell_length_mm": 24,
-        "columns_between_bolt_cells": 1,
-        "columns_at_each_lap_end": 1,
-        "layers_per_half_height": 2,
-        "element_length_free_mm": 15,
-        "rings_in_shank": 1,
-        "layers_in_head": 1,
-    },
 }
 
 

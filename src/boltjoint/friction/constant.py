@@ -75,7 +75,7 @@ class ConstantLoad:
             Sine and cosine coefficients of the force [N], shape (points, 2).
         """
         force = np.zeros_like(motion)
-        _add_forces(*self._arrays(), motion, force)
+        _add_forces(*self._arrays(), motion, force, np.zeros((0, 2, 2)))
         return force
 
     def force_and_tangent(
@@ -97,7 +97,7 @@ class ConstantLoad:
         """
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))
-        _add_forces_and_tangents(*self._arrays(), motion, force, tangent)
+        _add_forces(*self._arrays(), motion, force, tangent)
         return force, tangent
 
     def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
@@ -151,30 +151,10 @@ def _add_forces(
     slip_force: NDArray[np.float64],
     motion: NDArray[np.float64],
     force: NDArray[np.float64],
-) -> None:
-    for e in range(point_of_element.size):
-        p = point_of_element[e]
-        k, slip = stiffness[e], slip_force[e]
-        s, c = motion[p, 0], motion[p, 1]
-        amplitude = hypot(s, c)
-        if k * amplitude <= slip:
-            force[p, 0] += k * s
-            force[p, 1] += k * c
-        else:
-            real, imag, _ = _describing_function(k, slip, amplitude)
-            force[p, 0] += real * s - imag * c
-            force[p, 1] += real * c + imag * s
-
-
-@njit(cache=True)
-def _add_forces_and_tangents(
-    point_of_element: NDArray[np.int64],
-    stiffness: NDArray[np.float64],
-    slip_force: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
+    """Add forces, and tangents where there is room for them."""
+    with_tangent = tangent.size > 0
     for e in range(point_of_element.size):
         p = point_of_element[e]
         k, slip = stiffness[e], slip_force[e]
@@ -183,12 +163,15 @@ def _add_forces_and_tangents(
         if k * amplitude <= slip:
             force[p, 0] += k * s
             force[p, 1] += k * c
-            tangent[p, 0, 0] += k
-            tangent[p, 1, 1] += k
+            if with_tangent:
+                tangent[p, 0, 0] += k
+                tangent[p, 1, 1] += k
         else:
             real, imag, sine = _describing_function(k, slip, amplitude)
             force[p, 0] += real * s - imag * c
             force[p, 1] += real * c + imag * s
+            if not with_tangent:
+                continue
             # f = D'(A) q + D''(A) Jq with J a quarter turn, so
             # df = D' dq + D'' J dq + (dD'/dA q + dD''/dA Jq) dA, where A dA = q . dq
             ratio = slip / (k * amplitude)
