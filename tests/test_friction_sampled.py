@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -124,6 +126,30 @@ def test_tangent_equals_central_differences(population, harmonics):
         )
         error = np.abs(tangent[:, :, j] - difference).max(axis=1) / stiffness
         assert error.max() < 1e-6
+
+
+@both_laws
+@pytest.mark.parametrize("harmonics", [1, 5])
+def test_in_modes_they_are_those_of_the_points(population, harmonics):
+    law, _ = population(200)
+    random = np.random.default_rng(6)
+    law = replace(law, point_of_element=random.integers(0, 80, 200))
+    sampled = SampledInTime(law, harmonics, samples=64)
+    rows = [random.normal(size=(80, 3)) for _ in law.directions]
+    amplitude = 3e-6 * random.normal(size=(len(sampled.components), 3))
+    motion = np.hstack([B @ amplitude.T for B in rows])
+    assert len(set(sampled.contact_state(motion))) > 1
+    force, tangent = sampled.force_and_tangent(motion)
+    count = len(sampled.components)
+    force = force.reshape(80, -1, count)
+    tangent = tangent.reshape(80, len(rows), count, len(rows), count)
+    expected = np.einsum("dpr,pdi->ir", rows, force)
+    expected_tangent = np.einsum("dpr,pdiej,eps->irjs", rows, tangent, rows)
+    found, found_tangent = sampled.modal_force_and_tangent(tuple(rows), amplitude)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        found_tangent, expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()
+    )
 
 
 @both_laws

@@ -127,6 +127,52 @@ class SampledInTime:
         tangent = np.zeros((*motion.shape, motion.shape[1]))
         return self._force(motion, tangent), tangent
 
+    def modal_force_and_tangent(
+        self, rows: tuple[NDArray[np.float64], ...], amplitude: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Harmonic forces in modal coordinates and their derivative, for any number of harmonics.
+
+        What ``force_and_tangent`` gives, taken to modes. Tangents of points are as large as the
+        square of the components; with few modes and many harmonics it is cheaper to add up the
+        elements at every sample, and to take the sums to harmonics.
+
+        Parameters
+        ----------
+        rows
+            Modal rows of the points in each direction [kg^-1/2], each (points, modes).
+        amplitude
+            Modal coordinates by component [kg^1/2 m], shape (components, modes).
+
+        Returns
+        -------
+        force : ndarray
+            Shape (components, modes) [kg^-1/2 N].
+        tangent : ndarray
+            d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes) [s^-2].
+        """
+        on, k_u, k_v, normal_load, mu = self._arrays()
+        R = np.ascontiguousarray(rows[0][on])
+        N = np.ascontiguousarray(rows[1][on]) if len(rows) == 2 else np.zeros_like(R)
+        count, modes = amplitude.shape
+        contribution = self._synthesis * self._weight[:, None]
+        total = np.zeros((modes, self.samples))
+        # of what the modes do at a sample, on the force at that sample; and on the force as long as
+        # a slider stays where it was placed at that sample
+        at_once = np.zeros((self.samples + 1, modes, modes))
+        held = np.zeros((self.samples, modes, modes, count))
+        of_elements = R, N, k_u[:, None] * R, k_v[:, None] * N, normal_load, mu
+        _march_in_modes(
+            *of_elements, amplitude.T @ self._synthesis, self._mean, total, at_once, held
+        )
+        by_time = np.cumsum(at_once[:-1], axis=0)
+        tangent = (held.reshape(self.samples, -1).T @ self._synthesis.T).reshape(
+            modes, modes, count, count
+        )
+        for r in range(modes):
+            for s in range(modes):
+                tangent[r, s] += contribution * by_time[:, r, s] @ self._synthesis.T
+        return contribution @ total.T, tangent.transpose(2, 0, 3, 1)
+
     def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
         """State of every element over the samples (``boltjoint.friction.states``)."""
         on, k_u, k_v, normal_load, mu = self._arrays()
@@ -170,20 +216,22 @@ class SampledInTime:
         return np.where(np.array(self.components) == "bias", 1.0, 2.0) / self.samples
 
     @cached_property
-    def _tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """The synthesis, and sums up to each sample, of which stretches are differences.
+    def _mean(self) -> NDArray[np.float64]:
+        """What samples contribute to each component, summed up to each sample.
 
-        Sums of what samples contribute to each component, shape (samples + 1, components), and of
-        its derivative by each component of what is sampled, shape (samples + 1, components,
-        components).
+        Stretches are differences of these sums, of shape (samples + 1, components).
+        """
+        return _sums(self._synthesis.T * self._weight)
+
+    @cached_property
+    def _tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The synthesis, the sums of contributions, and those of their derivatives.
+
+        The last by each component of what is sampled, shape (samples + 1, components, components).
         """
         contribution = self._synthesis.T * self._weight
-        products = contribution[:, :, None] * self._synthesis.T[:, None, :]
-        mean, square = (
-            np.concatenate([np.zeros_like(of[:1]), np.cumsum(of, axis=0)])
-            for of in (contribution, products)
-        )
-        return self._synthesis, mean, square
+        square = _sums(contribution[:, :, None] * self._synthesis.T[:, None, :])
+        return self._synthesis, self._mean, square
 
     def _in_time(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement of the points at the samples [m], shape (points, directions, samples)."""
@@ -200,6 +248,11 @@ class SampledInTime:
         motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
         _march(order, first, *of_element, motion, self._tables, force, tangent)
         return force * np.tile(self._weight, len(self.directions))
+
+
+def _sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sums of the values before each one, and of all, along the first axis."""
+    return np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
 
 
 #: what an element does at a sample: slip, by the sign of its force, stick, be open, or stick where
@@ -328,6 +381,80 @@ def _add_tangent(
         if slips:
             placed_at, placed_by = end - 1, does
         begin = end
+
+
+@njit(cache=True)
+def _march_in_modes(
+    R: NDArray[np.float64],
+    N: NDArray[np.float64],
+    X: NDArray[np.float64],
+    V: NDArray[np.float64],
+    normal_load: NDArray[np.float64],
+    friction_coefficient: NDArray[np.float64],
+    q: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    total: NDArray[np.float64],
+    at_once: NDArray[np.float64],
+    held: NDArray[np.float64],
+) -> None:
+    """March the elements and add their forces and derivatives in modal coordinates.
+
+    ``x = X q`` and ``n = n0 + V q``; R and N take friction and load to the modes.
+    """
+    modes, samples = q.shape
+    has_normal = np.any(V)
+    x, n, friction = np.empty(samples), np.empty(samples), np.empty(samples)
+    doing = np.empty(samples, dtype=np.int8)
+    for e in range(len(X)):
+        mu, preload = friction_coefficient[e], max(normal_load[e], 0.0)
+        np.dot(X[e], q, x)
+        n[:] = normal_load[e]
+        if has_normal:
+            n += np.dot(V[e], q)
+        z, placed_at, placed_by = 0.0, 0, _STICKS
+        for i in range(samples):
+            z, does = _step(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+            if does != _STICKS:
+                placed_at, placed_by = i, does
+        for i in range(samples):
+            z, doing[i] = _step(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+            friction[i] = x[i] - z
+        for r in range(modes):
+            for i in range(samples):
+                total[r, i] += R[e, r] * friction[i]
+            if has_normal:
+                for i in range(samples):
+                    total[r, i] += N[e, r] * (max(n[i], 0.0) - preload)
+        begin = 0
+        for end in range(1, samples + 1):
+            does = doing[begin]
+            if end < samples and doing[end] == does:
+                continue
+            slips = does in (_SLIPS_BACK, _SLIPS_FORTH)
+            if does == _MEETS:
+                placed_at, placed_by = begin, does
+            if does != _OPEN:
+                of_x = 0.0 if slips else 1.0
+                of_n = does * mu if slips else 0.0
+                for r in range(modes):
+                    for s in range(modes):
+                        change = R[e, r] * (of_x * X[e, s] + of_n * V[e, s]) + N[e, r] * V[e, s]
+                        at_once[begin, r, s] += change
+                        at_once[end, r, s] -= change
+                if not slips and placed_by != _STICKS:
+                    share, by_n_before, by_n = _placement(x, n, mu, placed_at, placed_by)
+                    for r in range(modes):
+                        for s in range(modes):
+                            now = R[e, r] * (share * X[e, s] + by_n * V[e, s])
+                            before = R[e, r] * ((1 - share) * X[e, s] + by_n_before * V[e, s])
+                            for i in range(mean.shape[1]):
+                                weight = mean[end, i] - mean[begin, i]
+                                held[placed_at, r, s, i] -= now * weight
+                                if placed_by == _MEETS:
+                                    held[placed_at - 1, r, s, i] -= before * weight
+            if slips:
+                placed_at, placed_by = end - 1, does
+            begin = end
 
 
 @njit(cache=True)
