@@ -207,3 +207,20 @@ def test_a_region_keeps_every_element(either):
 def test_every_point_needs_a_region_and_every_region_a_point(joint, region):
     with pytest.raises(ValueError, match="every point needs a region, and regions count from 0"):
         merge_points(joint, region)
+
+
+def test_weights_count_in_the_mean_of_a_region(either):
+    region, weight = np.repeat([0, 1], [20, 40]), np.linspace(0, 3, 60)
+    regions = merge_points(either, region, weight)
+    for one, other in zip(regions.rows, either.rows, strict=True):
+        np.testing.assert_allclose(one[0], np.average(other[:20], axis=0, weights=weight[:20]))
+        np.testing.assert_allclose(one[1], np.average(other[20:], axis=0, weights=weight[20:]))
+    # only ratios of weights matter; but for rounding
+    for one, other in zip(merge_points(either, region, 7 * weight).rows, regions.rows, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12)
+
+
+@pytest.mark.parametrize("weight", [np.repeat([0.0, 1], [20, 40]), np.repeat([1.0, -1], [59, 1])])
+def test_weights_that_leave_a_region_without_a_mean_are_refused(joint, weight):
+    with pytest.raises(ValueError, match="weights must not be negative, nor all zero in a region"):
+        merge_points(joint, np.repeat([0, 1], [20, 40]), weight)

@@ -6,10 +6,15 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.joint import merge_points
 from boltjoint.partition import (
+    choose_count,
     partition_regions,
+    region_error,
     regions_of_equal_load,
     regions_of_equal_middle_load,
+    regions_of_like_motion,
+    tabulate_region_errors,
 )
+from boltjoint.response import solve_branch
 
 LAWS = ("constant", "variable")
 
@@ -201,8 +206,215 @@ def test_pressure_is_load_over_area():
     assert np.any(other != found)
 
 
-@pytest.mark.parametrize("division", ["equal-load", "equal-middle-load"])
+@pytest.mark.parametrize("division", ["equal-load", "equal-middle-load", "clusters"])
 def test_too_many_regions_are_refused(division):
     joint, preload, _ = joint_and_preload("variable")
     with pytest.raises(ValueError, match="do not divide into 403 regions"):
         partition_regions(joint, preload, 403, division)
+
+
+# clusters of like motion
+
+
+def frozen_in_groups(law, groups=5):
+    """A joint whose pairs move as one of a few points each, at random places."""
+    joint = make_joint(law=law)
+    group = np.random.default_rng(2).integers(0, groups, joint.points)
+    normal = None if joint.normal_mode is None else joint.normal_mode[group]
+    return replace(joint, tangential_mode=joint.tangential_mode[group], normal_mode=normal), group
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_pairs_that_move_alike_are_one_region_wherever_they_are(law):
+    joint, group = frozen_in_groups(law)
+    region = regions_of_like_motion(joint, 5)
+    # a region for each group: the pairs (region, group) that occur are as many as either
+    assert len(set(zip(region, group, strict=True))) == 5
+    assert np.unique(region).size == 5
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_count_up_to_that_of_the_pairs_is_met(law):
+    joint, _ = frozen_in_groups(law)
+    for count in (1, 4, 5, 6, 30, 60):
+        np.testing.assert_array_equal(
+            np.unique(regions_of_like_motion(joint, count)), np.arange(count)
+        )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_clusters_do_not_depend_on_the_order_of_pairs(law):
+    joint, preload = make_joint(law=law), make_preload(make_joint(law=law))
+    shuffled = np.random.default_rng(0).permutation(joint.points)
+    # points in another order; elements stay and find theirs
+    other = replace(
+        joint,
+        tangential_mode=joint.tangential_mode[shuffled],
+        normal_mode=None if joint.normal_mode is None else joint.normal_mode[shuffled],
+        position=joint.position[shuffled],
+        law=replace(joint.law, point_of_element=np.argsort(shuffled)),
+    )
+    one, two = (partition_regions(j, preload, 7, "clusters") for j in (joint, other))
+    np.testing.assert_array_equal(one.law.point_of_element, two.law.point_of_element)
+
+
+def test_clusters_do_not_depend_on_units_of_load_and_stiffness_alike(joint):
+    # twice the frequency squared, stiffness and load: the same motion
+    law = joint.law
+    stiffer = replace(
+        joint,
+        natural_frequency=np.sqrt(2) * joint.natural_frequency,
+        law=replace(
+            law, tangential_stiffness=2 * law.tangential_stiffness, slip_force=2 * law.slip_force
+        ),
+    )
+    np.testing.assert_array_equal(
+        regions_of_like_motion(stiffer, 6), regions_of_like_motion(joint, 6)
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_regions_of_like_motion_count_along_the_bar(law):
+    joint = make_joint(law=law)
+    region = regions_of_like_motion(joint, 6)
+    centre = np.bincount(region, joint.position[:, 0]) / np.bincount(region)
+    assert np.all(np.diff(centre) > 0)
+
+
+def test_regions_go_by_the_motion_of_the_resonances_that_count(joint):
+    # contact so soft that modes stay as they are; one row varies by half, the other by quarter
+    half, quarter = np.repeat([0, 1], 30), np.tile(np.repeat([0, 1], 15), 2)
+    tangential = np.column_stack([1.0 + half, 50.0 * (1 + quarter), np.ones(60)])
+    law = replace(joint.law, tangential_stiffness=np.full(60, 1e-6))
+    joint = replace(joint, tangential_mode=tangential, law=law)
+    np.testing.assert_array_equal(regions_of_like_motion(joint, 2), half)
+    of_two = regions_of_like_motion(joint, 2, resonances=2)
+    # one of the two orders in which regions may be numbered
+    assert np.array_equal(of_two, quarter) or np.array_equal(of_two, 1 - quarter)
+
+
+@pytest.mark.parametrize("resonances", [0, 4])
+def test_resonances_that_a_joint_has_not_are_refused(joint, resonances):
+    with pytest.raises(ValueError, match=f"{resonances} resonances of 3 modes"):
+        regions_of_like_motion(joint, 4, resonances=resonances)
+
+
+# how regions move
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_load_weighted_regions_keep_the_friction_of_a_contact_that_slips_all_over(law):
+    joint = make_joint(law=law)
+    regions = partition_regions(joint, make_preload(joint), 5, motion="load-weighted")
+    # modal force of all sliders moving the same way, which is what is left in macroslip
+    force, of_pairs = (
+        j.law.slip_force @ j.tangential_mode[j.law.point_of_element] for j in (regions, joint)
+    )
+    np.testing.assert_allclose(force, of_pairs, rtol=1e-12)  # but for rounding
+    plain = partition_regions(joint, make_preload(joint), 5)
+    assert np.any(
+        np.abs(plain.law.slip_force @ plain.tangential_mode[plain.law.point_of_element] - of_pairs)
+        > 1e-3 * np.abs(of_pairs)
+    )
+
+
+def test_a_region_without_load_moves_as_the_mean():
+    joint = make_joint(law="variable")
+    law = joint.law
+    opened = np.where(joint.position[:, 0] < 0.05, -1.0, np.abs(law.normal_load))
+    joint = replace(joint, law=replace(law, normal_load=opened))
+    preload, without = make_preload(joint), 0
+    for count in (6, 12):
+        plain, weighted = (
+            partition_regions(joint, preload, count, "clusters", motion)
+            for motion in ("mean", "load-weighted")
+        )
+        on = plain.law.point_of_element
+        load = np.bincount(on, joint.law.slip_force)
+        without += np.sum(load == 0)
+        for one, other in zip(plain.rows, weighted.rows, strict=True):
+            np.testing.assert_array_equal(one[load == 0], other[load == 0])
+    assert without > 0
+
+
+# the error of regions, before any response
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_regions_of_one_pair_each_have_no_error(law):
+    joint = make_joint(law=law)
+    assert region_error(joint, merge_points(joint, np.arange(joint.points))) < 1e-12  # rounding
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_clusters_of_pairs_that_move_the_same_have_no_error(law):
+    joint, _ = frozen_in_groups(law)
+    bands, clusters = (
+        region_error(joint, partition_regions(joint, make_preload(joint), 5, division))
+        for division in ("equal-load", "clusters")
+    )
+    assert clusters < 1e-12 < 1e-4 < bands  # rounding; groups are all over the bands
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_error_is_at_least_that_of_the_stuck_joint(law):
+    joint = make_joint(law=law)
+    regions = partition_regions(joint, make_preload(joint), 3)
+
+    def stuck(j):
+        matrix = np.diag((2 * np.pi * j.natural_frequency) ** 2) + j.stuck_stiffness()
+        return np.sqrt(np.linalg.eigvalsh(matrix)[0])
+
+    assert region_error(joint, regions) >= abs(stuck(regions) / stuck(joint) - 1) > 1e-4
+
+
+@pytest.mark.parametrize("division", ["equal-load", "clusters"])
+def test_the_error_foretells_that_of_the_peaks(joint, division):
+    preload = make_preload(joint)
+    forces = (0.01, 1.0, 3.0, 6.0, 10.0)  # from stuck to all slipping
+
+    def peaks(j):
+        found = [solve_branch(j, force, loss_factor=0.01) for force in forces]
+        return np.array([branch.frequency[branch.peak] for branch in found])
+
+    of_pairs = peaks(joint)
+    for count in (2, 4):
+        regions = partition_regions(joint, preload, count, division)
+        largest = np.max(np.abs(peaks(regions) / of_pairs - 1))
+        # the worst of the states is worse than where the peaks happen to lie, by up to 2.8 times
+        assert largest < region_error(joint, regions) < 4 * largest
+
+
+def test_joints_of_other_elements_are_not_compared(joint):
+    with pytest.raises(ValueError, match="must have the elements"):
+        region_error(joint, make_joint(pairs=50))
+
+
+def test_errors_are_tabulated_against_the_number_of_regions(joint):
+    preload = make_preload(joint)
+    table = tabulate_region_errors(joint, preload, [2, 5, 9], "clusters", "load-weighted")
+    np.testing.assert_array_equal(table["count"], [2, 5, 9])
+    for count, error in zip([2, 5, 9], table["region_error"].to_numpy(), strict=True):
+        regions = partition_regions(joint, preload, count, "clusters", "load-weighted")
+        assert error == region_error(joint, regions)
+    for name in table.data_vars:
+        assert {"units", "long_name"} <= set(table[name].attrs), name
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_fewest_regions_within_the_tolerance_are_chosen(law):
+    joint = make_joint(law=law)
+    preload = make_preload(joint)
+    chosen = choose_count(joint, preload, 0.004, "clusters")
+    assert 2 < chosen < 60
+    errors = tabulate_region_errors(joint, preload, range(1, chosen + 1), "clusters")[
+        "region_error"
+    ].to_numpy()
+    assert errors[-1] <= 0.004 < errors[:-1].min()
+
+
+def test_a_tolerance_that_is_not_met_is_refused(joint):
+    with pytest.raises(ValueError, match=r"up to 3 regions \(clusters, mean\) have an error of"):
+        choose_count(joint, make_preload(joint), 1e-4, "clusters", most=3)
+    with pytest.raises(ValueError, match=r"the tolerance is 0\.0: it must be positive"):
+        choose_count(joint, make_preload(joint), 0.0)

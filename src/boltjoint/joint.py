@@ -170,7 +170,9 @@ def connect_nodes(
     )
 
 
-def merge_points(joint: Joint, region: NDArray[np.int64]) -> Joint:
+def merge_points(
+    joint: Joint, region: NDArray[np.int64], weight: NDArray[np.float64] | None = None
+) -> Joint:
     """Let the points of a region move as one artificial point, their mean (eq. 3.1, 3.2).
 
     Every element stays; those of a region all see the displacement of its point.
@@ -181,17 +183,27 @@ def merge_points(joint: Joint, region: NDArray[np.int64]) -> Joint:
         A joint with any number of points.
     region
         Region of every point, from 0 without gaps, shape (points,).
+    weight
+        Of every point in the mean of its region, shape (points,); alike by default.
 
     Raises
     ------
     ValueError
-        If the regions do not fit the points or a number is left out.
+        If the regions do not fit the points, a number is left out, or a weight is negative or all
+        weights of a region are zero.
     """
     size = np.bincount(region)
     if region.shape != (joint.points,) or np.any(size == 0):
         raise ValueError("every point needs a region, and regions count from 0 without gaps")
+    if weight is None:
+        share = 1 / size[region]
+    else:
+        total = np.bincount(region, weight)
+        if np.any(weight < 0) or np.any(total == 0):
+            raise ValueError("weights must not be negative, nor all zero in a region")
+        share = weight / total[region]
     mean = np.zeros((size.size, joint.points))
-    mean[region, np.arange(joint.points)] = 1 / size[region]
+    mean[region, np.arange(joint.points)] = share
     return replace(
         joint,
         tangential_mode=mean @ joint.tangential_mode,

@@ -1,17 +1,39 @@
-"""Which contact pairs move together? Dividing a contact surface into regions along the bar."""
+"""Which contact pairs move together, and in how many regions? Dividing a contact surface.
 
+How far regions are from the pairs they stand for is known before any response is solved: from the
+resonance while ever more of the contact slips (``region_error``).
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.cluster.vq import ClusterError, kmeans2
 from scipy.integrate import cumulative_trapezoid
+from scipy.linalg import eigh, eigvalsh
 from scipy.spatial import KDTree
 
+from boltjoint.dataset import quantity
 from boltjoint.joint import Joint, merge_points
 
 #: how a contact surface is divided
-Division = Literal["equal-load", "equal-middle-load"]
+Division = Literal["equal-load", "equal-middle-load", "clusters"]
+
+#: how a region moves: as the mean of its pairs, or their mean weighted by the load they carry
+Motion = Literal["mean", "load-weighted"]
+
+#: shares of the load that has let go in the states of slip by which regions are made and judged
+_LET_GO = np.arange(9) / 8
+
+#: shares of the load that slips at the amplitudes of these states, within the ends: where the very
+#: last element slips depends on how near it is to rest
+_SLIPS = (np.arange(9) + 0.5) / 9
 
 #: pairs whose distances along the bar, or from its middle, differ by less [m] stand alike
 _SAME_PLACE = 1e-9
@@ -101,10 +123,46 @@ def regions_of_equal_middle_load(
     return region
 
 
+def regions_of_like_motion(joint: Joint, count: int, *, resonances: int = 1) -> NDArray[np.int64]:
+    """Gather the pairs that move alike while a resonance passes from stick to slip.
+
+    The stiffness that regions lose is that of the springs under the scatter of the motion in each
+    region. So pairs are clustered by their relative displacement in the modes of the joint, stuck,
+    without contact, and with the pairs of least load let go in between: by Ward's method, which
+    merges what adds least to the scatter, and from there by k-means.
+
+    Parameters
+    ----------
+    joint
+        Node-to-node joint.
+    count
+        Number of regions.
+    resonances
+        Number of resonances whose modes count, from the first.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, in the order of their centres from the clamped end, shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer pairs than regions, or fewer modes than resonances.
+    """
+    return _LikeMotion(joint, _slip_states(joint, resonances)).regions(count)
+
+
 def partition_regions(
-    joint: Joint, preload: xr.Dataset, count: int, division: Division = "equal-load"
+    joint: Joint,
+    preload: xr.Dataset,
+    count: int,
+    division: Division = "equal-load",
+    motion: Motion = "mean",
+    *,
+    resonances: int = 1,
 ) -> Joint:
-    """Reduce a node-to-node joint to regions along the bar, each moving as the mean of its pairs.
+    """Reduce a node-to-node joint to regions, each moving as one artificial point.
 
     Parameters
     ----------
@@ -115,24 +173,310 @@ def partition_regions(
     count
         Number of regions.
     division
-        ``equal-load``: regions carry equal shares of the normal load. ``equal-middle-load``: they
-        hold equal shares of the pressure along the middle of the width.
+        ``equal-load``: bands along the bar that carry equal shares of the normal load.
+        ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
+        width. ``clusters``: pairs that move alike, wherever they are.
+    motion
+        ``mean``: as the mean of the pairs (eq. 3.1, 3.2). ``load-weighted``: as their mean weighted
+        by the load they carry, which keeps the friction of a contact that slips all over; a region
+        without load moves as the mean.
+    resonances
+        For ``clusters``, as for ``regions_of_like_motion``.
 
     Raises
     ------
     ValueError
         If there are not enough pairs for so many regions.
     """
-    if division == "equal-load":
-        region = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
-    else:
+    return _Partition(joint, preload, division, motion, resonances).joint(count)
+
+
+def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
+    """How far regions put the resonance from where the pairs have it, at most, over states of slip.
+
+    The states are nested: elements let go in the order of the load they carry, from none to all.
+    In each, two frequencies of the regions are compared with those of the pairs: of the joint whose
+    remaining elements stick, and the apparent one (Rayleigh's quotient with the harmonic forces of
+    all elements) in the pairs' mode, at an amplitude at which about that share of the load slips.
+
+    Parameters
+    ----------
+    joint
+        Node-to-node joint.
+    regions
+        A joint of regions with the same elements.
+    resonances
+        Number of resonances that count, from the first.
+
+    Returns
+    -------
+    float
+        The largest error of a frequency, relative.
+
+    Raises
+    ------
+    ValueError
+        If the two differ in their number of elements, or there are fewer modes than resonances.
+    """
+    if regions.law.point_of_element.size != joint.law.point_of_element.size:
+        raise ValueError("regions must have the elements of the joint they are compared with")
+    return _largest_error(_slip_states(joint, resonances), joint, regions)
+
+
+def tabulate_region_errors(
+    joint: Joint,
+    preload: xr.Dataset,
+    counts: Sequence[int],
+    division: Division = "equal-load",
+    motion: Motion = "mean",
+    *,
+    resonances: int = 1,
+) -> xr.Dataset:
+    """``region_error`` against the number of regions, without solving for any response.
+
+    Parameters
+    ----------
+    joint, preload, division, motion, resonances
+        As for ``partition_regions``.
+    counts
+        Numbers of regions.
+
+    Returns
+    -------
+    Dataset
+        ``count(partition)`` and ``region_error(partition)``.
+    """
+    partition = _Partition(joint, preload, division, motion, resonances)
+    return xr.Dataset(
+        {
+            "count": quantity("partition", np.array(counts), "1", "number of regions"),
+            "region_error": quantity(
+                "partition",
+                np.array([partition.error(count) for count in counts]),
+                "1",
+                "largest relative error of the resonance over states of slip",
+            ),
+        },
+        attrs={"division": division, "motion": motion, "resonances": resonances},
+    )
+
+
+def choose_count(
+    joint: Joint,
+    preload: xr.Dataset,
+    tolerance: float,
+    division: Division = "equal-load",
+    motion: Motion = "mean",
+    *,
+    resonances: int = 1,
+    most: int = 64,
+) -> int:
+    """Fewest regions whose ``region_error`` is within a tolerance.
+
+    Parameters
+    ----------
+    joint, preload, division, motion, resonances
+        As for ``partition_regions``.
+    tolerance
+        Largest relative error of the resonance over states of slip.
+    most
+        Largest number of regions tried.
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not positive, or no number of regions up to ``most`` meets it.
+    """
+    if not tolerance > 0:
+        raise ValueError(f"the tolerance is {tolerance}: it must be positive")
+    partition = _Partition(joint, preload, division, motion, resonances)
+    best, at = np.inf, 0
+    for count in range(1, min(most, joint.points) + 1):
+        error = partition.error(count)
+        if error <= tolerance:
+            return count
+        if error < best:
+            best, at = error, count
+    raise ValueError(
+        f"up to {most} regions ({division}, {motion}) have an error of {best:.2g} at best, with "
+        f"{at}: more than the tolerance of {tolerance:g}"
+    )
+
+
+@dataclass(frozen=True)
+class _SlipStates:
+    """A joint while its elements let go one after another, those of least load first.
+
+    ``sticks`` has the shape (states, elements), ``mode`` (states, resonances, modes), ``frequency``
+    [rad/s] and ``amplitude`` (states, resonances); modes are of unit length, and at the amplitude
+    [kg^1/2 m] about as much of the load slips in the mode as has let go.
+    """
+
+    sticks: NDArray[np.bool_]
+    frequency: NDArray[np.float64]
+    mode: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+
+
+class _LikeMotion:
+    """Clusters of the points of a joint, for any count from one tree."""
+
+    def __init__(self, joint: Joint, states: _SlipStates) -> None:
+        self._position = joint.position
+        # scaled so that scatter is the loss of squared frequency, relative, of each mode
+        modes = (states.mode / states.frequency[..., None]).reshape(
+            -1, joint.natural_frequency.size
+        )
+        self._motion = np.hstack(
+            [
+                np.sqrt(k)[:, None] * (B @ modes.T)
+                for B, k in zip(joint.rows, _stiffness(joint), strict=True)
+            ]
+        )
+        self._tree = linkage(self._motion, "ward")
+
+    def regions(self, count: int) -> NDArray[np.int64]:
+        points = len(self._motion)
+        if not 1 <= count <= points:
+            raise ValueError(f"{points} pairs do not divide into {count} regions")
+        # the first merges of the tree, by their order: equal heights would merge too many at once
+        merges = np.arange(points - 1, dtype=float)
+        found = fcluster(self._tree, points - count - 1, "monocrit", monocrit=merges) - 1
+        centres = _centres(self._motion, found)
+        # k-means may empty a region where pairs move the same: then the tree's stay
+        with suppress(ClusterError):
+            found = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
+        first = np.lexsort(_centres(self._position, found).T[::-1])
+        rank = np.empty(count, dtype=np.int64)
+        rank[first] = np.arange(count)
+        return rank[found]
+
+
+class _Partition:
+    """One way to divide a joint, for any number of regions."""
+
+    def __init__(
+        self,
+        joint: Joint,
+        preload: xr.Dataset,
+        division: Division,
+        motion: Motion,
+        resonances: int,
+    ) -> None:
+        self._joint, self._preload = joint, preload
+        self._division, self._motion, self._resonances = division, motion, resonances
+
+    @cached_property
+    def _states(self) -> _SlipStates:
+        return _slip_states(self._joint, self._resonances)
+
+    @cached_property
+    def _like_motion(self) -> _LikeMotion:
+        return _LikeMotion(self._joint, self._states)
+
+    def joint(self, count: int) -> Joint:
+        joint, region = self._joint, self._regions(count)
+        if self._motion == "mean":
+            return merge_points(joint, region)
+        load = np.bincount(joint.law.point_of_element, joint.law.slip_force, joint.points)
+        unloaded = np.bincount(region, load)[region] == 0
+        return merge_points(joint, region, np.where(unloaded, 1.0, load))
+
+    def error(self, count: int) -> float:
+        return _largest_error(self._states, self._joint, self.joint(count))
+
+    def _regions(self, count: int) -> NDArray[np.int64]:
+        joint = self._joint
+        if self._division == "clusters":
+            return self._like_motion.regions(count)
+        if self._division == "equal-load":
+            return regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
         # of all pairs, since between those that a joint has elements on the surface may be open
-        surface = preload["position"].transpose("pair", "axis").to_numpy()
-        pressure = (preload["normal_load"] / preload["area"]).to_numpy()
+        surface = self._preload["position"].transpose("pair", "axis").to_numpy()
+        pressure = (self._preload["normal_load"] / self._preload["area"]).to_numpy()
         region = regions_of_equal_middle_load(surface[:, :2], pressure, count)
         region = region[KDTree(surface).query(joint.position)[1]]
         _refuse_empty(region, count)
-    return merge_points(joint, region)
+        return region
+
+
+def _slip_states(joint: Joint, resonances: int) -> _SlipStates:
+    modes = joint.natural_frequency.size
+    if not 1 <= resonances <= modes:
+        raise ValueError(f"{resonances} resonances of {modes} modes")
+    load = joint.law.slip_force
+    order = np.argsort(load, kind="stable")
+    let_go = np.cumsum(load[order]) / load.sum()
+    # by a threshold, so that elements with the same load let go together
+    threshold = np.append(load[order][np.searchsorted(let_go, _LET_GO[:-1], "right")], np.inf)
+    sticks = (load >= threshold[:, None]) & (load > 0)
+    shape = (len(sticks), resonances)
+    frequency, amplitude = np.empty(shape), np.empty(shape)
+    mode = np.empty((*shape, modes))
+    loaded = load > 0
+    limit = load[loaded] / joint.law.tangential_stiffness[loaded]
+    on = joint.law.point_of_element[loaded]
+    for i, stuck in enumerate(sticks):
+        square, vectors = eigh(_stiffness_where(joint, stuck), subset_by_index=[0, resonances - 1])
+        frequency[i], mode[i] = np.sqrt(square), vectors.T
+        for r in range(resonances):
+            moved = np.abs(joint.tangential_mode @ mode[i, r])[on]
+            slips_at = limit / np.maximum(moved, np.finfo(float).tiny)
+            by_amplitude = np.argsort(slips_at, kind="stable")
+            share = np.cumsum(load[loaded][by_amplitude]) / load.sum()
+            amplitude[i, r] = slips_at[by_amplitude[np.searchsorted(share, _SLIPS[i])]]
+    return _SlipStates(sticks, frequency, mode, amplitude)
+
+
+def _largest_error(states: _SlipStates, joint: Joint, regions: Joint) -> float:
+    """Largest relative error of a frequency in any state, and of the apparent frequency."""
+    resonances = states.frequency.shape[1]
+    errors = []
+    for i, stuck in enumerate(states.sticks):
+        square = eigvalsh(_stiffness_where(regions, stuck), subset_by_index=[0, resonances - 1])
+        errors.extend(np.sqrt(square) / states.frequency[i] - 1)
+        for r in range(resonances):
+            q = states.amplitude[i, r] * states.mode[i, r]
+            errors.append(_apparent_frequency(regions, q) / _apparent_frequency(joint, q) - 1)
+    return float(np.max(np.abs(errors)))
+
+
+def _apparent_frequency(joint: Joint, q: NDArray[np.float64]) -> float:
+    """Rayleigh's quotient of the harmonic motion q sin(wt) [rad/s]."""
+    components = joint.law.components
+    sin = components.index("sin")
+    rows = joint.rows
+    motion = np.zeros((joint.points, len(rows), len(components)))
+    for d, B in enumerate(rows):
+        motion[:, d, sin] = B @ q
+    force = joint.law.force(motion.reshape(joint.points, -1)).reshape(motion.shape)
+    work = np.sum(force[..., sin] * motion[..., sin])
+    elastic = np.sum((2 * np.pi * joint.natural_frequency * q) ** 2)
+    return float(np.sqrt((elastic + work) / np.sum(q**2)))
+
+
+def _stiffness_where(joint: Joint, stuck: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Modal stiffness of a joint where only some elements stick [s^-2], shape (modes, modes)."""
+    total = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
+    for B, k in zip(joint.rows, _stiffness(joint, stuck), strict=True):
+        total += B.T @ (k[:, None] * B)
+    return total
+
+
+def _stiffness(joint: Joint, counts: NDArray[np.bool_] | None = None) -> list[NDArray[np.float64]]:
+    """Stiffness of all elements that count, at each point and by direction [N/m], (points,)."""
+    law = joint.law
+    of_elements = [getattr(law, f"{direction}_stiffness") for direction in law.directions]
+    return [
+        np.bincount(law.point_of_element, k if counts is None else k * counts, joint.points)
+        for k in of_elements
+    ]
+
+
+def _centres(values: NDArray[np.float64], region: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Mean of every column of values over each region, shape (regions, columns)."""
+    size = np.bincount(region)
+    return np.column_stack([np.bincount(region, column) / size for column in values.T])
 
 
 def _refuse_empty(region: NDArray[np.int64], count: int) -> None:
