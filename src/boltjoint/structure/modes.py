@@ -1,12 +1,12 @@
-"""How does the linear structure vibrate? Mass-normalised modes, told apart by their energy.
+"""In which shapes does the structure move? Mass-normalised modes, or a basis that converges.
 
 The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
-together.
+together. Modes are told apart by their energy; an enriched basis (``enrichment``) adds what modes
+without contact cannot show, and is used like modes.
 """
 
 import logging
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
+from boltjoint.structure.enrichment import Enrichment, enriched_basis
 from boltjoint.structure.mesh import FIRST_BOLT
 
 logger = logging.getLogger(__name__)
@@ -48,7 +49,12 @@ class Modes:
 
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
-def find_modes(assembly: xr.Dataset, family: str) -> xr.Dataset:
+def find_modes(
+    assembly: xr.Dataset,
+    family: str,
+    preload: xr.Dataset | None = None,
+    enrichment: Enrichment | None = None,
+) -> xr.Dataset:
     """Modal basis of an assembly, as ``modes.nc`` holds it.
 
     Parameters
@@ -56,7 +62,14 @@ def find_modes(assembly: xr.Dataset, family: str) -> xr.Dataset:
     assembly
         As from ``build_assembly``.
     family
-        ``free-N``: the first N bending modes with the contact removed.
+        ``free-N``: the first N bending modes with the contact removed. ``enriched-N``: N vectors
+        that also hold the motion while the contact sticks, slips or opens, orthonormal in mass and
+        diagonal in stiffness as modes are.
+    preload
+        As from ``apply_preload``; ``enriched-N`` needs it, ``free-N`` has no use for it. Only the
+        ratios of its loads matter, not how tight the bolts are.
+    enrichment
+        What ``enriched-N`` is made for; the defaults of ``Enrichment`` if left out.
 
     Returns
     -------
@@ -64,38 +77,45 @@ def find_modes(assembly: xr.Dataset, family: str) -> xr.Dataset:
         ``natural_frequency`` (mode) [Hz]; mass-normalised [kg^-1/2]: ``mode_shape`` (node, axis,
         mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
         (mode), positive where it does not vanish, ``excitation_mode`` (mode); ``position`` (pair,
-        axis) [m]; ``area`` (pair) [m2]. Of every mode the search met: ``candidate_frequency``
-        (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
-        decided it, ``energy_share`` (candidate, axis) and ``symmetric_share`` (candidate).
+        axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode the search met:
+        ``candidate_frequency`` (candidate) [Hz], ``candidate_family`` (candidate), and the shares
+        of kinetic energy that decided it, ``energy_share`` (candidate, axis) and
+        ``symmetric_share`` (candidate).
 
     Raises
     ------
     ValueError
-        If there is no such family, or the mesh has not as many modes.
+        If there is no such family, the mesh has not as many modes, or ``enriched-N`` gets no
+        preload or one that does not fit (see ``enriched_basis``).
     """
-    find, number = _parse(family)
-    met, chosen = find(assembly, number)
-    response = _at_point(assembly, "response", met.shape[..., chosen])
-    sign = _signs(response, met.shape[..., chosen])
-    shape = met.shape[..., chosen] * sign
-    relative = relative_displacements(assembly) @ shape.reshape(-1, len(chosen))
-    logger.info(
-        "modes %s: %s Hz, of %d modes up to %.6g Hz",
-        family,
-        ", ".join(f"{f:.6g}" for f in met.frequency[chosen]),
-        len(met.frequency),
-        met.frequency[-1],
-    )
+    kind, number = _parse(family)
+    if kind == "free":
+        met, chosen = _free_bending(assembly, number)
+        candidates = _candidates(met)
+        frequency, shape = met.frequency[chosen], met.shape[..., chosen]
+    else:
+        if preload is None:
+            raise ValueError(
+                f"{family} needs a preload: where the bars press on one another decides how the "
+                "contact slips"
+            )
+        candidates = {}
+        frequency, shape = enriched_basis(assembly, preload, number, enrichment or Enrichment())
+    response = _at_point(assembly, "response", shape)
+    sign = _signs(response, shape)
+    shape = shape * sign
+    relative = relative_displacements(assembly) @ shape.reshape(-1, number)
+    logger.info("modes %s: %s Hz", family, ", ".join(f"{f:.6g}" for f in frequency))
     per_mass = "kg^-1/2"
     return xr.Dataset(
         {
-            "natural_frequency": quantity("mode", met.frequency[chosen], "Hz", "natural frequency"),
+            "natural_frequency": quantity("mode", frequency, "Hz", "natural frequency"),
             "mode_shape": quantity(
                 ("node", "axis", "mode"), shape, per_mass, "mass-normalised mode"
             ),
             "relative_mode": quantity(
                 ("pair", "axis", "mode"),
-                relative.reshape(-1, 3, len(chosen)),
+                relative.reshape(-1, 3, number),
                 per_mass,
                 "mode of the contact pair, side A minus side B",
             ),
@@ -110,19 +130,7 @@ def find_modes(assembly: xr.Dataset, family: str) -> xr.Dataset:
             ),
             "position": assembly["position"].variable,
             "area": assembly["area"].variable,
-            "candidate_frequency": quantity(
-                "candidate", met.frequency, "Hz", "natural frequencies met in the search"
-            ),
-            "candidate_family": quantity("candidate", met.family, "1", "what the mode does"),
-            "energy_share": quantity(
-                ("candidate", "axis"), met.energy_share, "1", "kinetic energy along each axis"
-            ),
-            "symmetric_share": quantity(
-                "candidate",
-                met.symmetric_share,
-                "1",
-                "kinetic energy on the middle plane that is symmetric about it",
-            ),
+            **candidates,
         },
         coords={"axis": assembly["axis"].variable},
         attrs={"modes": family},
@@ -184,18 +192,35 @@ def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.
     raise ValueError(f"free-{number}: the mesh has not as many bending modes")
 
 
-#: families of modes: how they are found
-_FAMILIES: dict[str, Callable[[xr.Dataset, int], tuple[Modes, NDArray[np.int64]]]] = {
-    "free": _free_bending,
-}
+def _candidates(met: Modes) -> dict[str, xr.Variable]:
+    """What the search met, and why it took some of them."""
+    return {
+        "candidate_frequency": quantity(
+            "candidate", met.frequency, "Hz", "natural frequencies met in the search"
+        ),
+        "candidate_family": quantity("candidate", met.family, "1", "what the mode does"),
+        "energy_share": quantity(
+            ("candidate", "axis"), met.energy_share, "1", "kinetic energy along each axis"
+        ),
+        "symmetric_share": quantity(
+            "candidate",
+            met.symmetric_share,
+            "1",
+            "kinetic energy on the middle plane that is symmetric about it",
+        ),
+    }
 
 
-def _parse(family: str) -> tuple[Callable[[xr.Dataset, int], tuple[Modes, NDArray]], int]:
+#: families of bases, each with the number of its vectors behind it
+_FAMILIES = ("free", "enriched")
+
+
+def _parse(family: str) -> tuple[str, int]:
     match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", family)
     if match is None or match[1] not in _FAMILIES:
         allowed = ", ".join(f"{name}-N" for name in _FAMILIES)
         raise ValueError(f"there are no modes {family!r}; allowed: {allowed}, N being their number")
-    return _FAMILIES[match[1]], int(match[2])
+    return match[1], int(match[2])
 
 
 def _described(assembly: xr.Dataset, M: sparse.csc_array, frequency: Array, shape: Array) -> Modes:

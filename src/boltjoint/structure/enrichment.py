@@ -1,0 +1,556 @@
+"""Which few vectors let a contact stick, slip and open? A reduction basis that converges.
+
+Modes of the structure without contact cannot follow the compliance around a bolt. Here the
+candidates are such modes and the static shapes of unit forces on every contact pair, which together
+resolve whatever the contact does. Patterns of stick, slip and opening are solved in them, and the
+vectors that these motions have most in common are kept (proper orthogonal decomposition).
+
+Only motion symmetric about the width is held: force, response and normal load are symmetric.
+"""
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import cho_factor, cho_solve, eigh
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.spatial import cKDTree
+
+from boltjoint.structure.constraints import (
+    assemble_assembly,
+    factorise,
+    free_displacements,
+    relative_displacements,
+)
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+#: right sides solved for at a time: enough for the factors to be read seldom, few enough to be held
+_BLOCK = 64
+#: candidates, or snapshots, whose share of the largest is below this depend on the others
+_DEPENDENT = 1e-12
+#: corrections of stick and slip at each amplitude; the next amplitude goes on from there
+_CORRECTIONS = 2
+#: amplitudes at which the contact has long slipped, over that at which nearly all of it does
+_MACROSLIP = (2.0, 4.0, 8.0, 16.0, 32.0)
+
+
+@dataclass(frozen=True)
+class Enrichment:
+    """What an enriched basis is made for.
+
+    Parameters
+    ----------
+    contact_stiffness
+        Of each contact pair, along the bar and across the contact [N/m].
+    friction_coefficient
+        mu [-]: decides whether pairs slip before they open.
+    free_modes
+        Symmetric modes without contact among the candidates.
+    resonances
+        The resonances whose motion the basis is to hold, from the first.
+    levels
+        Steps by which the load that slips grows from none to all of it.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not positive, or there are fewer free modes than resonances.
+    """
+
+    contact_stiffness: float = 1e8
+    friction_coefficient: float = 0.1
+    free_modes: int = 12
+    resonances: int = 2
+    levels: int = 15
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that make no basis."""
+        for name, value in vars(self).items():
+            if not (np.isfinite(value) and value > 0):
+                raise ValueError(f"{name} is {value}: it must be positive")
+        if self.free_modes < self.resonances:
+            raise ValueError(
+                f"free_modes is {self.free_modes}: it must be at least resonances, "
+                f"which is {self.resonances}"
+            )
+
+
+@dataclass(frozen=True)
+class SymmetricHalf:
+    """An assembly whose motion is symmetric about the width, without contact.
+
+    Attributes
+    ----------
+    displacement
+        T of ``u = T q`` from the unknowns to all nodes, shape (3 * nodes, unknowns).
+    stiffness, mass
+        K and M of the unknowns, for the whole assembly.
+    """
+
+    displacement: sparse.csc_array
+    stiffness: sparse.csc_array
+    mass: sparse.csc_array
+
+    def modes(
+        self, factors: SuperLU, stiffness: sparse.csc_array, count: int
+    ) -> tuple[Array, Array]:
+        """The first modes with a stiffness and its factors: squared frequencies and vectors."""
+        # a fixed start that no mode is orthogonal to repeats the result
+        start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
+        inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
+        squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
+        order = np.argsort(squared)
+        return squared[order], q[:, order]
+
+
+def symmetric_half(assembly: xr.Dataset) -> SymmetricHalf:
+    """The assembly in unknowns that move both halves of its width alike.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0.
+    """
+    T = free_displacements(assembly, tightened=False)
+    T = (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc()
+    K, M = assemble_assembly(assembly)
+    return SymmetricHalf(T, (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc())
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Motions from which a basis is chosen, in coordinates a in which K is the unit matrix.
+
+    Pairs are those on one side of the plane of symmetry and on it.
+
+    Attributes
+    ----------
+    vector
+        Modes and static shapes, shape (unknowns, vectors).
+    coordinate
+        What turns a into shares of the vectors, shape (vectors, candidates).
+    mass
+        M in these coordinates, shape (candidates, candidates).
+    tangential, normal
+        Relative displacement of the pairs along x and z, shape (pairs, candidates).
+    weight
+        2 for a pair that stands for its mirror image too, else 1, shape (pairs,).
+    normal_load, gap
+        Of the pairs after tightening [N], [m].
+    pressure
+        [Pa].
+    position
+        [m], shape (pairs, 3).
+    bolt_position
+        [m], shape (bolts, 3).
+    """
+
+    vector: Array
+    coordinate: Array
+    mass: Array
+    tangential: Array
+    normal: Array
+    weight: Array
+    normal_load: Array
+    gap: Array
+    pressure: Array
+    position: Array
+    bolt_position: Array
+
+    @cached_property
+    def rows(self) -> Array:
+        """Tangential rows, then normal ones, shape (2 * pairs, candidates)."""
+        return np.concatenate([self.tangential, self.normal])
+
+    @cached_property
+    def flexibility(self) -> Array:
+        """Relative displacements for unit forces [m/N], shape (2 * pairs, 2 * pairs)."""
+        return self.rows @ self.rows.T
+
+    @property
+    def loaded(self) -> NDArray[np.bool_]:
+        """The pairs that carry load."""
+        return self.normal_load > 0
+
+
+class SpringContact:
+    """The candidates with a linear spring on each pair.
+
+    Parameters
+    ----------
+    candidates
+        The motions.
+    tangential, normal
+        Stiffness of the pairs along x and z [N/m], shape (pairs,).
+    """
+
+    def __init__(self, candidates: Candidates, tangential: Array, normal: Array) -> None:
+        self.candidates = candidates
+        stiffness = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
+        # springs that are weak against all others only spoil the condition of what follows
+        acting = np.flatnonzero(stiffness > 1e-6 * stiffness.max(initial=0.0))
+        self._stiffness, self._rows = stiffness[acting], candidates.rows[acting]
+        if acting.size:
+            compliance = candidates.flexibility[np.ix_(acting, acting)]
+            compliance[np.diag_indices(acting.size)] += 1 / self._stiffness
+            self._factors = cho_factor(compliance, overwrite_a=True)
+
+    def displacement(self, force: Array) -> Array:
+        """(1 + R^T D R)^-1 times a force, by Woodbury's formula over the springs that act."""
+        if not self._stiffness.size:
+            return force
+        return force - self._rows.T @ cho_solve(self._factors, self._rows @ force)
+
+    def modes(self, count: int, start: Array) -> tuple[Array, Array]:
+        """Squared frequencies and modes of unit strain energy, from a first guess."""
+        n = len(self.candidates.mass)
+        stiffness = LinearOperator(
+            (n, n),
+            lambda a: a + self._rows.T @ (self._stiffness * (self._rows @ a)),
+            dtype=float,
+        )
+        inverse = LinearOperator((n, n), self.displacement, dtype=float)
+        # low modes have the largest ratio of mass to stiffness
+        ratio, a = eigsh(
+            self.candidates.mass,
+            k=count,
+            M=stiffness,
+            Minv=inverse,
+            v0=start,
+            ncv=min(n, 2 * count + 8),
+        )
+        order = np.argsort(-ratio)
+        return 1 / ratio[order], a[:, order]
+
+
+def enriched_basis(
+    assembly: xr.Dataset, preload: xr.Dataset, number: int, enrichment: Enrichment
+) -> tuple[Array, Array]:
+    """Vectors that hold the motion of an assembly whose contact sticks, slips or opens.
+
+    Parameters
+    ----------
+    assembly, preload
+        As from ``build_assembly`` and ``apply_preload``.
+    number
+        Vectors in all.
+    enrichment
+        What they are made for.
+
+    Returns
+    -------
+    tuple
+        Frequencies of the vectors without contact, ascending, shape (number,) [Hz], and their
+        shapes (nodes, 3, number) [kg^-1/2], orthonormal in M and diagonal in K.
+
+    Raises
+    ------
+    ValueError
+        If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
+        symmetric about y = 0, or the motions span fewer vectors.
+    """
+    half = symmetric_half(assembly)
+    candidates = find_candidates(assembly, preload, half, enrichment.free_modes)
+    motion = np.concatenate(
+        [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)], axis=1
+    )
+    logger.info("enrichment: %d candidates, %d motions", len(candidates.mass), motion.shape[1])
+    kept = principal_motions(candidates, motion, number, enrichment.contact_stiffness)
+    vector = candidates.vector @ (candidates.coordinate @ kept)
+    squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
+    shape = half.displacement @ (vector @ share)
+    return np.sqrt(squared) / (2 * np.pi), shape.reshape(-1, 3, number)
+
+
+def find_candidates(
+    assembly: xr.Dataset, preload: xr.Dataset, half: SymmetricHalf, free_modes: int
+) -> Candidates:
+    """Modes without contact and the static shapes of unit forces on every pair along x and z.
+
+    The shapes make the contact's flexibility exact, the modes the inertia at low frequency.
+
+    Parameters
+    ----------
+    assembly, preload
+        As from ``build_assembly`` and ``apply_preload``.
+    half
+        From ``symmetric_half``.
+    free_modes
+        Number of modes.
+
+    Raises
+    ------
+    ValueError
+        If the datasets do not hold the same pairs, or no pair carries load.
+    """
+    position = assembly["position"].to_numpy()
+    if not np.array_equal(position, preload["position"].to_numpy()):
+        raise ValueError("assembly and preload have different contact pairs")
+    if not np.any(preload["normal_load"] > 0):
+        raise ValueError("no contact pair carries load")
+    across = 1e-9 * np.ptp(position[:, 1])
+    pair = np.flatnonzero(position[:, 1] > -across)
+    K, M = half.stiffness, half.mass
+    C = (relative_displacements(assembly) @ half.displacement).tocsr()
+    C = C[np.concatenate([3 * pair, 3 * pair + 2])]
+
+    factors = factorise(K)
+    _, mode = half.modes(factors, K, free_modes)
+    vector = np.empty((K.shape[0], free_modes + C.shape[0]), order="F")
+    vector[:, :free_modes] = mode
+    for first in range(0, C.shape[0], _BLOCK):
+        force = C[first : first + _BLOCK].T.toarray()
+        vector[:, free_modes + first :][:, : force.shape[1]] = factors.solve(force)
+
+    stiffness, mass = _projected(K, vector), _projected(M, vector)
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    share, turn = eigh(scale[:, None] * stiffness * scale)
+    independent = share > _DEPENDENT * share[-1]
+    coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
+    tangential, normal = np.split((C @ vector) @ coordinate, 2)
+    load = preload["normal_load"].to_numpy()[pair]
+    return Candidates(
+        vector=vector,
+        coordinate=coordinate,
+        mass=_symmetric(coordinate.T @ mass @ coordinate),
+        tangential=tangential,
+        normal=normal,
+        weight=np.where(position[pair, 1] > across, 2.0, 1.0),
+        normal_load=load,
+        gap=preload["gap"].to_numpy()[pair],
+        pressure=load / assembly["area"].to_numpy()[pair],
+        position=position[pair],
+        bolt_position=assembly["bolt_position"].to_numpy(),
+    )
+
+
+def stuck_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Array]:
+    """Modes while a part of the loaded pairs sticks and the others bear nothing.
+
+    The part shrinks towards the bolts, once by pressure and once by distance, on the whole lap and
+    on either half of it, with springs along x only and along x and z.
+
+    Yields
+    ------
+    ndarray
+        Motions of unit strain energy, shape (candidates, resonances).
+    """
+    start = _start(candidates)
+    count, k = enrichment.resonances, enrichment.contact_stiffness
+    x = candidates.position[:, 0]
+    middle = (x.min() + x.max()) / 2
+    to_bolts = candidates.position[:, None, :2] - candidates.bolt_position[:, :2]
+    distance = np.linalg.norm(to_bolts, axis=-1).min(axis=1)
+    none = np.zeros(len(x))
+    yield SpringContact(candidates, none, none).modes(count, start)[1]
+    for grade in (-candidates.pressure, distance):
+        # the pairs on the rim of the pressure are many and carry little
+        for share in 1 - (np.arange(enrichment.levels) / enrichment.levels) ** 2:
+            inside = candidates.loaded & (grade <= _load_quantile(candidates, grade, share))
+            for side in (np.ones(len(x), dtype=bool), x < middle, x > middle):
+                spring = k * (inside & side)
+                for normal in (none, spring):
+                    yield SpringContact(candidates, spring, normal).modes(count, start)[1]
+
+
+def slipping_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Array]:
+    """Motion at resonances while slip grows with the amplitude, under constant and variable load.
+
+    Each pair acts by its describing function: a spring of the mode's own motion, and in quadrature
+    the friction, whose static effect is added. Under variable load pairs open and close, and
+    their mean force moves the mean position. All of it scales with the load of the bolts.
+
+    Yields
+    ------
+    ndarray
+        Motions, shape (candidates, 2) under constant and (candidates, 4) under variable load.
+    """
+    for variable in (False, True):
+        for resonance in range(enrichment.resonances):
+            yield from _growing_slip(candidates, enrichment, resonance, variable)
+
+
+def _growing_slip(
+    candidates: Candidates, enrichment: Enrichment, resonance: int, variable: bool
+) -> Iterator[Array]:
+    k, mu = enrichment.contact_stiffness, enrichment.friction_coefficient
+    R, S, weight = candidates.tangential, candidates.normal, candidates.weight
+    at_rest = np.maximum(candidates.normal_load, 0.0)
+    # as the joint under variable load has it: a negative load is a gap
+    load = at_rest - k * candidates.gap if variable else at_rest
+    normal = k * candidates.loaded * variable
+    stuck = SpringContact(candidates, k * candidates.loaded, normal)
+    mode = stuck.modes(resonance + 1, _start(candidates))[1][:, resonance]
+    mean = np.zeros_like(mode)
+
+    shares = (np.arange(1, enrichment.levels) / enrichment.levels) ** 2
+    for share, factor in [*((s, 1.0) for s in shares), *((shares[-1], f) for f in _MACROSLIP)]:
+        for _ in range(_CORRECTIONS):
+            # a pair slips from the amplitude k |u| = mu n on
+            u = abs(R @ mode)
+            onset = np.full(len(u), np.inf)
+            np.divide(mu * at_rest, k * u, out=onset, where=candidates.loaded & (u > 0))
+            amplitude = factor * _load_quantile(candidates, onset, share)
+            pressed, shift = at_rest, np.zeros_like(at_rest)
+            if variable:
+                v_mean = S @ mean
+                pressed, secant = _clipped_load(load + k * v_mean, k * amplitude * abs(S @ mode))
+                # half of the change, since pairs that close take load from those that then open
+                normal = (normal + k * secant) / 2
+                shift = normal * v_mean - (pressed - at_rest)
+            in_phase, quadrature = _describing_function(k, mu * pressed, amplitude * u)
+            contact = SpringContact(candidates, in_phase, normal)
+            found = contact.modes(resonance + 1, mode)[1][:, resonance]
+            mode = found * np.sign(found @ mode)
+            mean = (mean + contact.displacement(S.T @ (weight * shift))) / 2
+        u, v = R @ mode, S @ mode
+        motions = [mode, contact.displacement(R.T @ (weight * quadrature * u))]
+        if variable:
+            # friction is larger in the stroke with more load, so its mean does not vanish
+            uneven = mu * k * abs(v) * np.sign(u) * (quadrature > 0)
+            motions += [mean / amplitude, contact.displacement(R.T @ (weight * uneven))]
+        yield np.stack(motions, axis=1)
+
+
+def principal_motions(
+    candidates: Candidates, motion: Array, number: int, contact_stiffness: float
+) -> Array:
+    """The vectors that many motions have most in common, by proper orthogonal decomposition.
+
+    The norm is the strain energy with springs on all loaded pairs: an error in a resonance is the
+    error of its mode in about that norm, squared.
+
+    Parameters
+    ----------
+    candidates
+        The space of the motions.
+    motion
+        Shape (candidates, motions).
+    number
+        Vectors kept.
+    contact_stiffness
+        Of the springs, along x and z [N/m].
+
+    Returns
+    -------
+    ndarray
+        Orthonormal in that norm, the most common first, shape (candidates, number).
+
+    Raises
+    ------
+    ValueError
+        If the motions span fewer vectors.
+    """
+    spring = np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
+    moved = candidates.rows @ motion
+    energy, turn = eigh(motion.T @ motion + moved.T @ (spring[:, None] * moved))
+    energy, turn = energy[::-1], turn[:, ::-1]
+    rank = np.count_nonzero(energy > _DEPENDENT * energy[0])
+    if number > rank:
+        raise ValueError(
+            f"enriched-{number}: the motions span {rank} vectors; more levels would span more"
+        )
+    return motion @ (turn[:, :number] / np.sqrt(energy[:number]))
+
+
+def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:
+    """The node on the other side of y = 0 of every node."""
+    coordinate = assembly["coordinate"].to_numpy()
+    part = assembly["part"].to_numpy().astype(np.int64)
+    connectivity = assembly["connectivity"].to_numpy()
+    # nodes at one place belong to different bodies, or to the two sides of a pretension section
+    body = np.full(len(coordinate), part.max() + 1)
+    np.minimum.at(body, connectivity, part[:, None])
+    body[assembly["section_node"].to_numpy()[:, 1]] += part.max() + 1
+    mirrored = np.empty(len(coordinate), dtype=np.int64)
+    for each in np.unique(body):
+        node = np.flatnonzero(body == each)
+        distance, nearest = cKDTree(coordinate[node]).query(coordinate[node] * [1, -1, 1])
+        if distance.max() > 1e-9 * np.ptp(coordinate[:, 1]):
+            raise ValueError("the mesh is not symmetric about y = 0, as an enriched basis needs")
+        mirrored[node] = node[nearest]
+    return mirrored
+
+
+def _symmetric_unknowns(T: sparse.csc_array, mirrored_node: NDArray[np.int64]) -> sparse.csc_array:
+    """The matrix that takes unknowns of symmetric motion to those of ``u = T q``."""
+    displacement = T.indices[T.indptr[:-1]]
+    node, axis = np.divmod(displacement, 3)
+    # every displacement follows one unknown; those that are held follow none and are not asked for
+    follows = np.zeros(T.shape[0], dtype=np.int64)
+    follows[T.indices] = np.repeat(np.arange(T.shape[1]), np.diff(T.indptr))
+    image = follows[3 * mirrored_node[node] + axis]
+    sign = np.where(axis == 1, -1.0, 1.0)
+    own = np.arange(T.shape[1])
+    # on the plane of symmetry nothing moves along y
+    kept = np.flatnonzero((own < image) | ((own == image) & (sign > 0)))
+    column = np.arange(kept.size)
+    two = image[kept] != kept
+    return sparse.csc_array(
+        (
+            np.concatenate([np.ones(kept.size), sign[kept][two]]),
+            (np.concatenate([kept, image[kept][two]]), np.concatenate([column, column[two]])),
+        ),
+        shape=(T.shape[1], kept.size),
+    )
+
+
+def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
+    """V^T A V, a block of columns at a time, since A V is as large as V."""
+    count = vector.shape[1]
+    found = np.empty((count, count))
+    for first in range(0, count, _BLOCK):
+        block = slice(first, first + _BLOCK)
+        found[:, block] = vector.T @ (matrix @ vector[:, block])
+    return _symmetric(found)
+
+
+def _symmetric(matrix: Array) -> Array:
+    return (matrix + matrix.T) / 2
+
+
+def _start(candidates: Candidates) -> Array:
+    return np.random.default_rng(0).standard_normal(len(candidates.mass))
+
+
+def _load_quantile(candidates: Candidates, grade: Array, share: float) -> float:
+    """The grade up to which pairs carry a share of the load."""
+    order = np.argsort(grade, kind="stable")
+    carried = np.cumsum((candidates.normal_load * candidates.weight)[order])
+    # the last sum misses the total by rounding only
+    reached = np.searchsorted(carried, share * carried[-1] * (1 - 1e-12))
+    return grade[order[reached]]
+
+
+def _describing_function(k: float, slip_force: Array, amplitude: Array) -> tuple[Array, Array]:
+    """Stiffness in phase and in quadrature of a spring with a slider (Jenkins element) [N/m].
+
+    With ``cos(theta) = 1 - 2 mu n / (k A)``: ``k / pi (theta - sin(theta) cos(theta))`` and
+    ``4 mu n (1 - mu n / (k A)) / (pi A)`` (eq. 2.5, 2.6 over the loop 2.25).
+    """
+    slips = k * amplitude > slip_force
+    ratio = np.ones_like(amplitude)
+    np.divide(slip_force, k * amplitude, out=ratio, where=slips)
+    theta = 2 * np.arcsin(np.sqrt(ratio))
+    in_phase = k / np.pi * (theta - np.sin(theta) * np.cos(theta))
+    return in_phase, 4 * k / np.pi * ratio * (1 - ratio)
+
+
+def _clipped_load(load: Array, amplitude: Array) -> tuple[Array, Array]:
+    """Mean of ``max(n0 + A sin, 0)`` over a period [N], and its first harmonic over A [-]."""
+    moves = amplitude > 0
+    level = np.sign(-load)
+    np.divide(-load, amplitude, out=level, where=moves)
+    level = np.clip(level, -1.0, 1.0)
+    # the contact is closed while the sine exceeds the level
+    opens, root = np.arcsin(level), np.sqrt(1 - level**2)
+    mean = (load * (np.pi / 2 - opens) + amplitude * root) / np.pi
+    return mean, (np.pi / 2 - opens - level * root) / np.pi

@@ -1,0 +1,202 @@
+"""How far is a basis from the full model? Resonances while parts of the contact stick.
+
+The full finite-element model gets a linear spring on each pair that sticks and none on the others.
+Its resonances are the reference for the same springs in any modal basis.
+"""
+
+import logging
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from threadpoolctl import threadpool_limits
+
+from boltjoint.dataset import quantity
+from boltjoint.structure.constraints import factorise, relative_displacements
+from boltjoint.structure.enrichment import SymmetricHalf, symmetric_half
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+#: directions of the springs: along the bar under constant load, and across the contact too
+SPRINGS = ("x", "xz")
+
+
+def stuck_patterns(
+    assembly: xr.Dataset, preload: xr.Dataset, radii: tuple[float, ...] = (9e-3, 6.5e-3)
+) -> dict[str, NDArray[np.bool_]]:
+    """Parts of the loaded pairs that may stick while the others slip.
+
+    Parameters
+    ----------
+    assembly, preload
+        As from ``build_assembly`` and ``apply_preload``.
+    radii
+        Distances from the nearest bolt axis [m] within which pairs stick, the largest first.
+
+    Returns
+    -------
+    dict
+        By name, the pairs that stick, shape (pairs,): all loaded ones, those near the bolts, those
+        beyond the largest radius, those in the left half of the lap, and those under more than
+        half of the largest pressure.
+    """
+    load = preload["normal_load"].to_numpy()
+    x, y, _ = assembly["position"].to_numpy().T
+    bolt_x, bolt_y, _ = assembly["bolt_position"].to_numpy().T
+    distance = np.hypot(x[:, None] - bolt_x, y[:, None] - bolt_y).min(axis=1)
+    pressure = load / assembly["area"].to_numpy()
+    within = {f"within {1e3 * radius:g} mm": distance < radius for radius in radii}
+    parts = {
+        "all": np.ones(len(x), dtype=bool),
+        **within,
+        f"beyond {1e3 * radii[0]:g} mm": distance > radii[0],
+        "left half": x < (x.min() + x.max()) / 2,
+        "above half of the pressure": pressure > pressure.max() / 2,
+    }
+    return {name: part & (load > 0) for name, part in parts.items()}
+
+
+# one thread: sums in another order would change the last digits from machine to machine
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def resonances(
+    assembly: xr.Dataset,
+    preload: xr.Dataset,
+    stiffness: float,
+    patterns: dict[str, NDArray[np.bool_]] | None = None,
+    number: int = 2,
+) -> xr.Dataset:
+    """First bending resonances of the full model for each pattern of sticking pairs.
+
+    They are the modes symmetric about the width with more than half of their kinetic energy along
+    z, as ``modes.classify`` tells bending modes.
+
+    Parameters
+    ----------
+    assembly, preload
+        As from ``build_assembly`` and ``apply_preload``.
+    stiffness
+        Of the spring on each sticking pair, along x, or along x and z [N/m].
+    patterns
+        By name, the pairs that stick, the same on both sides of y = 0; by default
+        ``stuck_patterns``.
+    number
+        Resonances.
+
+    Returns
+    -------
+    Dataset
+        ``frequency`` (pattern, springs, resonance) [Hz]; ``stuck`` (pattern, pair), 1 where the
+        pair sticks; ``stiffness`` [N/m]; ``position`` (pair, axis) [m]; ``pattern`` and
+        ``springs`` are their names.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0, or a pattern has too few bending modes among the
+        first ones.
+    """
+    patterns = stuck_patterns(assembly, preload) if patterns is None else patterns
+    half = symmetric_half(assembly)
+    C = relative_displacements(assembly) @ half.displacement
+    frequency = np.empty((len(patterns), len(SPRINGS), number))
+    for i, (name, stuck) in enumerate(patterns.items()):
+        for j, springs in enumerate(SPRINGS):
+            acting = np.outer(stuck, [1.0, 0.0, springs == "xz"])
+            contact = C.T @ sparse.diags_array(stiffness * acting.ravel()) @ C
+            frequency[i, j] = _bending((half.stiffness + contact).tocsc(), half, number)
+            found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
+            logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
+    return xr.Dataset(
+        {
+            "frequency": quantity(
+                ("pattern", "springs", "resonance"),
+                frequency,
+                "Hz",
+                "bending resonance of the full model",
+            ),
+            "stuck": quantity(
+                ("pattern", "pair"),
+                np.array(list(patterns.values()), dtype=np.int8),
+                "1",
+                "1 where the pair sticks",
+            ),
+            "stiffness": quantity((), float(stiffness), "N/m", "stiffness of a sticking pair"),
+            "position": assembly["position"].variable,
+        },
+        coords={
+            "pattern": list(patterns),
+            "springs": list(SPRINGS),
+            "axis": assembly["axis"].variable,
+        },
+    )
+
+
+def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
+    """The resonances of the same patterns in a modal basis, and their errors.
+
+    The n-th frequency of the basis is compared with the n-th bending one of the full model. This
+    holds as long as no axial mode, which a basis may or may not have, comes between: those of a
+    slender bar lie far above its first two bending modes.
+
+    Parameters
+    ----------
+    modes
+        As from ``find_modes``.
+    patterns
+        As from ``resonances``, for the same pairs.
+
+    Returns
+    -------
+    Dataset
+        ``frequency`` (pattern, springs, resonance) [Hz], and ``error`` of the same shape: over the
+        frequency of the full model, less 1. Not less than zero but for rounding, since a
+        basis can only be too stiff.
+
+    Raises
+    ------
+    ValueError
+        If the pairs differ, or the basis has fewer vectors than there are resonances.
+    """
+    position = modes["position"].transpose("pair", "axis").to_numpy()
+    if not np.array_equal(position, patterns["position"].transpose("pair", "axis").to_numpy()):
+        raise ValueError("modes and patterns were found on different contact pairs")
+    reference = patterns["frequency"].transpose("pattern", "springs", "resonance").to_numpy()
+    if modes.sizes["mode"] < reference.shape[-1]:
+        raise ValueError(
+            f"{modes.sizes['mode']} modes cannot show {reference.shape[-1]} resonances"
+        )
+    free = np.diag((2 * np.pi * modes["natural_frequency"].to_numpy()) ** 2)
+    relative = modes["relative_mode"].transpose("axis", "pair", "mode")
+    frequency = np.empty_like(reference)
+    for i, stuck in enumerate(patterns["stuck"].transpose("pattern", "pair").to_numpy() > 0):
+        for j, springs in enumerate(patterns["springs"].to_numpy()):
+            rows = [relative.sel(axis=axis).to_numpy()[stuck] for axis in springs]
+            matrix = free + patterns["stiffness"].item() * sum(B.T @ B for B in rows)
+            squared = np.linalg.eigvalsh(matrix)[: reference.shape[-1]]
+            frequency[i, j] = np.sqrt(squared) / (2 * np.pi)
+    dims = ("pattern", "springs", "resonance")
+    return xr.Dataset(
+        {
+            "frequency": quantity(dims, frequency, "Hz", "bending resonance in the basis"),
+            "error": quantity(dims, frequency / reference - 1, "1", "relative to the full model"),
+        },
+        coords={"pattern": patterns["pattern"], "springs": patterns["springs"]},
+    )
+
+
+def _bending(stiffness: sparse.csc_array, half: SymmetricHalf, number: int) -> Array:
+    """Frequencies of the first bending modes among twice as many symmetric ones [Hz]."""
+    squared, q = half.modes(factorise(stiffness), stiffness, 2 * number)
+    # x, y, z of a symmetric mode, whose energies the mass matrix of the nodes does not mix
+    energy = np.empty((3, q.shape[1]))
+    axis = half.displacement.indices[half.displacement.indptr[:-1]] % 3
+    moved = half.mass @ q
+    for each in range(3):
+        energy[each] = np.sum((q * moved)[axis == each], axis=0)
+    bending = energy[2] > 0.5 * energy.sum(axis=0)
+    if np.count_nonzero(bending) < number:
+        raise ValueError(f"fewer than {number} of the first {2 * number} modes are bending modes")
+    return np.sqrt(squared[bending][:number]) / (2 * np.pi)

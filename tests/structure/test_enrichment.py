@@ -1,0 +1,223 @@
+"""Enriched bases: symmetry, candidates, laws of the motions, and convergence with their number."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from boltjoint.dataset import save
+from boltjoint.structure.constraints import (
+    assemble_assembly,
+    factorise,
+    relative_displacements,
+)
+from boltjoint.structure.enrichment import (
+    Enrichment,
+    SpringContact,
+    _clipped_load,
+    _describing_function,
+    find_candidates,
+    principal_motions,
+    slipping_motions,
+    stuck_motions,
+    symmetric_half,
+)
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.patterns import resonances, resonances_in
+
+SMALL = Enrichment(levels=5)
+
+
+@pytest.fixture(scope="module")
+def half(assembly):
+    return symmetric_half(assembly)
+
+
+@pytest.fixture(scope="module")
+def candidates(assembly, preload, half):
+    return find_candidates(assembly, preload, half, SMALL.free_modes)
+
+
+@pytest.fixture(scope="module")
+def enriched(assembly, preload):
+    return find_modes(assembly, "enriched-24", preload, SMALL)
+
+
+def test_symmetric_unknowns_have_the_symmetric_modes_of_the_whole(assembly, half):
+    whole = find_modes(assembly, "free-3")
+    symmetric = whole["symmetric_share"].to_numpy() > 0.5
+    expected = whole["candidate_frequency"].to_numpy()[symmetric]
+    squared, _ = half.modes(factorise(half.stiffness), half.stiffness, len(expected))
+    np.testing.assert_allclose(np.sqrt(squared) / (2 * np.pi), expected, rtol=1e-8)
+
+
+def test_a_mesh_without_symmetry_is_refused(assembly, preload):
+    moved = assembly.copy(deep=True)
+    moved["coordinate"][5, 1] += 1e-5
+    with pytest.raises(ValueError, match="not symmetric about y = 0"):
+        find_modes(moved, "enriched-4", preload)
+
+
+def test_candidates_have_unit_stiffness_and_their_mass(candidates, half):
+    shape = candidates.vector @ candidates.coordinate
+    # the static shapes of neighbouring pairs are alike: rounding grows by their condition
+    np.testing.assert_allclose(shape.T @ half.stiffness @ shape, np.eye(shape.shape[1]), atol=1e-8)
+    mass = shape.T @ half.mass @ shape
+    np.testing.assert_allclose(candidates.mass, mass, atol=1e-8 * mass.max())
+
+
+def test_candidates_hold_the_response_to_contact_forces_exactly(candidates, assembly, half):
+    C = relative_displacements(assembly) @ half.displacement
+    force = np.random.default_rng(1).standard_normal((2, len(candidates.weight)))
+    upper = np.flatnonzero(assembly["position"][:, 1] > -1e-9)
+    by_pair = np.zeros((assembly.sizes["pair"], 3))
+    by_pair[upper, 0], by_pair[upper, 2] = force
+    exact = C @ factorise(half.stiffness).solve(C.T @ by_pair.ravel())
+    found = candidates.rows.T @ force.ravel()
+    moved = candidates.rows @ found
+    expected = exact.reshape(-1, 3)[upper][:, [0, 2]].T.ravel()
+    np.testing.assert_allclose(moved, expected, atol=1e-9 * abs(expected).max())
+
+
+def test_springs_by_woodbury_are_those_of_the_dense_matrix(candidates):
+    rng = np.random.default_rng(2)
+    n = len(candidates.weight)
+    tangential, normal = rng.uniform(1e7, 1e8, n), np.where(rng.random(n) < 0.5, 0.0, 1e8)
+    stiffness = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
+    dense = np.eye(len(candidates.mass)) + candidates.rows.T @ (
+        stiffness[:, None] * candidates.rows
+    )
+    force = rng.standard_normal(len(dense))
+    contact = SpringContact(candidates, tangential, normal)
+    np.testing.assert_allclose(
+        contact.displacement(force), np.linalg.solve(dense, force), atol=1e-8
+    )
+    squared, mode = contact.modes(3, force)
+    expected = eigh(dense, candidates.mass, eigvals_only=True, subset_by_index=[0, 2])
+    np.testing.assert_allclose(squared, expected, rtol=1e-8)
+    np.testing.assert_allclose(mode.T @ dense @ mode, np.eye(3), atol=1e-8)
+
+
+def test_basis_is_orthonormal_in_mass_and_diagonal_in_stiffness(assembly, enriched):
+    K, M = assemble_assembly(assembly)
+    shape = enriched["mode_shape"].to_numpy().reshape(K.shape[0], -1)
+    squared = (2 * np.pi * enriched["natural_frequency"].to_numpy()) ** 2
+    assert np.all(np.diff(squared) > 0)
+    np.testing.assert_allclose(shape.T @ M @ shape, np.eye(24), atol=1e-10)
+    np.testing.assert_allclose(shape.T @ K @ shape, np.diag(squared), atol=1e-9 * squared.max())
+
+
+def test_basis_is_exactly_symmetric(assembly, enriched):
+    coordinate = assembly["position"].to_numpy()
+    relative = enriched["relative_mode"].transpose("pair", "axis", "mode").to_numpy()
+    distance = np.linalg.norm(coordinate[:, None] - coordinate * [1, -1, 1], axis=-1)
+    image = np.argmin(distance, axis=1)
+    np.testing.assert_array_equal(relative[image], relative * np.array([1, -1, 1])[:, None])
+
+
+def test_basis_has_the_variables_of_modes(assembly, enriched, modes, tmp_path):
+    candidate = {"candidate_frequency", "candidate_family", "energy_share", "symmetric_share"}
+    assert set(enriched) == set(modes) - candidate
+    for name in ("excitation", "response"):
+        node = assembly[f"{name}_node"].item()
+        np.testing.assert_array_equal(
+            enriched[f"{name}_mode"], enriched["mode_shape"].sel(axis="z")[node]
+        )
+    save(enriched, tmp_path / "modes.nc")
+
+
+def test_errors_fall_with_the_number_of_vectors(assembly, preload):
+    all_stuck = {"all": preload["normal_load"].to_numpy() > 0}
+    reference = resonances(assembly, preload, 1e8, all_stuck)
+
+    errors = []
+    for number in (4, 8, 16, 32):
+        basis = find_modes(assembly, f"enriched-{number}", preload, SMALL)
+        errors.append(resonances_in(basis, reference)["error"].max().item())
+    # a basis can only be too stiff, but for rounding
+    assert min(errors) > -1e-8
+    assert np.all(np.diff(errors) < 0)
+    # what the study asks of its bases at 40 vectors
+    assert errors[-1] < 1e-3
+
+
+def test_the_size_of_the_preload_does_not_matter(assembly, preload, enriched):
+    twice = preload.assign(normal_load=2 * preload["normal_load"], gap=2 * preload["gap"])
+    found = find_modes(assembly, "enriched-24", twice, SMALL)
+    np.testing.assert_allclose(found["natural_frequency"], enriched["natural_frequency"], rtol=1e-6)
+
+
+def test_motions_are_of_unit_energy_or_follow_one_that_is(candidates):
+    loaded = candidates.loaded
+    stuck = list(stuck_motions(candidates, SMALL))
+    # none stuck; by pressure and by distance, three parts of the lap, two sets of springs
+    assert len(stuck) == 1 + 2 * SMALL.levels * 3 * 2
+    np.testing.assert_allclose(stuck[0].T @ stuck[0], np.eye(2), atol=1e-8)
+    everywhere = stuck[2]
+    spring = np.tile(1e8 * loaded * candidates.weight, 2)
+    moved = candidates.rows @ everywhere
+    energy = everywhere.T @ everywhere + moved.T @ (spring[:, None] * moved)
+    np.testing.assert_allclose(energy, np.eye(2), atol=1e-8)
+    assert all(np.isfinite(motion).all() for motion in slipping_motions(candidates, SMALL))
+
+
+def test_the_motions_themselves_are_in_a_basis_of_their_rank(candidates):
+    motion = np.random.default_rng(3).standard_normal((len(candidates.mass), 6))
+    basis = principal_motions(candidates, motion[:, [0, 1, 2, 3, 4, 5, 0]], 6, 1e8)
+    share = np.linalg.lstsq(basis, motion, rcond=None)[0]
+    np.testing.assert_allclose(basis @ share, motion, atol=1e-8)
+    with pytest.raises(ValueError, match="enriched-7: the motions span 6 vectors"):
+        principal_motions(candidates, motion, 7, 1e8)
+
+
+def test_describing_function_is_the_first_harmonic_of_the_loop():
+    k, slip, amplitude = 3.0, 1.0, np.array([0.2, 0.5, 2.0])
+    in_phase, quadrature = _describing_function(k, np.full(3, slip), amplitude)
+    phase = 2 * np.pi * np.arange(20000) / 20000
+    force, harmonic = np.zeros(3), []
+    for angle in np.tile(phase, 2):
+        step = amplitude * np.cos(angle) * (2 * np.pi / 20000)
+        force = np.clip(force + k * step, -slip, slip)
+        harmonic.append(force)
+    steady = np.array(harmonic[20000:])
+    sine, cosine = (2 * np.mean(steady * wave(phase)[:, None], axis=0) for wave in (np.sin, np.cos))
+    # the loop is sampled with first order in the step of 3e-4
+    np.testing.assert_allclose(in_phase, sine / amplitude, atol=2e-3 * k)
+    np.testing.assert_allclose(quadrature, cosine / amplitude, atol=2e-3 * k)
+
+
+@pytest.mark.parametrize("load", [-3.0, -1.0, 0.0, 0.5, 4.0])
+def test_clipped_load_over_a_period(load):
+    sine = np.sin(2 * np.pi * (np.arange(4096) + 0.5) / 4096)
+    force = np.maximum(load + 2.0 * sine, 0.0)
+    mean, secant = _clipped_load(np.array([load]), np.array([2.0]))
+    # sampled with second order in the step, for the kink where the pair opens
+    np.testing.assert_allclose(mean, force.mean(), atol=1e-5)
+    np.testing.assert_allclose(secant, 2 * np.mean(force * sine) / 2.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("load", [-1.0, 2.0])
+def test_a_pair_at_rest_keeps_its_state(load):
+    mean, secant = _clipped_load(np.array([load]), np.zeros(1))
+    assert (mean[0], secant[0]) == (max(load, 0.0), float(load > 0))
+
+
+def test_needs_a_preload_that_fits(assembly, preload):
+    with pytest.raises(ValueError, match="enriched-8 needs a preload"):
+        find_modes(assembly, "enriched-8")
+    with pytest.raises(ValueError, match="different contact pairs"):
+        find_modes(assembly, "enriched-8", preload.assign(position=preload["position"] + 1e-3))
+    with pytest.raises(ValueError, match="no contact pair carries load"):
+        find_modes(assembly, "enriched-8", preload.assign(normal_load=0 * preload["normal_load"]))
+
+
+def test_refuses_sizes_that_make_no_basis():
+    with pytest.raises(ValueError, match="levels is 0: it must be positive"):
+        Enrichment(levels=0)
+    with pytest.raises(ValueError, match="contact_stiffness is nan"):
+        Enrichment(contact_stiffness=np.nan)
+    with pytest.raises(ValueError, match="at least resonances"):
+        Enrichment(free_modes=1)
+
+
+def test_result_is_the_same_every_time(assembly, preload, enriched):
+    assert enriched.identical(find_modes(assembly, "enriched-24", preload, SMALL))
