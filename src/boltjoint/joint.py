@@ -15,10 +15,11 @@ from boltjoint import dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.sampled import SampledInTime
+from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.friction.variable import VariableLoad
 
 #: the laws that a joint can have, by their name
-LAWS = {law.name: law for law in (ConstantLoad, VariableLoad)}
+LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
 
 
 @dataclass(frozen=True)

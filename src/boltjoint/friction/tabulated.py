@@ -1,0 +1,190 @@
+"""What do any number of friction elements on one point cost? As much as one, from a table.
+
+Elements under constant normal load that share a point share its amplitude A as well, so their force
+is one complex describing function of A. Its quadrature part, the loss, is known in closed form
+between the amplitudes at which elements begin to slip; its in-phase part is interpolated.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import hypot, log, pi, sqrt
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from boltjoint.friction.constant import ConstantLoad
+
+Array = NDArray[np.float64]
+
+#: error of interpolation that is allowed, relative to the describing function
+_TOLERANCE = 5e-7
+
+#: amplitude, over that of full slip, from which on the series in 1 / A takes the table's place:
+#: its fourth term, which is left out, is 3e-9 of the describing function there
+_FAR = 100.0
+
+#: amplitudes at which elements begin to slip are one if their logarithms differ by less: rounding
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class TabulatedLoad(ConstantLoad):
+    """Friction elements under constant normal load whose forces are read from a table.
+
+    Parameters, states and residual tractions are those of ``ConstantLoad``; forces differ by less
+    than 1e-6 of their size, and cost the same however many elements a point has. While nothing
+    slips they are exact.
+    """
+
+    name: ClassVar[str] = "tabulated"
+
+    def force(self, motion: Array) -> Array:
+        """First-harmonic force of all elements on each point, as ``ConstantLoad.force``."""
+        force = np.zeros_like(motion)
+        _add_forces(*self.table, motion, force, np.zeros((0, 2, 2)))
+        return force
+
+    def force_and_tangent(self, motion: Array) -> tuple[Array, Array]:
+        """Force and the exact derivative of the tabulated force by the motion of the point."""
+        force = np.zeros_like(motion)
+        tangent = np.zeros((*motion.shape, 2))
+        _add_forces(*self.table, motion, force, tangent)
+        return force, tangent
+
+    def replaced_by(
+        self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
+    ) -> "TabulatedLoad":
+        """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
+        return TabulatedLoad(point_of_element, tangential_stiffness, slip_force)
+
+    @cached_property
+    def table(self) -> tuple[NDArray, ...]:
+        """First knot of each point, with one past the last; total stiffness; knots; far series.
+
+        A knot has the logarithm of its amplitude, in-phase stiffness and its slope by that
+        logarithm, and the sums of slip force and of its square over k of what slips beyond it.
+        """
+        points = self.point_of_element.max() + 1
+        first, total = np.zeros(points + 1, dtype=np.int64), np.zeros(points)
+        knots, far = [np.zeros((0, 5))], np.zeros((points, 3))
+        for p in range(points):
+            mine = self.point_of_element == p
+            k, s = self.tangential_stiffness[mine], self.slip_force[mine]
+            first[p + 1] = first[p]
+            if k.size:
+                knots.append(_tabulate(k, s))
+                first[p + 1] += len(knots[-1])
+                total[p] = k.sum()
+                far[p] = [(k * (s / k) ** (n + 1.5)).sum() for n in range(3)]
+        return first, total, np.concatenate(knots), far
+
+
+def _tabulate(k: Array, s: Array) -> Array:
+    """Knots of the elements of one point, as close as the tolerance asks, shape (knots, 5)."""
+    onset = np.sort(np.log(s / k))
+    onset = onset[np.diff(onset, prepend=-np.inf) > _SAME]
+    x = np.append(onset, onset[-1] + log(_FAR))
+    value, slope, size = _in_phase(x, k, s)
+    todo = np.arange(x.size - 1)
+    while todo.size:
+        width = x[todo + 1] - x[todo]
+        wrong = np.zeros(todo.size, dtype=bool)
+        for t in (0.25, 0.5, 0.75):
+            exact = _in_phase(x[todo] + t * width, k, s)
+            found = (
+                (1 + 2 * t) * (1 - t) ** 2 * value[todo]
+                + t * t * (3 - 2 * t) * value[todo + 1]
+                + t * (1 - t) * ((1 - t) * slope[todo] - t * slope[todo + 1]) * width
+            )
+            wrong |= np.abs(found - exact[0]) > _TOLERANCE * exact[2]
+            if t == 0.5:
+                middle = exact
+        at, new = todo[wrong] + 1, x[todo] + 0.5 * width
+        x = np.insert(x, at, new[wrong])
+        value, slope, size = (
+            np.insert(known, at, found[wrong])
+            for known, found in zip((value, slope, size), middle, strict=True)
+        )
+        halves = at - 1 + np.arange(at.size)
+        todo = np.column_stack([halves, halves + 1]).ravel()
+    by_onset = np.argsort(np.log(s / k), kind="stable")
+    slips = np.searchsorted(np.log(s / k)[by_onset], x + _SAME, side="right")
+    sums = [np.append(0.0, np.cumsum(each[by_onset]))[slips] for each in (s, s * s / k)]
+    return np.column_stack([x, value, slope, *sums])
+
+
+def _in_phase(x: Array, k: Array, s: Array) -> tuple[Array, Array, Array]:
+    """In-phase stiffness at log amplitudes, its slope by them, and the describing function's size.
+
+    Of each element ``k/pi (theta - sin theta cos theta)`` with the angle of ``friction.constant``.
+    """
+    ratio = np.minimum(np.exp(np.log(s / k) - x[:, None]), 1.0)
+    sine = 2 * np.sqrt(ratio * (1 - ratio))
+    theta = 2 * np.arctan2(np.sqrt(ratio), np.sqrt(1 - ratio))
+    value = (theta - sine * (1 - 2 * ratio)) @ k / pi
+    return value, -4 / pi * (ratio * sine) @ k, np.hypot(value, sine * sine @ k / pi)
+
+
+@njit(cache=True)
+def _add_forces(
+    first: NDArray[np.int64],
+    total: Array,
+    knots: Array,
+    far: Array,
+    motion: Array,
+    force: Array,
+    tangent: Array,
+) -> None:
+    """Add forces, and tangents where there is room for them."""
+    for p in range(total.size):
+        s, c = motion[p, 0], motion[p, 1]
+        amplitude = hypot(s, c)
+        low, high = first[p], first[p + 1] - 1
+        x = log(amplitude) if amplitude > 0.0 else -np.inf
+        if low > high or x <= knots[low, 0]:
+            real, imag, d_real, d_imag = total[p], 0.0, 0.0, 0.0
+        else:
+            at = high
+            if x < knots[high, 0]:
+                at = low
+                while high - at > 1:
+                    middle = (at + high) // 2
+                    if knots[middle, 0] <= x:
+                        at = middle
+                    else:
+                        high = middle
+            # the loss of what slips: 4/pi (mu N / A - (mu N)^2 / (k A^2)), summed
+            once = 4.0 / pi * knots[at, 3] / amplitude
+            twice = 4.0 / pi * knots[at, 4] / (amplitude * amplitude)
+            imag, d_imag = once - twice, 2.0 * twice - once
+            if at == first[p + 1] - 1:
+                # k/pi (theta - sin theta cos theta) as a series in mu N / (k A)
+                scale = 8.0 / (pi * amplitude * sqrt(amplitude))
+                a = scale * far[p, 0] * 2.0 / 3.0
+                b = scale * far[p, 1] / (5.0 * amplitude)
+                e = scale * far[p, 2] / (28.0 * amplitude * amplitude)
+                real, d_real = a - b - e, -1.5 * a + 2.5 * b + 3.5 * e
+            else:
+                h = knots[at + 1, 0] - knots[at, 0]
+                t = (x - knots[at, 0]) / h
+                v_0, v_1 = knots[at, 1], knots[at + 1, 1]
+                m_0, m_1 = h * knots[at, 2], h * knots[at + 1, 2]
+                # cubic through values and slopes at both ends
+                square = 3.0 * (v_1 - v_0) - 2.0 * m_0 - m_1
+                cube = 2.0 * (v_0 - v_1) + m_0 + m_1
+                real = v_0 + t * (m_0 + t * (square + t * cube))
+                d_real = (m_0 + t * (2.0 * square + 3.0 * t * cube)) / h
+        force[p, 0] += real * s - imag * c
+        force[p, 1] += real * c + imag * s
+        if tangent.size == 0:
+            continue
+        # as for elements one by one, with slopes by log A: dA / A = q . dq / A^2
+        inverse = 1.0 / (amplitude * amplitude) if amplitude > 0.0 else 0.0
+        g_s = (d_real * s - d_imag * c) * inverse
+        g_c = (d_real * c + d_imag * s) * inverse
+        tangent[p, 0, 0] += real + g_s * s
+        tangent[p, 0, 1] += -imag + g_s * c
+        tangent[p, 1, 0] += imag + g_c * s
+        tangent[p, 1, 1] += real + g_c * c
