@@ -130,6 +130,11 @@ def test_more_elements_than_the_region_has_are_refused():
         fit_elements(np.ones(3), np.ones(3), 4)
 
 
+def test_unknown_method_is_refused():
+    with pytest.raises(ValueError, match="'magic' is not known; allowed: loops, describing-fun"):
+        fit_elements(np.ones(3), np.ones(3), 2, method="magic")
+
+
 @pytest.mark.parametrize("law", ["constant", "variable"])
 def test_reduced_joint_keeps_points_and_the_totals_of_what_carries_load(law):
     regions = regions_of(make_joint(law=law), 3)

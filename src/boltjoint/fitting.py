@@ -8,7 +8,7 @@ number of elements.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -184,10 +184,12 @@ def fit_elements(
     Raises
     ------
     ValueError
-        If fewer than ``count`` elements are there to be replaced.
+        If fewer than ``count`` elements are there to be replaced, or the method is not known.
     """
     if not 1 <= count <= stiffness.size:
         raise ValueError(f"cannot fit {count} elements to the {stiffness.size} of a region")
+    if method not in get_args(Method):
+        raise ValueError(f"method {method!r} is not known; allowed: {', '.join(get_args(Method))}")
     amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in load_fractions])
     loops = _Loops(stiffness, slip_force, amplitude)
     if method == "loops":
