@@ -89,7 +89,16 @@ class HarmonicBalance:
         self, x: NDArray[np.float64], w: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Residual and its exact derivative by x, from one pass over the elements."""
-        force, tangent = self.joint.law.force_and_tangent(self.motion(x))
+        return self.with_contact(x, w, *self.joint.law.force_and_tangent(self.motion(x)))
+
+    def with_contact(
+        self,
+        x: NDArray[np.float64],
+        w: float,
+        force: NDArray[np.float64],
+        tangent: NDArray[np.float64],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The same, from the forces of the points and their tangents as the law gives them."""
         linear = self.dynamic_stiffness(w)
         residual = linear @ x + self._to_modes(force) - self.modal_force
         return residual, linear + self._tangent_to_modes(tangent)
@@ -117,16 +126,91 @@ class HarmonicBalance:
             Shape (points, directions) [N/m].
         """
         motion = self.motion(x)
-        force = self.joint.law.force(motion)
-        shape = (self.joint.points, len(self.rows), len(self.components))
-        sin, cos = self.components.index("sin"), self.components.index("cos")
-        u, f = motion.reshape(shape), force.reshape(shape)
-        amplitude = u[..., sin] + 1j * u[..., cos]
-        at_rest = amplitude == 0
+        return self.secants(motion, self.joint.law.force(motion))
+
+    def secants(
+        self, motion: NDArray[np.float64], force: NDArray[np.float64]
+    ) -> NDArray[np.complex128]:
+        """The same from the motion of the points and their force."""
+        u, f = self._first_harmonic(motion), self._first_harmonic(force)
+        at_rest = u == 0
         stuck = self.joint.law.stuck_stiffness(self.joint.points)
+        return np.where(at_rest, stuck, f / np.where(at_rest, 1.0, u))
+
+    def secant_derivative(
+        self,
+        motion: NDArray[np.float64],
+        secant: NDArray[np.complex128],
+        tangent: NDArray[np.float64],
+    ) -> NDArray[np.complex128]:
+        """Derivative of each describing function by the motion of its point.
+
+        From D u = f, u and f complex: ``dD = (df - D du) / u``; zero for a point at rest.
+
+        Parameters
+        ----------
+        motion, tangent
+            Of the points, as the law takes and gives them.
+        secant
+            As from ``secants``.
+
+        Returns
+        -------
+        ndarray
+            Shape (points, directions, directions, components) [N/m2].
+        """
+        sin, cos = self.components.index("sin"), self.components.index("cos")
+        tangent = self._by_direction(tangent)
+        change = tangent[:, :, sin] + 1j * tangent[:, :, cos]
+        for d in range(len(self.rows)):
+            change[:, d, d, sin] -= secant[:, d]
+            change[:, d, d, cos] -= 1j * secant[:, d]
+        u = self._first_harmonic(motion)
+        at_rest = u == 0
         return np.where(
-            at_rest, stuck, (f[..., sin] + 1j * f[..., cos]) / np.where(at_rest, 1.0, amplitude)
+            at_rest[:, :, None, None], 0.0, change / np.where(at_rest, 1.0, u)[:, :, None, None]
         )
+
+    def stiffness_with(self, secant: NDArray) -> NDArray:
+        """L with springs at the points, real or complex, shape (points, directions) [N/m]."""
+        springs = (B.T @ (k[:, None] * B) for B, k in zip(self.rows, secant.T, strict=True))
+        return self.stiffness + sum(springs)
+
+    def weighted_products(
+        self, shape: NDArray[np.float64], weight: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Modal forces of springs that a shape strains, by the motion that changes them.
+
+        Parameters
+        ----------
+        shape
+            Amplitude of the modes, shape (modes,).
+        weight
+            Derivative of the springs by the motion of their points, shape (points, directions,
+            directions, components).
+
+        Returns
+        -------
+        ndarray
+            Shape (modes, components * modes).
+        """
+        modes, n = len(self.stiffness), len(self.components)
+        found = np.zeros((modes * modes, n))
+        for d, products in enumerate(self._products):
+            strain = self.rows[d] @ shape
+            for e, product in enumerate(products):
+                found += product.T @ (strain[:, None] * weight[:, d, e])
+        return found.reshape(modes, modes, n).transpose(0, 2, 1).reshape(modes, n * modes)
+
+    def _first_harmonic(self, motion: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Complex amplitude ``s + i c`` of motions or forces, shape (points, directions)."""
+        parts = motion.reshape(len(motion), len(self.rows), len(self.components))
+        sin, cos = self.components.index("sin"), self.components.index("cos")
+        return parts[..., sin] + 1j * parts[..., cos]
+
+    def _by_direction(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        d, n = len(self.rows), len(self.components)
+        return tangent.reshape(-1, d, n, d, n)
 
     @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
@@ -169,7 +253,7 @@ class HarmonicBalance:
 
     def _tangent_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         n, modes = len(self.components), len(self.stiffness)
-        by_direction = tangent.reshape(-1, len(self.rows), n, len(self.rows), n)
+        by_direction = self._by_direction(tangent)
         jacobian = np.zeros((modes * modes, n * n))
         for d, products in enumerate(self._products):
             for e, product in enumerate(products):

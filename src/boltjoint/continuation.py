@@ -35,10 +35,16 @@ class Equations(Protocol):
     def parameter_derivative(self, x: Vector, p: float) -> Vector:
         """Derivative of the residual by p."""
 
-    def renew(self, x: Vector, p: float, along: Vector) -> tuple[Vector, Vector] | None:
+    looks_ahead: bool
+    """Whether a renewal makes use of where the path is expected to go."""
+
+    def renew(
+        self, x: Vector, p: float, along: Vector, ahead: tuple[Vector, float]
+    ) -> tuple[Vector, Vector] | None:
         """Change what the unknown means once x is accepted: x and a direction, re-expressed.
 
-        None where the meaning stays.
+        ``ahead`` is the fixed form of the unknown, and the parameter, that are expected next. None
+        where the meaning stays.
         """
 
     def to_fixed(self, x: Vector) -> Vector:
@@ -54,6 +60,13 @@ _JUMP = 0.2
 
 #: so far back [arc length] a renewed unknown may waver without turning back
 _WAVER = 0.02
+
+#: arc within which a path may turn by more than a right angle: a corner of the law, not a step
+#: too long to see the curve
+_CORNER = 1e-3
+
+#: times that an event is located anew in renewed terms
+_LOOKS = 8
 
 #: arc within which an event is known well enough where a renewal moves it
 _EVENT_ARC = 1e-3
@@ -226,6 +239,10 @@ class _Tracer:
     """The last way that led on."""
     behind: float = 0.0
     """How far back of its end the path is, against that way."""
+    renewed: bool = False
+    """Whether renewals change what the unknown means."""
+    arrived: float = 0.0
+    """The event function at the last solution, in the terms in which it was found."""
 
     def run(self, start: Vector, begin: float, end: float) -> Path:
         towards = float(np.sign(end - begin))
@@ -247,7 +264,9 @@ class _Tracer:
             solution = found.solution
             way = self._way_from_last(solution, station.weights[0])
             behind = self._behind_after(way)
-            if np.linalg.norm(way) > _JUMP or behind > _WAVER:
+            # without a renewal no unknown wavers, so what leads back is a curve passed too fast
+            too_fast = behind > 0 and not self.renewed and step > _CORNER
+            if np.linalg.norm(way) > _JUMP or behind > _WAVER or too_fast:
                 reason = "the path would jump or turn back"
                 step *= 0.5
                 continue
@@ -255,11 +274,15 @@ class _Tracer:
                 return self._stop("the path returned to the start of the window")
             event = self._event_within(station, step, found)
             if event is not None and (event.p - end) * towards < 0:
-                self._record(event)
+                self.path.solutions.append(event)
             if (solution.p - end) * towards >= 0:
                 return self._finish(station, solution, end)
             basis, fixed = self.equations.basis, self.equations.to_fixed(solution.x)
-            onward = self._settle(*found)
+            effort = (self.control.target_iterations + 1) / (solution.iterations + 1)
+            next_step = min(step * float(np.clip(effort, 0.5, 2.0)), self.control.largest_step)
+            if self.equations.looks_ahead:
+                self.arrived = self._event_after(station, found)
+            onward = self._settle(*found, next_step / step)
             if self._renewal_passes_event(basis, station, found, onward):
                 if step > max(_EVENT_ARC, 2 * self.control.smallest_step):
                     self.equations.basis = basis
@@ -269,9 +292,7 @@ class _Tracer:
             self.path.solutions.append(replace(solution, x=fixed))
             self.behind = behind
             self.came = way if behind == 0 else self.came
-            recentred, station = False, onward
-            effort = (self.control.target_iterations + 1) / (solution.iterations + 1)
-            step = min(step * float(np.clip(effort, 0.5, 2.0)), self.control.largest_step)
+            recentred, station, step = False, onward, next_step
         return self._stop("the path has more solutions than allowed")
 
     def _begin(self, start: Vector, begin: float, towards: float) -> _Station:
@@ -288,15 +309,29 @@ class _Tracer:
         self._record(solution)
         return self._station(solution.x, begin, jacobian, way)
 
-    def _settle(self, solution: Solution, jacobian: NDArray[np.float64], way: Vector) -> _Station:
-        """Step on from an accepted solution, re-expressed."""
-        x, p = solution.x, solution.p
-        renewed = self.equations.renew(x, p, way[:-1])
-        if renewed is not None:
-            x, along = renewed
-            way = np.append(along, way[-1])
-            _, jacobian = self.equations.evaluate(x, p)
-        return self._station(x, p, jacobian, way)
+    def _settle(
+        self, solution: Solution, jacobian: NDArray[np.float64], way: Vector, further: float = 0.0
+    ) -> _Station:
+        """Step on from an accepted solution, re-expressed for going so many times as far."""
+        station = self._station(solution.x, solution.p, jacobian, way)
+        fixed, p = self.equations.to_fixed(solution.x), solution.p
+        if further:
+            last = self.path.solutions[-1]
+            fixed, p = fixed + further * (fixed - last.x), p + further * (p - last.p)
+        renewed = self._renewed(station, way, (fixed, p))
+        self.renewed = renewed is not None
+        return renewed or station
+
+    def _renewed(
+        self, station: _Station, way: Vector, ahead: tuple[Vector, float]
+    ) -> _Station | None:
+        """The station re-expressed, None where the unknown keeps its meaning."""
+        renewed = self.equations.renew(station.x, station.p, way[:-1], ahead)
+        if renewed is None:
+            return None
+        x, along = renewed
+        _, jacobian = self.equations.evaluate(x, station.p)
+        return self._station(x, station.p, jacobian, np.append(along, way[-1]))
 
     def _station(self, x: Vector, p: float, jacobian: NDArray[np.float64], way: Vector) -> _Station:
         size = float(np.linalg.norm(x))
@@ -400,13 +435,36 @@ class _Tracer:
         return self.path if last.converged else self._stop("no solution at the window's end")
 
     def _event_within(self, station: _Station, step: float, found: _Corrected) -> Solution | None:
-        """The solution within a step at which the event function falls through zero."""
+        """The solution within a step, in fixed terms, at which the event falls through zero."""
         if self.event is None:
             return None
+        if self.equations.looks_ahead:
+            return self._event_looked_at(station, step, found)
         if self._event_at(station) <= 0 or self._event_after(station, found) > 0:
             return None
         # a renewal has left the station beside the path, too far for the shortest arcs
-        return self._located(station, step) or self._located(self._recentred(station), step)
+        event = self._located(station, step) or self._located(self._recentred(station), step)
+        return event and replace(event, x=self.equations.to_fixed(event.x))
+
+    def _event_looked_at(
+        self, station: _Station, step: float, found: _Corrected
+    ) -> Solution | None:
+        """The same where renewals look ahead: in terms renewed at the event itself."""
+        if self.arrived <= 0 or self._event_after(station, found) > 0:
+            return None
+        basis, event = self.equations.basis, found.solution
+        way, last = station.tangent / station.weights, self.equations.to_fixed(event.x)
+        for _ in range(_LOOKS):
+            station = self._renewed(station, way, (last, event.p)) or station
+            way = station.tangent / station.weights
+            # an event that is already past where it is looked for lies at one end of the step
+            event = self._located(station, step) or replace(event, located=True)
+            fixed = self.equations.to_fixed(event.x)
+            if np.linalg.norm(fixed - last) <= _SETTLED * np.linalg.norm(fixed):
+                break
+            last = fixed
+        self.equations.basis = basis
+        return replace(event, x=fixed)
 
     def _located(self, station: _Station, step: float) -> Solution | None:
         before = self._event_at(station)
@@ -432,7 +490,7 @@ class _Tracer:
         self, basis: object, station: _Station, found: _Corrected, onward: _Station
     ) -> bool:
         """Whether the event function falls through zero not in a step but by renewing after it."""
-        if self.event is None or self._event_at(onward) > 0:
+        if self.event is None or self.equations.looks_ahead or self._event_at(onward) > 0:
             return False
         renewed, self.equations.basis = self.equations.basis, basis
         arrived = self._event_after(station, found)

@@ -15,9 +15,14 @@ from boltjoint.balance import HarmonicBalance
 from boltjoint.names import parse_coordinates
 
 Jacobian = Literal["analytic", "forward-difference"]
+Renewal = Literal["within", "after"]
 
 #: forward differences step by this share of the unknown's size: the square root of rounding
 _DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
+
+
+Expected = tuple[NDArray[np.float64], float]
+"""Amplitude of the linear modes, and frequency, that are expected next on a path."""
 
 
 class LinearModes:
@@ -30,6 +35,8 @@ class LinearModes:
     jacobian
         ``analytic``, or ``forward-difference`` as in eq. 2.38.
     """
+
+    looks_ahead = False
 
     def __init__(self, balance: HarmonicBalance, jacobian: Jacobian = "analytic") -> None:
         self.balance = balance
@@ -51,21 +58,15 @@ class LinearModes:
         """Residual and Jacobian at the frequency p [rad/s]."""
         if self._analytic:
             return self.balance.residual_and_jacobian(x, p)
-        residual = self.balance.residual(x, p)
-        jacobian = np.empty((x.size, x.size))
-        size = np.linalg.norm(x) / np.sqrt(x.size) or 1.0
-        for j in range(x.size):
-            step = _DIFFERENCE * max(abs(x[j]), size)
-            moved = x.copy()
-            moved[j] += step
-            jacobian[:, j] = (self.balance.residual(moved, p) - residual) / (moved[j] - x[j])
-        return residual, jacobian
+        return self._with_differences(x, p)
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
         return self.balance.frequency_derivative(x, p)
 
-    def renew(self, x: NDArray[np.float64], p: float, along: NDArray[np.float64]) -> None:
+    def renew(
+        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
+    ) -> None:
         """Linear modes stay what they are."""
 
     def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -75,6 +76,26 @@ class LinearModes:
     def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The unknown as amplitude of the linear modes, components one after another."""
         return x
+
+    def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A change of the unknown as one of the linear modes' amplitudes."""
+        return self.to_fixed(dx)
+
+    def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
+        return self.balance.residual(x, p)
+
+    def _with_differences(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        residual = self._residual(x, p)
+        jacobian = np.empty((x.size, x.size))
+        size = np.linalg.norm(x) / np.sqrt(x.size) or 1.0
+        for j in range(x.size):
+            step = _DIFFERENCE * max(abs(x[j]), size)
+            moved = x.copy()
+            moved[j] += step
+            jacobian[:, j] = (self._residual(moved, p) - residual) / (moved[j] - x[j])
+        return residual, jacobian
 
 
 class ResponseDependentModes(LinearModes):
@@ -109,24 +130,18 @@ class ResponseDependentModes(LinearModes):
         jacobian: Jacobian = "analytic",
     ) -> None:
         super().__init__(balance, jacobian)
-        modes = len(balance.stiffness)
-        if not 1 <= count <= modes:
-            raise ValueError(f"{count} response-dependent modes of {modes} linear ones")
-        first = max(0, target + 1 - count)
         self._linear = balance
-        stuck = balance.stiffness + balance.joint.stuck_stiffness()
-        self.basis = np.linalg.eigh(stuck)[1][:, first : first + count]
+        self.basis = _stuck_modes(balance, count, target)[1]
 
     def renew(
-        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64]
+        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """New modes from the describing function at x; x and a direction projected onto them."""
         q, q_along = self.to_fixed(x), self.to_fixed(along)
-        matrix = self._linear.stiffness
-        secant = self.balance.secant_stiffness(x).real
-        for B, k in zip(self._linear.rows, secant.T, strict=True):
-            matrix = matrix + B.T @ (k[:, None] * B)
-        self.basis = _followed(np.linalg.eigh(matrix)[1], self.basis)
+        matrix = self._linear.stiffness_with(self.balance.secant_stiffness(x).real)
+        vectors = np.linalg.eigh(matrix)[1]
+        vectors = vectors[:, _like(vectors, self.basis)]
+        self.basis = vectors * _signs(vectors, self.basis)
         return self.from_fixed(q), self.from_fixed(q_along)
 
     def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -138,10 +153,334 @@ class ResponseDependentModes(LinearModes):
         return (x.reshape(-1, self.basis.shape[1]) @ self.basis.T).ravel()
 
 
+class MovingModes(LinearModes):
+    """The same modes, of the describing function at the solution itself, not at the one before it.
+
+    The unknown stays the amplitude q of all linear modes. With P = V V^T, V the modes that q makes,
+    g the left side of the balance and k a stiffness that makes the units agree, every component
+    obeys::
+
+        P g + k (I - P) q = 0
+
+    q lies in the span of its own modes, and the balance holds in them. The derivative knows that
+    the modes move with q: with ``A v_i = a_i v_i``,
+    ``dv_i = sum over the modes left out, (v_j . dA v_i) / (a_i - a_j) v_j``.
+
+    Parameters
+    ----------
+    balance, count, target
+        As for ``ResponseDependentModes``.
+
+    Raises
+    ------
+    ValueError
+        If more modes are asked for than the structure has.
+    """
+
+    def __init__(self, balance: HarmonicBalance, count: int, target: int = 0) -> None:
+        super().__init__(balance)
+        squared, self._modes = _stuck_modes(balance, count, target)
+        self._scale = squared[-1]
+        #: of the excitation that acts
+        self.share = 1.0
+
+    @property
+    def basis(self) -> NDArray[np.float64]:
+        """The modes at the last solution, by which those at the next are known again."""
+        return self._modes
+
+    @basis.setter
+    def basis(self, basis: NDArray[np.float64]) -> None:
+        self._modes = basis
+
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Residual and Jacobian at the frequency p [rad/s]."""
+        motion = self.balance.motion(x)
+        force, tangent = self.balance.joint.law.force_and_tangent(motion)
+        secant = self.balance.secants(motion, force)
+        squared, vectors, kept = self._modes_of(secant.real)
+        V, others = vectors[:, kept], np.delete(vectors, kept, axis=1)
+        gaps = squared[kept] - np.delete(squared, kept)[:, None]
+        # what turns each mode towards those left out, by q: (left out, components * modes)
+        change = self.balance.secant_derivative(motion, secant, tangent).real
+        turns = [
+            others @ (others.T @ self.balance.weighted_products(v, change) / gap[:, None])
+            for v, gap in zip(V.T, gaps.T, strict=True)
+        ]
+
+        residual, jacobian = self.balance.with_contact(x, p, force, tangent)
+        residual += (1 - self.share) * self.balance.modal_force
+        k, modes = self._scale, len(V)
+        residual, jacobian = residual - k * x, jacobian - k * np.eye(x.size)
+        for first in range(0, x.size, modes):
+            part = slice(first, first + modes)
+            h, dh = residual[part].copy(), jacobian[part]
+            residual[part] = V @ (V.T @ h)
+            jacobian[part] = V @ (V.T @ dh)
+            for v, turn in zip(V.T, turns, strict=True):
+                jacobian[part] += turn * (v @ h) + np.outer(v, h @ turn)
+        return residual + k * x, jacobian + k * np.eye(x.size)
+
+    def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
+        """Derivative of the residual by the frequency."""
+        return self._projected(x, super().parameter_derivative(x, p))
+
+    def share_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the residual by the share of the excitation that acts."""
+        return -self._projected(x, self.balance.modal_force)
+
+    def renew(
+        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
+    ) -> None:
+        """Remember the modes at x; the unknown keeps its meaning."""
+        self._modes = self._modes_at(x)
+
+    def _projected(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        V = self._modes_at(x)
+        return (y.reshape(-1, len(V)) @ V @ V.T).ravel()
+
+    def _modes_at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        _, vectors, kept = self._modes_of(self.balance.secant_stiffness(x).real)
+        return vectors[:, kept]
+
+    def _modes_of(
+        self, secant: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Squared frequencies and modes, and which of them continue the last ones in shape."""
+        squared, vectors = np.linalg.eigh(self.balance.stiffness_with(secant))
+        kept = _like(vectors, self._modes)
+        vectors[:, kept] *= _signs(vectors[:, kept], self._modes)
+        return squared, vectors, kept
+
+
+class Loading:
+    """The equations of ``MovingModes`` at one frequency, while the excitation grows.
+
+    The parameter is the logarithm of the share of the excitation that acts.
+
+    Parameters
+    ----------
+    equations
+        Those whose share is varied.
+    w
+        The frequency [rad/s].
+    """
+
+    def __init__(self, equations: MovingModes, w: float) -> None:
+        self._equations, self._w = equations, w
+        self.looks_ahead = equations.looks_ahead
+        self.residual_scale = equations.residual_scale
+
+    @property
+    def basis(self) -> NDArray[np.float64]:
+        """As of the equations."""
+        return self._equations.basis
+
+    @basis.setter
+    def basis(self, basis: NDArray[np.float64]) -> None:
+        self._equations.basis = basis
+
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Residual and Jacobian under exp(p) of the excitation."""
+        self._equations.share = np.exp(p)
+        found = self._equations.evaluate(x, self._w)
+        self._equations.share = 1.0
+        return found
+
+    def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
+        """Derivative of the residual by the logarithm of the share."""
+        return np.exp(p) * self._equations.share_derivative(x)
+
+    def renew(
+        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
+    ) -> None:
+        """As of the equations."""
+        self._equations.renew(x, self._w, along, ahead)
+
+    def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """As of the equations."""
+        return x
+
+
+class ComplexModes(LinearModes):
+    """A few complex modes of the structure as the contact's present force makes it.
+
+    Eigenvectors of the complex symmetric ``A = L (1 + i eta) + R^T D R``, D the complex describing
+    function of each contact point, so that they hold what the contact dissipates. They are
+    normalised by ``phi^T phi = 1`` and the equations are projected with ``phi^T``, no conjugate, by
+    which the modes of a complex symmetric matrix are orthogonal. After every accepted solution they
+    are renewed at the point that is expected next, and followed by their shape: so what they lag
+    behind is of second order in the step.
+
+    With ``q = Im((s + i c) exp(iwt))``, the unknown is y of ``s + i c = Phi y + q_rest``, its real
+    and then its imaginary part, after the bias in all linear modes where the law has one. q_rest is
+    what the modes left out add when they see the excitation alone, at the last frequency.
+
+    Parameters
+    ----------
+    balance
+        The modal equations, of one harmonic.
+    count, target, jacobian
+        As for ``ResponseDependentModes``.
+    with_rest
+        Whether q_rest is added, else it is zero.
+
+    Raises
+    ------
+    ValueError
+        If more modes are asked for than the structure has, or the motion has further harmonics.
+    """
+
+    looks_ahead = True
+
+    def __init__(
+        self,
+        balance: HarmonicBalance,
+        count: int,
+        target: int = 0,
+        jacobian: Jacobian = "analytic",
+        with_rest: bool = True,
+    ) -> None:
+        super().__init__(balance, jacobian)
+        if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
+            raise ValueError("complex response-dependent modes need a motion of one harmonic")
+        self._modes = len(balance.stiffness)
+        self._bias = self._modes * (balance.components[0] == "bias")
+        self._excitation = balance.joint.excitation_mode * balance.excitation_force
+        self._lossy = balance.stiffness * (1 + 1j * balance.loss_factor)
+        self._with_rest = with_rest
+        real = _stuck_modes(balance, count, target)[1]
+        self.basis = real.astype(complex), np.zeros(self._modes, dtype=complex)
+
+    @property
+    def basis(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Phi, shape (linear modes, modes), and q_rest, shape (linear modes,)."""
+        return self._phi, self._rest
+
+    @basis.setter
+    def basis(self, basis: tuple[NDArray[np.complex128], NDArray[np.complex128]]) -> None:
+        self._phi, self._rest = phi, rest = basis
+        rows, bias = self.balance.rows, self._bias
+        shape = self.balance.joint.points, len(rows), len(self.balance.components)
+        size = bias + 2 * phi.shape[1]
+        # motion of the points: by the unknown, and at rest; modal forces by those of the points
+        self._to_points, self._from_points = np.zeros((2, *shape, size))
+        self._points_at_zero = np.zeros(shape)
+        for d, B in enumerate(rows):
+            Z, at_zero = B @ phi, B @ rest
+            self._to_points[:, d, 0, :bias] = self._from_points[:, d, 0, :bias] = B[:, :bias]
+            self._to_points[:, d, -2, bias:] = np.hstack([Z.real, -Z.imag])
+            self._to_points[:, d, -1, bias:] = np.hstack([Z.imag, Z.real])
+            self._from_points[:, d, -2, bias:] = np.hstack([Z.real, Z.imag])
+            self._from_points[:, d, -1, bias:] = np.hstack([-Z.imag, Z.real])
+            self._points_at_zero[:, d, -2:] = np.column_stack([at_zero.real, at_zero.imag])
+
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Residual and Jacobian at the frequency p [rad/s]."""
+        if not self._analytic:
+            return self._with_differences(x, p)
+        force, tangent = self.balance.joint.law.force_and_tangent(self._motion(x))
+        phi, bias = self._phi, self._bias
+        dynamic = phi.T @ (self._lossy - p**2 * np.eye(len(phi))) @ phi
+        jacobian = np.zeros((x.size, x.size))
+        jacobian[:bias, :bias] = self.balance.stiffness[:bias, :bias]
+        jacobian[bias:, bias:] = np.block(
+            [[dynamic.real, -dynamic.imag], [dynamic.imag, dynamic.real]]
+        )
+        shape = len(tangent), -1, x.size
+        moved = tangent @ self._to_points.reshape(shape)
+        jacobian += np.tensordot(self._from_points.reshape(shape), moved, ([0, 1], [0, 1]))
+        return self._balanced(x, p, force), jacobian
+
+    def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
+        """Derivative of the residual by the frequency."""
+        _, y = self._parts(x)
+        derivative = -2.0 * p * (self._phi.T @ (self._phi @ y + self._rest))
+        return np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
+
+    def renew(
+        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """New modes from the describing function ahead; x and a direction expressed in them."""
+        q, q_along = self.to_fixed(x), self.change_to_fixed(along)
+        expected, p = ahead
+        secant = self.balance.secant_stiffness(expected)
+        matrix = self.balance.stiffness_with(secant) + 1j * self._lossy.imag
+        squared, vectors = np.linalg.eig(matrix)
+        vectors /= np.sqrt(np.sum(vectors * vectors, axis=0))
+        kept = _like(vectors, self._phi)
+        rest = np.zeros_like(self._rest)
+        if self._with_rest:
+            others = np.delete(vectors, kept, axis=1)
+            share = others.T @ self._excitation / (np.delete(squared, kept) - p**2)
+            rest = others @ share
+        self.basis = vectors[:, kept] * _signs(vectors[:, kept], self._phi), rest
+        return self.from_fixed(q), self._from_fixed(q_along, 0.0)
+
+    def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Project amplitudes of the linear modes onto the present modes."""
+        return self._from_fixed(q, self._rest)
+
+    def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The unknown as amplitude of the linear modes, components one after another."""
+        return self._to_fixed(x, self._rest)
+
+    def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A change of the unknown as one of the linear modes' amplitudes."""
+        return self._to_fixed(dx, 0.0)
+
+    def _from_fixed(
+        self, q: NDArray[np.float64], rest: NDArray[np.complex128] | float
+    ) -> NDArray[np.float64]:
+        bias, (s, c) = q[: self._bias], q[self._bias :].reshape(2, -1)
+        y = self._phi.T @ (s + 1j * c - rest)
+        return np.concatenate([bias, y.real, y.imag])
+
+    def _to_fixed(
+        self, x: NDArray[np.float64], rest: NDArray[np.complex128] | float
+    ) -> NDArray[np.float64]:
+        bias, y = self._parts(x)
+        q = self._phi @ y + rest
+        return np.concatenate([bias, q.real, q.imag])
+
+    def _parts(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+        """The bias in linear modes, empty without one, and the amplitudes of the complex modes."""
+        real, imaginary = x[self._bias :].reshape(2, -1)
+        return x[: self._bias], real + 1j * imaginary
+
+    def _motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        motion = self._to_points @ x + self._points_at_zero
+        return motion.reshape(len(motion), -1)
+
+    def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
+        return self._balanced(x, p, self.balance.joint.law.force(self._motion(x)))
+
+    def _balanced(
+        self, x: NDArray[np.float64], p: float, force: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """What is left of the equations when the contact has this force on its points."""
+        bias, y = self._parts(x)
+        q = self._phi @ y + self._rest
+        left = self._phi.T @ (self._lossy @ q - p**2 * q - self._excitation)
+        static = self.balance.stiffness @ bias if bias.size else bias
+        contact = force.ravel() @ self._from_points.reshape(force.size, -1)
+        return np.concatenate([static, left.real, left.imag]) + contact
+
+
 def pose(
-    name: str, balance: HarmonicBalance, resonance: int, jacobian: Jacobian = "analytic"
+    name: str,
+    balance: HarmonicBalance,
+    resonance: int,
+    jacobian: Jacobian = "analytic",
+    renewal: Renewal = "within",
 ) -> LinearModes:
-    """Pose the balance in coordinates by their name, ``linear`` or ``rdnm-N``.
+    """Pose the balance in coordinates by their name: ``linear``, ``rdnm-N``, ``complex-rdnm-N``.
 
     Parameters
     ----------
@@ -153,21 +492,46 @@ def pose(
         The resonance that is followed, from 1.
     jacobian
         As for ``LinearModes``.
+    renewal
+        Whether the modes of ``rdnm-N`` are those of the solution itself (``within``), or stay those
+        of the last one (``after``). Forward differences, as the source takes them, know the latter
+        only.
 
     Raises
     ------
     ValueError
-        If there are no such coordinates.
+        If the balance cannot be posed in such coordinates.
     """
-    count = parse_coordinates(name)
-    if count is None:
+    kind, count = parse_coordinates(name)
+    target = resonance - 1
+    if kind == "linear":
         return LinearModes(balance, jacobian)
-    return ResponseDependentModes(balance, count, resonance - 1, jacobian)
+    if kind == "complex":
+        return ComplexModes(balance, count, target, jacobian)
+    if kind == "real" and renewal == "within" and jacobian == "analytic":
+        return MovingModes(balance, count, target)
+    if kind == "real":
+        return ResponseDependentModes(balance, count, target, jacobian)
+    raise ValueError(f"the balance is not posed in {name}")
 
 
-def _followed(vectors: NDArray[np.float64], previous: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Those columns that best continue the previous ones in shape, and their sign."""
-    likeness = previous.T @ vectors
-    _, columns = linear_sum_assignment(-np.abs(likeness))
-    signs = np.sign(likeness[np.arange(len(columns)), columns])
-    return vectors[:, columns] * np.where(signs == 0, 1.0, signs)
+def _stuck_modes(
+    balance: HarmonicBalance, count: int, target: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Squared frequencies and modes while nothing slips: the target and those next below it."""
+    modes = len(balance.stiffness)
+    if not 1 <= count <= modes:
+        raise ValueError(f"{count} response-dependent modes of {modes} linear ones")
+    first = max(0, target + 1 - count)
+    squared, vectors = np.linalg.eigh(balance.stiffness + balance.joint.stuck_stiffness())
+    return squared[first : first + count], vectors[:, first : first + count]
+
+
+def _like(vectors: NDArray, previous: NDArray) -> NDArray[np.int64]:
+    """Which columns best continue each of the previous ones in shape."""
+    return linear_sum_assignment(-np.abs(previous.T @ vectors))[1]
+
+
+def _signs(vectors: NDArray, previous: NDArray) -> NDArray[np.float64]:
+    """+1 or -1 for each column, to make it continue the previous one."""
+    return np.where(np.sum(previous * vectors, axis=0).real < 0, -1.0, 1.0)

@@ -1,10 +1,11 @@
 """What do the names of joints, bases and coordinates stand for? They are also folder names."""
 
 import re
+from typing import Literal, NamedTuple
 
 NAME = r"^[A-Za-z0-9_-]+$"
-MODES = r"^free-([1-9][0-9]*)$"
-COORDINATES = r"^(?:linear|rdnm-([1-9][0-9]*))$"
+MODES = r"^(?:free|enriched)-([1-9][0-9]*)$"
+COORDINATES = r"^(?:linear|backbone|(complex-)?rdnm-([1-9][0-9]*))$"
 JOINT = r"^(?:node-to-node|regions=([1-9][0-9]*)(?:/elements=([1-9][0-9]*))?)$"
 #: pages of the report beside those of the cases
 PAGES = ("overview", "structure")
@@ -12,8 +13,11 @@ PAGES = ("overview", "structure")
 #: the patterns, in words
 PATTERNS = {
     NAME: "must be a file name without .yaml, of letters, digits, _ and -",
-    MODES: "must be free-N, N being the number of modes",
-    COORDINATES: "must be linear or rdnm-N, N being the number of response-dependent modes",
+    MODES: "must be free-N or enriched-N, N being the number of modes",
+    COORDINATES: (
+        "must be linear, backbone, rdnm-N or complex-rdnm-N, "
+        "N being the number of response-dependent modes"
+    ),
     JOINT: "must be node-to-node, regions=N or regions=N/elements=M",
 }
 
@@ -28,21 +32,44 @@ def parse_joint(name: str) -> tuple[int | None, int | None]:
     >>> parse_joint("node-to-node"), parse_joint("regions=6"), parse_joint("regions=6/elements=7")
     ((None, None), (6, None), (6, 7))
     """
-    regions, elements = _numbers_in(JOINT, name)
+    regions, elements = (None if group is None else int(group) for group in _matched(JOINT, name))
     return regions, elements
 
 
 def parse_modes(name: str) -> int:
     """The number of modes that the name of a basis stands for: 4 for ``free-4``."""
-    (number,) = _numbers_in(MODES, name)
-    assert number is not None
-    return number
+    (number,) = _matched(MODES, name)
+    return int(number)
 
 
-def parse_coordinates(name: str) -> int | None:
-    """The number of response-dependent modes: 2 for ``rdnm-2``, None for ``linear``."""
-    (number,) = _numbers_in(COORDINATES, name)
-    return number
+def is_enriched(modes: str) -> bool:
+    """Whether a basis holds shapes of the joint in contact beside the modes without contact."""
+    return modes.startswith("enriched-")
+
+
+class Coordinates(NamedTuple):
+    """What a response is solved in.
+
+    ``kind``: all modes of the basis (``linear``); ``count`` real or complex response-dependent
+    ones; or rebuilt from one mode at given amplitudes (``backbone``).
+    """
+
+    kind: Literal["linear", "real", "complex", "backbone"]
+    count: int | None = None
+
+
+def parse_coordinates(name: str) -> Coordinates:
+    """What the name of coordinates stands for.
+
+    >>> parse_coordinates("rdnm-2"), parse_coordinates("complex-rdnm-1").kind
+    (Coordinates(kind='real', count=2), 'complex')
+    >>> parse_coordinates("linear")
+    Coordinates(kind='linear', count=None)
+    """
+    is_complex, count = _matched(COORDINATES, name)
+    if count is None:
+        return Coordinates("backbone" if name == "backbone" else "linear")
+    return Coordinates("complex" if is_complex else "real", int(count))
 
 
 def joint_in_words(name: str) -> str:
@@ -63,23 +90,26 @@ def joint_in_words(name: str) -> str:
 def coordinates_in_words(name: str, short: bool = False) -> str:
     """What a response is solved in, for people; short in a legend, which has no room for more.
 
-    >>> coordinates_in_words("linear"), coordinates_in_words("rdnm-1")
-    ('linear modes', '1 response-dependent mode')
+    >>> coordinates_in_words("linear"), coordinates_in_words("complex-rdnm-1")
+    ('linear modes', '1 complex response-dependent mode')
     >>> coordinates_in_words("linear", short=True), coordinates_in_words("rdnm-1", short=True)
     ('linear modes', '1 RDNM')
     """
-    modes = parse_coordinates(name)
-    if modes is None:
-        return "linear modes"
-    return f"{modes} RDNM" if short else _counted(modes, "response-dependent mode")
+    kind, count = parse_coordinates(name)
+    if count is None:
+        return "linear modes" if kind == "linear" else kind
+    complexly = "complex " if kind == "complex" else ""
+    if short:
+        return f"{count} {complexly}RDNM"
+    return _counted(count, f"{complexly}response-dependent mode")
 
 
 def _counted(number: int, what: str) -> str:
     return f"{number} {what}{'s' if number > 1 else ''}"
 
 
-def _numbers_in(pattern: str, name: str) -> tuple[int | None, ...]:
+def _matched(pattern: str, name: str) -> tuple[str | None, ...]:
     match = re.fullmatch(pattern, name)
     if match is None:
         raise ValueError(f"{name!r} {PATTERNS[pattern]}")
-    return tuple(None if group is None else int(group) for group in match.groups())
+    return match.groups()

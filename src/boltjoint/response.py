@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
 from boltjoint.balance import HarmonicBalance
-from boltjoint.continuation import Path, StepControl, trace
-from boltjoint.coordinates import Jacobian, pose
+from boltjoint.continuation import Path, StepControl, newton, trace
+from boltjoint.coordinates import Jacobian, LinearModes, Loading, MovingModes, Renewal, pose
 from boltjoint.dataset import quantity
 from boltjoint.friction import states
 from boltjoint.joint import Joint
@@ -19,6 +20,9 @@ logger = logging.getLogger(__name__)
 
 #: share of the window that counts, in arc length, as much as doubling the response
 _WINDOW_SHARE = 1 / 15
+
+#: share of a force under which little slips, so that a corrector finds the solution
+_UNDER_LITTLE_FORCE = 1e-3
 
 #: harmonic components that the result files begin with; further ones follow as they were solved for
 _COMPONENTS = ("bias", "sin", "cos")
@@ -104,12 +108,14 @@ def solve_branch(
     coordinates: str = "linear",
     resonance: int = 1,
     jacobian: Jacobian = "analytic",
+    renewal: Renewal = "within",
     control: StepControl | None = None,
 ) -> Branch:
     """Frequency response of a joint at one force level, by harmonic balance and arc length.
 
-    The path starts from the stuck linear solution at the lower end of the window. Local maxima of
-    the response are located, not only sampled.
+    The path starts from the stuck linear solution at the lower end of the window, or, where that is
+    too far from the solution, from one to which the force was raised. Local maxima of the response
+    are located, not only sampled.
 
     Parameters
     ----------
@@ -122,28 +128,35 @@ def solve_branch(
     window
         Lowest and highest frequency [Hz]; by default ``frequency_window`` of the resonance.
     coordinates
-        ``linear`` or ``rdnm-N``.
+        As for ``coordinates.pose``; or ``backbone``, to rebuild the response from the joint's mode
+        at given amplitudes.
     resonance
         Which resonance is followed, from 1: it sets the window and the mode ``rdnm-N`` must hold.
     jacobian
         ``analytic`` or ``forward-difference``.
+    renewal
+        Of the modes ``rdnm-N``, as for ``coordinates.pose``.
     control
         Tolerance and step lengths.
     """
+    control = control or StepControl()
+    window = window or frequency_window(joint, resonance=resonance)
+    if coordinates == "backbone":
+        return _rebuilt(joint, force, loss_factor, window, resonance, control)
     balance = HarmonicBalance(joint, loss_factor, force)
-    equations = pose(coordinates, balance, resonance, jacobian)
-    low, high = (2 * np.pi * f for f in window or frequency_window(joint, resonance=resonance))
+    equations = pose(coordinates, balance, resonance, jacobian, renewal)
+    low, high = (2 * np.pi * f for f in window)
     observe = _Observed(balance)
 
     def amplitude_slope(x: NDArray[np.float64], dx: NDArray[np.float64]) -> float:
-        at, along = observe(equations.to_fixed(x)), observe(equations.to_fixed(dx))
+        at, along = observe(equations.to_fixed(x)), observe(equations.change_to_fixed(dx))
         return float((at.conjugate() * along).real)
 
     path = trace(
         equations,
-        equations.from_fixed(balance.stuck_solution(low)),
+        _start(equations, balance, low, control),
         (low, high),
-        control or StepControl(),
+        control,
         scale=_WINDOW_SHARE * (high - low),
         event=amplitude_slope,
     )
@@ -159,13 +172,14 @@ def solve_response(
     coordinates: str = "linear",
     resonance: int = 1,
     jacobian: Jacobian = "analytic",
+    renewal: Renewal = "within",
     control: StepControl | None = None,
 ) -> xr.Dataset:
     """Frequency responses at several force levels, as the result files keep them.
 
     Parameters
     ----------
-    joint, loss_factor, window, coordinates, resonance, jacobian, control
+    joint, loss_factor, window, coordinates, resonance, jacobian, renewal, control
         As for ``solve_branch``.
     forces
         Amplitudes of the excitation [N].
@@ -187,6 +201,7 @@ def solve_response(
             coordinates=coordinates,
             resonance=resonance,
             jacobian=jacobian,
+            renewal=renewal,
             control=control,
         )
         branches.append(branch)
@@ -287,6 +302,43 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
             ),
         },
         coords={"component": list(components)},
+    )
+
+
+def _start(
+    equations: LinearModes, balance: HarmonicBalance, w: float, control: StepControl
+) -> NDArray[np.float64]:
+    """Where a path may begin: the stuck linear solution, or what it becomes as the force grows."""
+    stuck = balance.stuck_solution(w)
+    if not isinstance(equations, MovingModes) or newton(equations, stuck, w, control)[0].converged:
+        return equations.from_fixed(stuck)
+    begin = np.log(_UNDER_LITTLE_FORCE)
+    loading = Loading(equations, w)
+    grown = trace(loading, _UNDER_LITTLE_FORCE * stuck, (begin, 0.0), control, scale=1.0)
+    return grown.solutions[-1].x
+
+
+def _rebuilt(
+    joint: Joint,
+    force: float,
+    loss_factor: float,
+    window: tuple[float, float],
+    resonance: int,
+    control: StepControl,
+) -> Branch:
+    mode = ModeAtAmplitude(joint, loss_factor, resonance)
+    found = rebuild(Backbone(mode, mode.amplitudes_for([force], window), control), force, window)
+    count, observe = found.frequency.size, _Observed(mode.balance)
+    return Branch(
+        force=force,
+        frequency=found.frequency,
+        modal_coordinate=found.modal_coordinate,
+        amplitude=np.array([abs(observe(row)) for row in found.modal_coordinate]),
+        iterations=np.zeros(count, dtype=np.int64),
+        converged=np.ones(count, dtype=bool),
+        located=np.arange(count) == (-1 if found.peak is None else found.peak),
+        complete=found.complete,
+        reason=found.reason,
     )
 
 
