@@ -8,11 +8,12 @@ joint's backbone, from which the response to any force near the resonance is reb
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint.balance import HarmonicBalance
 from boltjoint.continuation import Solution, StepControl, newton, trace
@@ -27,6 +28,9 @@ _STEP = 0.1
 
 #: phases from the peak [rad] at which a rebuilt response is given beside the states of the path
 _PHASES = np.geomspace(0.01, 1.45, 24)
+
+#: so far from the peak of the mode [rad] the observed point may be largest
+_NEAR_PEAK = 0.5
 
 
 class ModeAtAmplitude:
@@ -211,9 +215,10 @@ class Backbone:
 class Rebuilt:
     """The response to a force as one mode gives it.
 
-    ``frequency`` (solutions,) [Hz], rising; ``modal_coordinate`` (solutions, components * modes),
-    as the unknown of ``HarmonicBalance``; ``peak``: index of the largest response, None if the
-    backbone does not reach it; ``complete``: whether it covers the window, if not, ``reason``.
+    ``frequency`` (solutions,) [Hz]; ``modal_coordinate`` (solutions, components * modes), as the
+    unknown of ``HarmonicBalance``; ``peak``: index of the largest response of the observed point,
+    None where it is not reached in the window; ``complete``: whether the response covers the
+    window; if not, ``reason``.
     """
 
     frequency: NDArray[np.float64]
@@ -243,70 +248,144 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     window
         Lowest and highest frequency [Hz].
     """
-    balance = backbone.equations.balance
-    excitation = balance.joint.excitation_mode * force
+    curve = _Curve(backbone, force)
+    if curve.beyond == 0:
+        empty = np.zeros((0, curve.balance.modal_force.size))
+        return Rebuilt(np.zeros(0), empty, None, False, "the backbone begins above the peak")
 
-    def excess(state: State) -> float:
-        """How much more the force does than the damping needs, in terms of lambda."""
-        return abs(state.mode @ excitation) / state.amplitude - state.eigenvalue.imag
-
-    states = backbone.states
-    beyond = next((i for i, state in enumerate(states) if excess(state) <= 0), None)
-    found, peak, reason = states[:beyond], None, backbone.reason
-    if beyond:
-        within = [state.amplitude for state in states[beyond - 1 : beyond + 1]]
-        at_peak = _root(lambda a: excess(backbone.between(beyond - 1, a)), within)
-        peak = backbone.between(beyond - 1, at_peak)
-        near = (_last_with(backbone, beyond, at_peak * np.cos(phase)) for phase in _PHASES)
-        found = sorted([*found, *filter(None, near)], key=lambda state: state.amplitude)
-    elif not reason:
-        reason = "the backbone ends below the peak"
-
+    places = curve.places()
+    if curve.at_peak is not None:
+        # phases around the peak, at which the observed point need not be largest too
+        largest = minimize_scalar(
+            lambda phase: -abs(curve.observed(phase)),
+            bounds=(-_NEAR_PEAK, _NEAR_PEAK),
+            method="bounded",
+            options={"xatol": 1e-6},
+        ).x
+        places = sorted([*places, (curve.amplitude_at(largest), largest)], key=lambda at: at[1])
+    points = [curve.point(*place) for place in places]
     ends = [(2 * np.pi * f) ** 2 for f in window]
-    sides = []
-    for sign, end in zip((-1.0, 1.0), ends, strict=True):
-
-        def squared(state: State, sign: float = sign) -> float:
-            """Of the frequency on this side of the resonance."""
-            reach = abs(state.mode @ excitation) / state.amplitude
-            way = np.sqrt(max(reach**2 - state.eigenvalue.imag**2, 0.0))
-            return state.eigenvalue.real + sign * way
-
-        side = [(state, squared(state)) for state in found]
-        outside = [i for i, (_, at) in enumerate(side) if sign * (at - end) > 0]
-        if outside and outside[-1] + 1 < len(side):
-            within = [state.amplitude for state, _ in side[outside[-1] :][:2]]
-            a = _root(lambda a, end=end: squared(_last_with(backbone, beyond, a)) - end, within)
-            side = [(_last_with(backbone, beyond, a), end), *side[outside[-1] + 1 :]]
-        elif not reason:
-            reason = "the backbone begins above the response at an end of the window"
-        sides.append(side)
-    at_resonance = [(peak, peak.eigenvalue.real)] if peak else []
-    both = [*sides[0], *at_resonance, *reversed(sides[1])]
-    inside = [(state, at) for state, at in both if ends[0] <= at <= ends[1]]
+    first, last = (curve.crossing(places, points, end) for end in ends)
+    inside = [
+        (place, point)
+        for place, point in zip(places, points, strict=True)
+        if ends[0] < point.squared < ends[1]
+    ]
+    if first is not None:
+        inside.insert(0, first)
+    if last is not None:
+        inside.append(last)
+    if first is not None and last is not None:
+        reason = ""
+    elif curve.at_peak is None:
+        reason = backbone.reason or "the backbone ends below the peak"
+    else:
+        reason = "the backbone begins above the response at an end of the window"
+    at_largest = (
+        i
+        for i, (place, _) in enumerate(inside)
+        if curve.at_peak is not None and place[1] == largest
+    )
     return Rebuilt(
-        frequency=np.sqrt([at for _, at in inside]) / (2 * np.pi),
-        modal_coordinate=np.array(
-            [_motion(balance, state, at, excitation) for state, at in inside]
-        ).reshape(len(inside), -1),
-        peak=next((i for i, (state, _) in enumerate(inside) if state is peak), None),
+        frequency=np.sqrt([point.squared for _, point in inside]) / (2 * np.pi),
+        modal_coordinate=np.array([point.motion for _, point in inside]).reshape(len(inside), -1),
+        peak=next(at_largest, None),
         complete=not reason,
         reason=reason,
     )
+
+
+#: amplitude of the mode, and the phase [rad] that stands for a place on a response: below
+#: resonance negative, above positive, in size arccos of the amplitude over that at the peak
+_Place = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class _Point:
+    squared: float
+    """Square of the frequency [rad2/s2]."""
+    motion: NDArray[np.float64]
+    """Unknown of the balance."""
+
+
+class _Curve:
+    """The response to one force, from below resonance over the peak to above."""
+
+    def __init__(self, backbone: Backbone, force: float) -> None:
+        self.backbone, self.balance = backbone, backbone.equations.balance
+        self.excitation = self.balance.joint.excitation_mode * force
+        states = backbone.states
+        #: index of the first state that the force does not reach
+        self.beyond = next((i for i, state in enumerate(states) if self._excess(state) <= 0), None)
+        #: amplitude at the peak of the mode
+        self.at_peak: float | None = None
+        if self.beyond:
+            before = self.beyond - 1
+            self.at_peak = _root(
+                lambda a: self._excess(backbone.between(before, a)),
+                (states[before].amplitude, states[self.beyond].amplitude),
+            )
+
+    def places(self) -> list[_Place]:
+        """Where the response is given: at states of the backbone, and closer near the peak."""
+        amplitudes = [state.amplitude for state in self.backbone.states[: self.beyond]]
+        if self.at_peak is None:
+            # with no peak, phases count amplitudes only
+            return [(a, -1.0 / (1 + i)) for i, a in enumerate(amplitudes)]
+        phases = [float(np.arccos(a / self.at_peak)) for a in amplitudes if a < self.at_peak]
+        phases += [phase for phase in _PHASES if self.amplitude_at(phase) > amplitudes[0]]
+        phases = sorted({*phases, 0.0})
+        both = [*(-phase for phase in reversed(phases[1:])), *phases]
+        return [(self.amplitude_at(phase), phase) for phase in both]
+
+    def amplitude_at(self, phase: float) -> float:
+        return self.at_peak * float(np.cos(phase))
+
+    def observed(self, phase: float) -> complex:
+        """Complex amplitude of the observed point [m]."""
+        s, c = self.point(self.amplitude_at(phase), phase).motion.reshape(
+            -1, len(self.balance.stiffness)
+        )[-2:]
+        return complex(s @ self.balance.joint.response_mode, c @ self.balance.joint.response_mode)
+
+    def point(self, amplitude: float, phase: float) -> _Point:
+        state = self._state(amplitude)
+        squared = state.eigenvalue.real + np.sign(phase) * np.sqrt(
+            max((self._excess(state) + state.eigenvalue.imag) ** 2 - state.eigenvalue.imag**2, 0.0)
+        )
+        return _Point(squared, _motion(self.balance, state, squared, self.excitation))
+
+    def crossing(
+        self, places: Sequence[_Place], points: Sequence[_Point], end: float
+    ) -> tuple[_Place, _Point] | None:
+        """Where the response crosses the square of a frequency, None where it does not."""
+        for (place, point), (further, beyond) in pairwise(zip(places, points, strict=True)):
+            if point.squared <= end <= beyond.squared:
+                side = place[1] + further[1]
+                within = sorted((place[0], further[0]))
+                a = _root(lambda a, side=side: self.point(a, side).squared - end, within)
+                found = self.point(a, side)
+                return (a, side), _Point(end, found.motion)
+        return None
+
+    def _excess(self, state: State) -> float:
+        """How much more the force does than the damping needs, in terms of lambda."""
+        return abs(state.mode @ self.excitation) / state.amplitude - state.eigenvalue.imag
+
+    def _state(self, amplitude: float) -> State:
+        """The state of an amplitude, on the last stretch in reach of the force that holds it."""
+        states = self.backbone.states
+        last = len(states) - 1 if self.beyond is None else self.beyond
+        for i in range(last - 1, -1, -1):
+            if states[i].amplitude <= amplitude:
+                break
+        return self.backbone.between(i, amplitude)
 
 
 def _root(function: Callable[[float], float], within: Sequence[float]) -> float:
     """Where a function of the amplitude vanishes, between two of them."""
     low, high = within
     return float(brentq(function, low, high, xtol=1e-12 * high))
-
-
-def _last_with(backbone: Backbone, beyond: int, amplitude: float) -> State | None:
-    """The state of an amplitude on the last stretch before some index that holds it."""
-    for i in range(beyond - 1, -1, -1):
-        if backbone.states[i].amplitude <= amplitude:
-            return backbone.between(i, amplitude)
-    return None
 
 
 def _motion(

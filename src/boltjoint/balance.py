@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 from boltjoint.joint import Joint
 
 
+#: with more modes, products of two at every point would take more time to read than to form
+_MOST_PRODUCTS = 16
+
+
 @dataclass(frozen=True)
 class HarmonicBalance:
     """Harmonic balance of a joint in the linear modes of its structure (eq. 2.9, 2.35).
@@ -103,16 +107,33 @@ class HarmonicBalance:
         residual = linear @ x + self._to_modes(force) - self.modal_force
         return residual, linear + self._tangent_to_modes(tangent)
 
+    def works(self, x: NDArray[np.float64]) -> tuple[float, float, float]:
+        """Work over a period of the excitation, and what structure and contact take [J].
+
+        That of a force f on a displacement q is ``pi sum_h h (f_ch s_h - f_sh c_h)``, from the
+        harmonic forces of excitation and contact and from what the losses do at each harmonic. They
+        balance where the equations hold in a space that holds q.
+        """
+        q = x.reshape(len(self.components), -1)
+        parts = {parse_component(name): i for i, name in enumerate(self.components)}
+        contact = self._to_modes(self.joint.law.force(self.motion(x))).reshape(q.shape)
+        excitation = self.modal_force.reshape(q.shape)
+        driven, lost, rubbed = 0.0, 0.0, 0.0
+        for h in (harmonic for part, harmonic in parts if part == "sin"):
+            s, c = parts["sin", h], parts["cos", h]
+            driven += h * (excitation[c] @ q[s] - excitation[s] @ q[c])
+            rubbed += h * (contact[c] @ q[s] - contact[s] @ q[c])
+            strain = q[s] @ self.stiffness @ q[s] + q[c] @ self.stiffness @ q[c]
+            lost += h * self.loss_factor * strain
+        return np.pi * driven, np.pi * lost, np.pi * rubbed
+
     def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Derivative of the residual by w, shape of x."""
         return -2.0 * w * self._harmonic**2 * x
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
-        contact = np.kron(
-            np.eye(len(self.components)), self._projected(self.joint.stuck_stiffness())
-        )
-        return np.linalg.solve(self.dynamic_stiffness(w) + contact, self.modal_force)
+        return np.linalg.solve(self.dynamic_stiffness(w) + self._stuck_to_modes, self.modal_force)
 
     def secant_stiffness(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Describing function of each point and direction: complex force over displacement.
@@ -252,7 +273,10 @@ class HarmonicBalance:
         return modal.ravel()
 
     def _tangent_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Tangents of the points as the derivative of modal forces by modal amplitudes."""
         n, modes = len(self.components), len(self.stiffness)
+        if modes > _MOST_PRODUCTS:
+            return self._stuck_to_modes + self._changed_to_modes(tangent)
         by_direction = self._by_direction(tangent)
         jacobian = np.zeros((modes * modes, n * n))
         for d, products in enumerate(self._products):
@@ -260,6 +284,31 @@ class HarmonicBalance:
                 jacobian += product.T @ by_direction[:, d, :, e, :].reshape(-1, n * n)
         by_part = jacobian.reshape(modes, modes, n, n).transpose(2, 0, 3, 1)
         return by_part.reshape(n * modes, n * modes)
+
+    def _changed_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same less what the points have while they stick: of the others alone."""
+        n, modes = len(self.components), len(self.stiffness)
+        change = tangent - self._stuck_tangent
+        changed = np.flatnonzero(np.any(change != 0, axis=(1, 2)))
+        change = self._by_direction(change[changed])
+        jacobian = np.zeros((modes, n, n, modes))
+        for e, C in enumerate(self.rows):
+            for d, B in enumerate(self.rows):
+                moved = change[:, d, :, e, :, None] * C[changed, None, None, :]
+                jacobian += (B[changed].T @ moved.reshape(len(changed), -1)).reshape(jacobian.shape)
+        return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
+
+    @cached_property
+    def _stuck_tangent(self) -> NDArray[np.float64]:
+        """Tangents of the points while nothing slips and open elements stay open."""
+        stiffness = self.joint.law.stuck_stiffness(self.joint.points)
+        each = np.repeat(stiffness, len(self.components), axis=1)
+        return each[:, :, None] * np.eye(each.shape[1])
+
+    @cached_property
+    def _stuck_to_modes(self) -> NDArray[np.float64]:
+        stuck = self._projected(self.joint.stuck_stiffness())
+        return np.kron(np.eye(len(self.components)), stuck)
 
 
 def parse_component(name: str) -> tuple[str, int]:

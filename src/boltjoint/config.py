@@ -300,24 +300,36 @@ Contact = Annotated[ConstantLoadContact | VariableLoadContact, Field(discriminat
 
 
 class Regions(Entry):
-    """How the contact surface is divided along the bar."""
+    """How the pairs of the contact surface are gathered in regions."""
 
     division: Literal["equal-load", "equal-middle-load"] = "equal-load"
-    """Regions with equal shares of the load, or of the pressure along the middle of the width."""
+    """Bands ``regions=N`` along the bar, of equal shares of the load or of the pressure along the
+    middle of the width; ``clusters=N`` are of pairs that move alike."""
+    motion: Literal["mean", "load-weighted"] = "mean"
+    """How a band moves: as the mean of its pairs, or as their mean weighted by load."""
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = 0.01
+    """Largest error of the resonance, over states of slip, by which ``regions=auto`` and
+    ``clusters=auto`` choose how many there are, before any response is solved."""
 
 
 class SolveBlock(Entry):
-    """A resonance and the joints whose response is computed around it."""
+    """A resonance, the joints whose response is computed around it, and in what they are solved."""
 
     resonance: Count
     """Which resonance, from 1; not more than there are modes."""
     joints: Annotated[tuple[JointName, ...], Field(min_length=1)]
-    """Joint models: node-to-node, regions=N, or regions=N/elements=M (M elements a region)."""
+    """Joint models: node-to-node; regions=N or clusters=N, N a number or auto; these with
+    /elements=M or /harmonic=M (M fitted elements each) or /table (one tabulated element each)."""
+    modes: Annotated[tuple[ModesName, ...], Field(min_length=1)] | None = None
+    """Modal bases; those of the case when left out."""
+    coordinates: Annotated[tuple[CoordinatesName, ...], Field(min_length=1)] | None = None
+    """Unknowns; those of the case when left out."""
     window_Hz: tuple[Positive, Positive] | None = None
     """Lowest and highest frequency; chosen around the resonance when left out."""
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        yield from repeated("joints", self.joints)
+        for key in ("joints", "modes", "coordinates"):
+            yield from repeated(key, getattr(self, key) or ())
         if self.window_Hz is not None and self.window_Hz[0] >= self.window_Hz[1]:
             yield ("window_Hz",), "must be the lower frequency, then the higher one"
 
@@ -340,47 +352,131 @@ class Case(Entry):
     forces_N: Annotated[tuple[Positive, ...], Field(min_length=1)]
     """Amplitudes of the harmonic force, in N; one frequency response for each."""
     modes: Annotated[tuple[ModesName, ...], Field(min_length=1)]
-    """Modal bases: free-N is the first N bending modes without contact."""
+    """Modal bases: free-N, the first N bending modes without contact, or enriched-N, N vectors that
+    also hold the contact while it sticks, slips or opens."""
     coordinates: Annotated[tuple[CoordinatesName, ...], Field(min_length=1)]
-    """Unknowns: linear (all modes of the basis) or rdnm-N (N response-dependent modes)."""
+    """Unknowns: linear (all modes of the basis), rdnm-N or complex-rdnm-N (N response-dependent
+    modes), or backbone (the response rebuilt from the mode at given amplitudes)."""
     solve: Annotated[tuple[SolveBlock, ...], Field(min_length=1)]
     """The resonances, each with the joints that are solved there."""
 
     @property
-    def joints(self) -> tuple[str, ...]:
-        """All joints of all resonances, each once, in the order of the file."""
-        return tuple(dict.fromkeys(joint for block in self.solve for joint in block.joints))
+    def blocks(self) -> tuple[SolveBlock, ...]:
+        """The blocks of ``solve``, with what the case gives for what they leave out."""
+        return tuple(
+            block.model_copy(
+                update={
+                    "modes": block.modes or self.modes,
+                    "coordinates": block.coordinates or self.coordinates,
+                }
+            )
+            for block in self.solve
+        )
+
+    @property
+    def bases(self) -> tuple[str, ...]:
+        """All modal bases of all blocks, each once, in the order of the file."""
+        return tuple(dict.fromkeys(family for block in self.blocks for family in block.modes))
+
+    def joints(self, family: str) -> tuple[str, ...]:
+        """All joints that are solved in a modal basis, each once, in the order of the file."""
+        blocks = (block for block in self.blocks if family in block.modes)
+        return tuple(dict.fromkeys(joint for block in blocks for joint in block.joints))
+
+    def resonances(self, family: str) -> tuple[int, ...]:
+        """The resonances that are solved in a modal basis, each once, in the order of the file."""
+        blocks = (block for block in self.blocks if family in block.modes)
+        return tuple(dict.fromkeys(block.resonance for block in blocks))
+
+    def solved(self) -> Iterator[tuple[str, str, str, int]]:
+        """Modal basis, joint, coordinates and resonance of every response, each once."""
+        return iter(
+            dict.fromkeys(
+                (family, joint, coordinates, block.resonance)
+                for block in self.blocks
+                for family in block.modes
+                for joint in block.joints
+                for coordinates in block.coordinates
+            )
+        )
+
+    def partition(self, regions: str) -> dict[str, Any]:
+        """The options of ``partition.partition_regions`` for regions or clusters of this name."""
+        parsed = names.parse_joint(regions)
+        if parsed.division == "clusters":
+            how = {"division": "clusters", "motion": "mean"}
+        else:
+            how = {"division": self.regions.division, "motion": self.regions.motion}
+        if parsed.division == "clusters" or parsed.count == "auto":
+            # bands of a given number do not depend on what is solved
+            how["resonances"] = max(block.resonance for block in self.solve)
+        if parsed.count == "auto":
+            return {**how, "count": None, "tolerance": self.regions.tolerance}
+        return {**how, "count": parsed.count}
 
     def window_around(self, resonance: int) -> tuple[float, float] | None:
         """The frequencies [Hz] given for a resonance, or None if they are to be chosen."""
-        windows = {block.resonance: block.window_Hz for block in self.solve}
-        return windows[resonance]
+        given = (block.window_Hz for block in self.solve if block.resonance == resonance)
+        return next(filter(None, given), None)
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
         yield from repeated("forces_N", self.forces_N)
         yield from repeated("modes", self.modes)
         yield from repeated("coordinates", self.coordinates)
+        yield from dict.fromkeys(
+            problem for index in range(len(self.solve)) for problem in self._conflicts_in(index)
+        )
 
-        for index, name in enumerate(self.modes):
+    def _conflicts_in(self, index: int) -> Iterator[tuple[KeyPath, str]]:
+        """What does not go together in a block, at the key that says it."""
+        block, given = self.blocks[index], self.solve[index]
+        of_modes = ("modes",) if given.modes is None else ("solve", index, "modes")
+        for place, name in enumerate(block.modes):
             if names.parse_modes(name) > MOST_MODES:
-                yield ("modes", index), f"must have at most {MOST_MODES} modes"
-        smallest = min(self.modes, key=names.parse_modes)
+                yield (*of_modes, place), f"must have at most {MOST_MODES} modes"
+        smallest = min(block.modes, key=names.parse_modes)
         available = names.parse_modes(smallest)
-        for index, name in enumerate(self.coordinates):
-            if (names.parse_coordinates(name) or 0) > available:
+        of_coordinates = (
+            ("coordinates",) if given.coordinates is None else ("solve", index, "coordinates")
+        )
+        for place, name in enumerate(block.coordinates):
+            if (names.parse_coordinates(name).count or 0) > available:
                 yield (
-                    ("coordinates", index),
+                    (*of_coordinates, place),
                     f"must not have more modes than the basis {smallest}",
                 )
+        if block.resonance > available:
+            yield (
+                ("solve", index, "resonance"),
+                f"must be at most {available}, the modes of the basis {smallest}",
+            )
+        if self.contact.law == "variable":
+            for place, name in enumerate(block.joints):
+                if names.parse_joint(name).reduction == "table":
+                    yield (
+                        ("solve", index, "joints", place),
+                        "must not be tabulated: a table needs a constant normal load",
+                    )
 
-        seen = set()
-        for index, block in enumerate(self.solve):
-            path = ("solve", index, "resonance")
-            if block.resonance > available:
-                yield path, f"must be at most {available}, the modes of the basis {smallest}"
-            if block.resonance in seen:
-                yield path, "must not appear twice: list all its joints in one block"
-            seen.add(block.resonance)
+        for before in self.blocks[:index]:
+            if before.resonance != block.resonance:
+                continue
+            if before.window_Hz and block.window_Hz and before.window_Hz != block.window_Hz:
+                yield (
+                    ("solve", index, "window_Hz"),
+                    f"must be as before for resonance {block.resonance}",
+                )
+            for place, name in enumerate(block.joints):
+                if (
+                    name in before.joints
+                    and set(before.modes) & set(block.modes)
+                    and set(before.coordinates) & set(block.coordinates)
+                ):
+                    yield (
+                        ("solve", index, "joints", place),
+                        f"is solved around resonance {block.resonance} in the same basis and "
+                        "coordinates by a block before",
+                    )
 
 
 class Solver(Entry):
@@ -394,6 +490,9 @@ class Solver(Entry):
     """Samples a period with ``friction: sampled``; they err by their inverse square."""
     jacobian: Literal["analytic", "forward-difference"] = "analytic"
     """Where the derivatives come from: analytic, or forward-difference as in the source study."""
+    renewal: Literal["within", "after"] = "within"
+    """Modes of rdnm-N: those of the solution itself, or of the one before, as in the source study,
+    which some paths do not survive; forward differences know the latter only."""
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-9
     """Residual at which a point is solved, relative to the modal force."""
     largest_step: Positive = 0.07
@@ -410,7 +509,8 @@ class Solver(Entry):
     @property
     def steps(self) -> dict[str, float]:
         """The options of ``continuation.StepControl``."""
-        return self.model_dump(exclude={"friction", "harmonics", "samples", "jacobian"})
+        others = {"friction", "harmonics", "samples", "jacobian", "renewal"}
+        return self.model_dump(exclude=others)
 
     @property
     def sampling(self) -> dict[str, int] | None:
@@ -437,6 +537,31 @@ class Solver(Entry):
             )
 
 
+class Enrichment(Entry):
+    """What the modal bases enriched-N are made for."""
+
+    contact_stiffness_N_per_m: Positive = 1e8
+    """Stiffness of each contact pair, along the bar and across the contact, in N/m."""
+    friction_coefficient: Positive = 0.1
+    """Coulomb friction coefficient; it decides whether pairs slip before they open."""
+    free_modes: Count = 12
+    """Modes without contact among the candidates."""
+    resonances: Count = 2
+    """Resonances whose motion the bases are to hold, from the first; at most free_modes."""
+    levels: Count = 15
+    """Steps by which the load that slips grows from none to all of it."""
+
+    @property
+    def options(self) -> dict[str, float]:
+        """The parameters of ``structure.enrichment.Enrichment``."""
+        options = self.model_dump()
+        return {"contact_stiffness": options.pop("contact_stiffness_N_per_m"), **options}
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        if self.resonances > self.free_modes:
+            yield ("resonances",), f"must be at most free_modes, {self.free_modes}"
+
+
 Fraction = Annotated[Number, Field(gt=0, lt=1)]
 
 
@@ -447,6 +572,13 @@ class Fitting(Entry):
     """Starting points of the search; the best fit of all is kept."""
     load_fractions: tuple[Fraction, Fraction, Fraction] = (0.3, 0.6, 0.9)
     """Loops fit at the displacements where a region carries these parts of its slip force."""
+
+    def fit(self, joint: str) -> dict[str, Any]:
+        """The options of ``fitting.fit_reduced_joint`` for a joint of this name."""
+        parsed = names.parse_joint(joint)
+        if parsed.reduction == "harmonic":
+            return {"count": parsed.elements, "method": "describing-function"}
+        return {"count": parsed.elements, "method": "loops", **self.model_dump()}
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
         yield from repeated("load_fractions", self.load_fractions)
@@ -460,10 +592,12 @@ class Timing(Entry):
     repeats_forward_difference: Count = 1
     """The same with forward differences, which take several times as long."""
 
-    @property
-    def by_jacobian(self) -> dict[str, int]:
-        """Repeats by way to the Jacobian."""
-        return {"analytic": self.repeats, "forward-difference": self.repeats_forward_difference}
+    def by_jacobian(self, modes: str, coordinates: str) -> dict[str, int]:
+        """Repeats by way to the Jacobian: with forward differences, what the source solves."""
+        repeats = {"analytic": self.repeats}
+        if not names.is_enriched(modes) and coordinates != "backbone":
+            repeats["forward-difference"] = self.repeats_forward_difference
+        return repeats
 
 
 class Settings(Entry):
@@ -473,6 +607,7 @@ class Settings(Entry):
     """Case studies to run: files of config/cases, without .yaml."""
     assemblies: tuple[Name, ...] = ()
     """Assemblies to build and tabulate even if no case uses them: files of config/assemblies."""
+    enrichment: Enrichment = Enrichment()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()
     timing: Timing = Timing()
@@ -492,6 +627,7 @@ class Study(Entry):
     """The cases that run, by name, in the order of config.yaml."""
     assemblies: dict[str, Assembly]
     """The assemblies that config.yaml names and those that its cases use, by name."""
+    enrichment: Enrichment
     solver: Solver
     fitting: Fitting
     timing: Timing
@@ -558,6 +694,7 @@ def load_study(
     return Study(
         cases=cases,
         assemblies=assemblies,
+        enrichment=checked.enrichment,
         solver=checked.solver,
         fitting=checked.fitting,
         timing=checked.timing,
@@ -617,10 +754,11 @@ class _Reader:
         pairs = assembly.contact_pairs
         for block_index, block in enumerate(case.solve):
             for index, joint in enumerate(block.joints):
-                regions, elements = names.parse_joint(joint)
+                parsed = names.parse_joint(joint)
+                regions = 1 if parsed.count == "auto" else parsed.count or 0
                 for count, what in (
-                    (regions or 0, "regions"),
-                    ((regions or 0) * (elements or 0), "elements in all"),
+                    (regions, parsed.division),
+                    (regions * (parsed.elements or 0), "elements in all"),
                 ):
                     if count > pairs:
                         self._note(

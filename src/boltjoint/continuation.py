@@ -51,6 +51,9 @@ class Equations(Protocol):
         """Express x in terms that no renewal changes, as paths record it."""
 
 
+#: renewals after which a path begins, settled or not
+_MOST_RENEWALS = 100
+
 #: relative change of a renewed unknown that no longer matters to where a path starts
 _SETTLED = 1e-6
 
@@ -65,8 +68,11 @@ _WAVER = 0.02
 #: too long to see the curve
 _CORNER = 1e-3
 
-#: times that an event is located anew in renewed terms
+#: times that a step is made anew, or an event located anew, in renewed terms
 _LOOKS = 8
+
+#: change of an unknown, over the step, between what a renewal expected and what is found
+_AGREED = 0.05
 
 #: arc within which an event is known well enough where a renewal moves it
 _EVENT_ARC = 1e-3
@@ -241,6 +247,8 @@ class _Tracer:
     """How far back of its end the path is, against that way."""
     renewed: bool = False
     """Whether renewals change what the unknown means."""
+    expected: tuple[Vector, float] | None = None
+    """Fixed form of the unknown, and parameter, that the last renewal looked at."""
     arrived: float = 0.0
     """The event function at the last solution, in the terms in which it was found."""
 
@@ -255,8 +263,13 @@ class _Tracer:
             if step < self.control.smallest_step:
                 return self._stop(reason)
             found = self._correct(station, step)
+            if found is not None and self.equations.looks_ahead:
+                station, found = self._agreed(station, step, found)
             if found is None:
                 reason = "no solution found near the last one"
+                if self.equations.looks_ahead:
+                    station, step = self._nearer(station), step * 0.5
+                    continue
                 if recentred:
                     step *= 0.5
                 station, recentred = self._recentred(station), True
@@ -269,6 +282,8 @@ class _Tracer:
             if np.linalg.norm(way) > _JUMP or behind > _WAVER or too_fast:
                 reason = "the path would jump or turn back"
                 step *= 0.5
+                if self.equations.looks_ahead:
+                    station = self._nearer(station)
                 continue
             if (solution.p - begin) * towards < 0:
                 return self._stop("the path returned to the start of the window")
@@ -298,10 +313,18 @@ class _Tracer:
     def _begin(self, start: Vector, begin: float, towards: float) -> _Station:
         """Solve at the start, renewing the meaning of the unknown until that changes it no more."""
         way = np.append(np.zeros_like(start), towards)
-        for _ in range(self.control.most_iterations):
+        # half way each time where renewals look ahead, for the reason given in _agreed
+        share = 0.5 if self.equations.looks_ahead else 1.0
+        expected = self.equations.to_fixed(start)
+        for _ in range(_MOST_RENEWALS):
             solution, jacobian = newton(self.equations, start, begin, self.control)
             solved = self.equations.to_fixed(solution.x)
-            start = self._settle(solution, jacobian, way).x
+            expected = expected + share * (solved - expected)
+            station = self._station(solution.x, begin, jacobian, way)
+            renewed = self._renewed(station, way, (expected, begin))
+            if renewed is None:
+                break
+            start, self.renewed = renewed.x, True
             change = np.linalg.norm(self.equations.to_fixed(start) - solved)
             if change <= _SETTLED * np.linalg.norm(solved):
                 break
@@ -310,14 +333,12 @@ class _Tracer:
         return self._station(solution.x, begin, jacobian, way)
 
     def _settle(
-        self, solution: Solution, jacobian: NDArray[np.float64], way: Vector, further: float = 0.0
+        self, solution: Solution, jacobian: NDArray[np.float64], way: Vector, further: float
     ) -> _Station:
         """Step on from an accepted solution, re-expressed for going so many times as far."""
         station = self._station(solution.x, solution.p, jacobian, way)
-        fixed, p = self.equations.to_fixed(solution.x), solution.p
-        if further:
-            last = self.path.solutions[-1]
-            fixed, p = fixed + further * (fixed - last.x), p + further * (p - last.p)
+        fixed, p, last = self.equations.to_fixed(solution.x), solution.p, self.path.solutions[-1]
+        fixed, p = fixed + further * (fixed - last.x), p + further * (p - last.p)
         renewed = self._renewed(station, way, (fixed, p))
         self.renewed = renewed is not None
         return renewed or station
@@ -326,6 +347,7 @@ class _Tracer:
         self, station: _Station, way: Vector, ahead: tuple[Vector, float]
     ) -> _Station | None:
         """The station re-expressed, None where the unknown keeps its meaning."""
+        self.expected = ahead
         renewed = self.equations.renew(station.x, station.p, way[:-1], ahead)
         if renewed is None:
             return None
@@ -391,6 +413,32 @@ class _Tracer:
             offset = offset - correction
         return None
 
+    def _nearer(self, station: _Station) -> _Station:
+        """The station for a step half as long, renewed where that is expected to lead."""
+        (expected, p), last = self.expected, self.path.solutions[-1]
+        ahead = (expected + last.x) / 2, (p + last.p) / 2
+        return self._renewed(station, station.tangent / station.weights, ahead) or station
+
+    def _agreed(
+        self, station: _Station, step: float, found: _Corrected | None
+    ) -> tuple[_Station, _Corrected | None]:
+        """The step made anew until it leads to where the renewal expected it to.
+
+        Half way is gone each time: where what is expected and what is found answer each other with
+        opposite signs, going all the way would swing.
+        """
+        for _ in range(_LOOKS):
+            if found is None:
+                break
+            fixed, p = self.equations.to_fixed(found.solution.x), found.solution.p
+            expected, at = self.expected
+            if np.linalg.norm(fixed - expected) <= _AGREED * step * np.linalg.norm(fixed):
+                break
+            ahead = (fixed + expected) / 2, (p + at) / 2
+            station = self._renewed(station, station.tangent / station.weights, ahead) or station
+            found = self._correct(station, step)
+        return station, found
+
     def _way_from_last(self, solution: Solution, weight: float) -> Vector:
         """The way from the last recorded solution, in weighted coordinates no renewal changes."""
         last = self.path.solutions[-1]
@@ -452,7 +500,7 @@ class _Tracer:
         """The same where renewals look ahead: in terms renewed at the event itself."""
         if self.arrived <= 0 or self._event_after(station, found) > 0:
             return None
-        basis, event = self.equations.basis, found.solution
+        basis, expected, event = self.equations.basis, self.expected, found.solution
         way, last = station.tangent / station.weights, self.equations.to_fixed(event.x)
         for _ in range(_LOOKS):
             station = self._renewed(station, way, (last, event.p)) or station
@@ -462,8 +510,8 @@ class _Tracer:
             fixed = self.equations.to_fixed(event.x)
             if np.linalg.norm(fixed - last) <= _SETTLED * np.linalg.norm(fixed):
                 break
-            last = fixed
-        self.equations.basis = basis
+            last = (fixed + last) / 2
+        self.equations.basis, self.expected = basis, expected
         return replace(event, x=fixed)
 
     def _located(self, station: _Station, step: float) -> Solution | None:

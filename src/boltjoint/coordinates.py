@@ -528,8 +528,9 @@ def _stuck_modes(
 
 
 def _like(vectors: NDArray, previous: NDArray) -> NDArray[np.int64]:
-    """Which columns best continue each of the previous ones in shape."""
-    return linear_sum_assignment(-np.abs(previous.T @ vectors))[1]
+    """Which columns best continue each of the previous ones in shape, whatever their length."""
+    likeness = np.abs(previous.conj().T @ vectors) / np.linalg.norm(vectors, axis=0)
+    return linear_sum_assignment(-likeness)[1]
 
 
 def _signs(vectors: NDArray, previous: NDArray) -> NDArray[np.float64]:

@@ -57,12 +57,7 @@ def modes_of_case(study: Study, case: str, family: str) -> str:
 
 def solved(study: Study, case: str) -> Iterator[tuple[str, str, str, int]]:
     """All responses of a case: modes, joint, coordinates and resonance of each."""
-    chosen = study.case(case)
-    for block in chosen.solve:
-        for family in chosen.modes:
-            for name in block.joints:
-                for coordinates in chosen.coordinates:
-                    yield family, name, coordinates, block.resonance
+    yield from study.case(case).solved()
 
 
 def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
@@ -77,7 +72,7 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
 
 def is_checked(study: Study, coordinates: str) -> bool:
     """Whether a march in time checks such responses: all equations solved, with exact forces."""
-    return parse_coordinates(coordinates) is None and study.solver.sampling is None
+    return parse_coordinates(coordinates).kind == "linear" and study.solver.sampling is None
 
 
 def flat(joint_name: str) -> str:
@@ -106,7 +101,12 @@ def preloads(study: Study) -> list[tuple[str, float]]:
 
 def families(study: Study) -> list[str]:
     """Every modal basis that a case uses."""
-    return list(dict.fromkeys(family for case in study.cases.values() for family in case.modes))
+    return list(dict.fromkeys(family for case in study.cases.values() for family in case.bases))
+
+
+def contact_of_basis(study: Study, name: str) -> str:
+    """The contact of an assembly by which a basis is enriched: its first one, for all are alike."""
+    return preload(*next(which for which in preloads(study) if which[0] == name))
 
 
 def targets(study: Study) -> list[str]:
@@ -146,22 +146,22 @@ def _shown(study: Study) -> list[str]:
         where = f"{name}_preload={newton:.15g}"
         found += [f"results/figures/{what}_{where}.svg" for what in ("contact", "deformation")]
     for case_name, case in study.cases.items():
-        for family in case.modes:
+        for family in case.bases:
             where = f"{case_name}_{family}"
             for what in ("accuracy", "states", "times"):
                 found += _table(f"{what}_{where}")
             found += [
-                f"results/figures/times_{where}_resonance={block.resonance}.svg"
-                for block in case.solve
+                f"results/figures/times_{where}_resonance={resonance}.svg"
+                for resonance in case.resonances(family)
             ]
-            for joint_name in case.joints:
-                regions, elements = parse_joint(joint_name)
-                if elements is not None:
+            for joint_name in case.joints(family):
+                parsed = parse_joint(joint_name)
+                if parsed.elements is not None:
                     found += _table(f"elements_{where}_{flat(joint_name)}")
                     found.append(f"results/figures/loops_{where}_{flat(joint_name)}.svg")
-                if regions is not None:
-                    found += _table(f"regions_{where}_regions={regions}")
-                    found.append(f"results/figures/regions_{where}_regions={regions}.svg")
+                if parsed.division is not None:
+                    found += _table(f"regions_{where}_{parsed.regions}")
+                    found.append(f"results/figures/regions_{where}_{parsed.regions}.svg")
         for family, joint_name, coordinates, resonance in solved(study, case_name):
             where = f"{case_name}_{family}_{flat(joint_name)}_{coordinates}_resonance={resonance}"
             found.append(f"results/figures/response_{where}.svg")

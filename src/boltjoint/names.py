@@ -6,7 +6,10 @@ from typing import Literal, NamedTuple
 NAME = r"^[A-Za-z0-9_-]+$"
 MODES = r"^(?:free|enriched)-([1-9][0-9]*)$"
 COORDINATES = r"^(?:linear|backbone|(complex-)?rdnm-([1-9][0-9]*))$"
-JOINT = r"^(?:node-to-node|regions=([1-9][0-9]*)(?:/elements=([1-9][0-9]*))?)$"
+JOINT = (
+    r"^(?:node-to-node|(regions|clusters)=([1-9][0-9]*|auto)"
+    r"(?:/(?:(elements|harmonic)=([1-9][0-9]*)|(table)))?)$"
+)
 #: pages of the report beside those of the cases
 PAGES = ("overview", "structure")
 
@@ -18,7 +21,10 @@ PATTERNS = {
         "must be linear, backbone, rdnm-N or complex-rdnm-N, "
         "N being the number of response-dependent modes"
     ),
-    JOINT: "must be node-to-node, regions=N or regions=N/elements=M",
+    JOINT: (
+        "must be node-to-node, regions=N or clusters=N, N being a number or auto, "
+        "alone or with /elements=M, /harmonic=M or /table"
+    ),
 }
 
 
@@ -26,14 +32,41 @@ PATTERNS = {
 REFERENCE = ("node-to-node", "linear")
 
 
-def parse_joint(name: str) -> tuple[int | None, int | None]:
-    """The regions, and the elements in each, that the name of a joint stands for.
+class JointName(NamedTuple):
+    """What a joint is made of, all None for node-to-node.
 
-    >>> parse_joint("node-to-node"), parse_joint("regions=6"), parse_joint("regions=6/elements=7")
-    ((None, None), (6, None), (6, 7))
+    ``division``: pairs gathered in bands along the bar, or where they move alike; ``count`` of
+    these, ``auto`` where a tolerance decides; ``reduction``: what stands for all elements of each,
+    ``elements`` as the source fits them, those of a ``harmonic`` fit, or one ``table``; how many
+    ``elements``.
     """
-    regions, elements = (None if group is None else int(group) for group in _matched(JOINT, name))
-    return regions, elements
+
+    division: Literal["regions", "clusters"] | None = None
+    count: int | Literal["auto"] | None = None
+    reduction: Literal["elements", "harmonic", "table"] | None = None
+    elements: int | None = None
+
+    @property
+    def regions(self) -> str:
+        """The joint of the same regions with all their elements."""
+        return f"{self.division}={self.count}"
+
+
+def parse_joint(name: str) -> JointName:
+    """What the name of a joint stands for.
+
+    >>> parse_joint("node-to-node").division is None
+    True
+    >>> tuple(parse_joint("regions=6/elements=7")), tuple(parse_joint("clusters=auto/table"))
+    (('regions', 6, 'elements', 7), ('clusters', 'auto', 'table', None))
+    """
+    division, count, reduction, elements, table = _matched(JOINT, name)
+    return JointName(
+        division,
+        int(count) if count and count.isdigit() else count,
+        reduction or table,
+        None if elements is None else int(elements),
+    )
 
 
 def parse_modes(name: str) -> int:
@@ -77,14 +110,22 @@ def joint_in_words(name: str) -> str:
 
     >>> joint_in_words("node-to-node"), joint_in_words("regions=6/elements=7")
     ('node-to-node', '6 regions of 7 elements')
-    >>> joint_in_words("regions=1/elements=1")
-    '1 region of 1 element'
+    >>> joint_in_words("regions=1/elements=1"), joint_in_words("clusters=auto/table")
+    ('1 region of 1 element', 'clusters to tolerance, tabulated')
     """
-    regions, elements = parse_joint(name)
-    if regions is None:
+    parsed = parse_joint(name)
+    if parsed.division is None:
         return "node-to-node"
-    words = _counted(regions, "region")
-    return words if elements is None else f"{words} of {_counted(elements, 'element')}"
+    if parsed.count == "auto":
+        words = f"{parsed.division} to tolerance"
+    else:
+        words = _counted(parsed.count, parsed.division.removesuffix("s"))
+    if parsed.reduction is None:
+        return words
+    if parsed.reduction == "table":
+        return f"{words}, tabulated"
+    elements = f"{words} of {_counted(parsed.elements, 'element')}"
+    return f"{elements}, harmonic fit" if parsed.reduction == "harmonic" else elements
 
 
 def coordinates_in_words(name: str, short: bool = False) -> str:

@@ -156,10 +156,11 @@ def regions_of_like_motion(joint: Joint, count: int, *, resonances: int = 1) -> 
 def partition_regions(
     joint: Joint,
     preload: xr.Dataset,
-    count: int,
+    count: int | None,
     division: Division = "equal-load",
     motion: Motion = "mean",
     *,
+    tolerance: float | None = None,
     resonances: int = 1,
 ) -> Joint:
     """Reduce a node-to-node joint to regions, each moving as one artificial point.
@@ -171,7 +172,7 @@ def partition_regions(
     preload
         The contact under bolt preload that it was made from (``preload.nc``).
     count
-        Number of regions.
+        Number of regions; None for the fewest within the tolerance (``choose_count``).
     division
         ``equal-load``: bands along the bar that carry equal shares of the normal load.
         ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
@@ -180,14 +181,20 @@ def partition_regions(
         ``mean``: as the mean of the pairs (eq. 3.1, 3.2). ``load-weighted``: as their mean weighted
         by the load they carry, which keeps the friction of a contact that slips all over; a region
         without load moves as the mean.
+    tolerance
+        As for ``choose_count``, where no number is given.
     resonances
         For ``clusters``, as for ``regions_of_like_motion``.
 
     Raises
     ------
     ValueError
-        If there are not enough pairs for so many regions.
+        If there are not enough pairs for so many regions, or neither a number nor a tolerance.
     """
+    if count is None:
+        if tolerance is None:
+            raise ValueError("regions need a number, or a tolerance that chooses it")
+        count = choose_count(joint, preload, tolerance, division, motion, resonances=resonances)
     return _Partition(joint, preload, division, motion, resonances).joint(count)
 
 

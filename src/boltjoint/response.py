@@ -215,8 +215,7 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    return to_dataset(joint, branches).assign_attrs(
-        loss_factor=loss_factor,
+    return to_dataset(joint, branches, loss_factor).assign_attrs(
         coordinates=coordinates,
         resonance=resonance,
         jacobian=jacobian,
@@ -224,13 +223,15 @@ def solve_response(
     )
 
 
-def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
+def to_dataset(joint: Joint, branches: Sequence[Branch], loss_factor: float) -> xr.Dataset:
     """Branches of one joint over force levels as ``response.nc`` holds them."""
     solved = joint.law.components
     components = (*_COMPONENTS, *(name for name in solved if name not in _COMPONENTS))
     modes = joint.natural_frequency.size
-    coordinates, states_at_peak = [], []
+    coordinates, states_at_peak, unbalanced = [], [], []
     for branch in branches:
+        balance = HarmonicBalance(joint, loss_factor, branch.force)
+        unbalanced += [_energy_error(balance, x) for x in branch.modal_coordinate]
         found = branch.modal_coordinate.reshape(-1, len(solved), modes)
         full = np.zeros((len(found), modes, len(components)))
         full[:, :, [components.index(name) for name in solved]] = found.transpose(0, 2, 1)
@@ -238,7 +239,7 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
         elements = joint.law.point_of_element.size
         at_peak = np.full(elements, states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
-            motion = HarmonicBalance(joint, 0.0, branch.force).motion(found[branch.peak])
+            motion = balance.motion(found[branch.peak])
             at_peak = joint.law.contact_state(motion)
         states_at_peak.append(at_peak)
 
@@ -274,6 +275,12 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
             "converged": quantity(
                 "solution", along("converged").astype(np.int8), "1", "1 where the equations hold"
             ),
+            "energy_error": quantity(
+                "solution",
+                unbalanced,
+                "1",
+                "work of the excitation less structural loss and friction, over the larger side",
+            ),
             "force_level": quantity("force", force, "N", "excitation amplitude"),
             "peak_frequency": quantity(
                 "force", of_peak("frequency"), "Hz", "frequency of the largest maximum"
@@ -302,7 +309,13 @@ def to_dataset(joint: Joint, branches: Sequence[Branch]) -> xr.Dataset:
             ),
         },
         coords={"component": list(components)},
+        attrs={"loss_factor": loss_factor},
     )
+
+
+def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64]) -> float:
+    driven, lost, rubbed = balance.works(x)
+    return (driven - lost - rubbed) / max(abs(driven), abs(lost + rubbed))
 
 
 def _start(

@@ -31,12 +31,12 @@ rule plot_contact:
 rule plot_regions:
     input:
         assembly=lambda w: layout.assembly(case_of(w).assembly),
-        joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
+        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
         library=library("plot_regions.py"),
     output:
-        figure="results/figures/regions_{case}_{modes}_regions={n}.svg",
+        figure="results/figures/regions_{case}_{modes}_{regions}.svg",
     log:
-        "results/logs/plot_regions/{case}_{modes}_{n}.log",
+        "results/logs/plot_regions/{case}_{modes}_{regions}.log",
     conda:
         "../envs/boltjoint.yaml"
     script:
@@ -45,17 +45,17 @@ rule plot_regions:
 
 rule plot_loops:
     input:
-        reduced="results/cases/{case}/{modes}/regions={n}/elements={m}/joint.nc",
-        regions="results/cases/{case}/{modes}/regions={n}/joint.nc",
+        reduced="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
+        regions="results/cases/{case}/{modes}/{regions}/joint.nc",
         library=library("plot_loops.py"),
     output:
-        figure="results/figures/loops_{case}_{modes}_regions={n}_elements={m}.svg",
+        figure="results/figures/loops_{case}_{modes}_{regions}_{fit}.svg",
     log:
-        "results/logs/plot_loops/{case}_{modes}_{n}_{m}.log",
+        "results/logs/plot_loops/{case}_{modes}_{regions}_{fit}.log",
     conda:
         "../envs/boltjoint.yaml"
     params:
-        region=lambda w: source_of(w).region_of_loops(f"regions={w.n}/elements={w.m}"),
+        region=lambda w: source_of(w).region_of_loops(f"{w.regions}/{w.fit}"),
     script:
         "../scripts/plot_loops.py"
 

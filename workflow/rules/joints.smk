@@ -21,32 +21,44 @@ rule partition_regions:
         preload=lambda w: layout.preload_of_case(study, w.case),
         library=library("partition_regions.py"),
     output:
-        joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
+        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
     log:
-        "results/logs/partition_regions/{case}_{modes}_{n}.log",
+        "results/logs/partition_regions/{case}_{modes}_{regions}.log",
     conda:
         "../envs/boltjoint.yaml"
     params:
-        regions=lambda w: int(w.n),
-        division=lambda w: case_of(w).regions.division,
+        regions=lambda w: case_of(w).partition(w.regions),
     script:
         "../scripts/partition_regions.py"
 
 
 rule fit_reduced_joint:
     input:
-        joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
+        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
         library=library("fit_reduced_joint.py"),
     output:
-        joint="results/cases/{case}/{modes}/regions={n}/elements={m}/joint.nc",
+        joint="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
     log:
-        "results/logs/fit_reduced_joint/{case}_{modes}_{n}_{m}.log",
+        "results/logs/fit_reduced_joint/{case}_{modes}_{regions}_{fit}.log",
     benchmark:
-        "results/benchmarks/fit_reduced_joint/{case}_{modes}_{n}_{m}.tsv"
+        "results/benchmarks/fit_reduced_joint/{case}_{modes}_{regions}_{fit}.tsv"
     conda:
         "../envs/boltjoint.yaml"
     params:
-        elements=lambda w: int(w.m),
-        fitting=study.fitting.model_dump(),
+        fit=lambda w: study.fitting.fit(f"{w.regions}/{w.fit}"),
     script:
         "../scripts/fit_reduced_joint.py"
+
+
+rule tabulate_joint:
+    input:
+        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
+        library=library("tabulate_joint.py"),
+    output:
+        joint="results/cases/{case}/{modes}/{regions}/table/joint.nc",
+    log:
+        "results/logs/tabulate_joint/{case}_{modes}_{regions}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/tabulate_joint.py"

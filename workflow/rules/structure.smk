@@ -40,6 +40,7 @@ rule apply_preload:
 rule find_modes:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
+        preload=contact_of_basis,
         library=library("find_modes.py"),
     output:
         modes="results/assemblies/{assembly}/{modes}/modes.nc",
@@ -52,5 +53,8 @@ rule find_modes:
         "../envs/boltjoint.yaml"
     params:
         family="{modes}",
+        enrichment=lambda w: (
+            study.enrichment.options if is_enriched(w.modes) else None
+        ),
     script:
         "../scripts/find_modes.py"

@@ -6,7 +6,7 @@ from pathlib import Path
 from boltjoint import environment, layout
 from boltjoint.config import ConfigError, load_study
 from boltjoint.layout import targets
-from boltjoint.names import REFERENCE
+from boltjoint.names import REFERENCE, is_enriched
 from boltjoint.pages import shown as pages
 from boltjoint.published import Published
 from boltjoint.sources import library_sources
@@ -24,11 +24,11 @@ wildcard_constraints:
     case="|".join(study.cases),
     modes=r"[a-z]+-\d+",
     newton=r"[0-9.e+-]+",
-    n=r"\d+",
-    m=r"\d+",
-    joint=r"node-to-node|regions=\d+(/elements=\d+)?",
-    flat=r"node-to-node|regions=\d+(_elements=\d+)?",
-    coordinates=r"linear|rdnm-\d+",
+    regions=r"(regions|clusters)=(\d+|auto)",
+    fit=r"(elements|harmonic)=\d+",
+    joint=r"node-to-node|(regions|clusters)=(\d+|auto)(/(elements|harmonic)=\d+|/table)?",
+    flat=r"node-to-node|(regions|clusters)=(\d+|auto)(_(elements|harmonic)=\d+|_table)?",
+    coordinates=r"linear|backbone|(complex-)?rdnm-\d+",
     resonance=r"\d+",
 
 
@@ -44,6 +44,13 @@ published = sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
 
 def case_of(wildcards):
     return study.case(wildcards.case)
+
+
+def contact_of_basis(wildcards):
+    """The contact of an assembly by which its basis is enriched, where it is."""
+    if not is_enriched(wildcards.modes):
+        return []
+    return layout.contact_of_basis(study, wildcards.assembly)
 
 
 def source_of(wildcards):
@@ -84,5 +91,5 @@ def shown_on(page):
 def nodes_of(case):
     """The node-to-node joints of a case, one in each basis."""
     return [
-        layout.joint(case, family, REFERENCE[0]) for family in study.case(case).modes
+        layout.joint(case, family, REFERENCE[0]) for family in study.case(case).bases
     ]

@@ -46,18 +46,18 @@ rule tabulate_contact:
 
 rule tabulate_regions:
     input:
-        joint="results/cases/{case}/{modes}/regions={n}/joint.nc",
+        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
         library=library("tabulate_regions.py"),
     output:
         csv=report(
-            "results/tables/regions_{case}_{modes}_regions={n}.csv",
+            "results/tables/regions_{case}_{modes}_{regions}.csv",
             category="4. Tables",
             subcategory="{case}",
-            labels={"table": "regions={n} in {modes}"},
+            labels={"table": "{regions} in {modes}"},
         ),
-        html="results/tables/regions_{case}_{modes}_regions={n}.html",
+        html="results/tables/regions_{case}_{modes}_{regions}.html",
     log:
-        "results/logs/tabulate_regions/{case}_{modes}_{n}.log",
+        "results/logs/tabulate_regions/{case}_{modes}_{regions}.log",
     conda:
         "../envs/boltjoint.yaml"
     script:
@@ -66,23 +66,23 @@ rule tabulate_regions:
 
 rule tabulate_elements:
     input:
-        joint="results/cases/{case}/{modes}/regions={n}/elements={m}/joint.nc",
+        joint="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
         published=published,
         library=library("tabulate_elements.py"),
     output:
         csv=report(
-            "results/tables/elements_{case}_{modes}_regions={n}_elements={m}.csv",
+            "results/tables/elements_{case}_{modes}_{regions}_{fit}.csv",
             category="4. Tables",
             subcategory="{case}",
-            labels={"table": "elements of regions={n}, elements={m} in {modes}"},
+            labels={"table": "elements of {regions}, {fit} in {modes}"},
         ),
-        html="results/tables/elements_{case}_{modes}_regions={n}_elements={m}.html",
+        html="results/tables/elements_{case}_{modes}_{regions}_{fit}.html",
     log:
-        "results/logs/tabulate_elements/{case}_{modes}_{n}_{m}.log",
+        "results/logs/tabulate_elements/{case}_{modes}_{regions}_{fit}.log",
     conda:
         "../envs/boltjoint.yaml"
     params:
-        joint="regions={n}/elements={m}",
+        joint="{regions}/{fit}",
         case_study=lambda w: case_of(w).published,
     script:
         "../scripts/tabulate_elements.py"
@@ -143,7 +143,7 @@ rule compare_times:
 rule tabulate_states:
     input:
         joints=lambda w: [
-            layout.joint(w.case, w.modes, name) for name in case_of(w).joints
+            layout.joint(w.case, w.modes, name) for name in case_of(w).joints(w.modes)
         ],
         responses=lambda w: [
             layout.response(w.case, w.modes, *which) for which in solved(w)
@@ -162,7 +162,7 @@ rule tabulate_states:
     conda:
         "../envs/boltjoint.yaml"
     params:
-        joints=lambda w: case_of(w).joints,
+        joints=lambda w: case_of(w).joints(w.modes),
         solved=lambda w: solved(w),
     script:
         "../scripts/tabulate_states.py"

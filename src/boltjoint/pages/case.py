@@ -55,7 +55,7 @@ def page(
     """
     shelf = Shelf(files, published)
     sections = [Section("case", "What is computed", _facts(case, solver, shelf))]
-    for family in case.modes:
+    for family in case.bases:
         sections += _Basis(case, family, shelf).sections()
     sections += shelf.rest()
     theirs = published.case_study()
@@ -95,7 +95,8 @@ def _facts(case: Case, solver: Solver, shelf: Shelf) -> str:
     for path in shelf.data("joint.nc")[:1]:
         elements = dataset.load(path).sizes["element"]
         rows.append(("friction elements, node to node", str(elements), "contact_nodes"))
-    regions, elements = zip(*map(parse_joint, case.joints), strict=True)
+    in_source = case.bases[0]
+    parsed = [parse_joint(joint) for joint in case.joints(in_source)]
     rows += [
         ("loss factor", number(case.loss_factor), None),
         ("forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"),
@@ -105,10 +106,18 @@ def _facts(case: Case, solver: Solver, shelf: Shelf) -> str:
     if solver.friction == "sampled":
         rows.append(("samples a period", str(solver.samples), None))
     rows += [
-        ("basis", ", ".join(case.modes), None),
-        ("regions", _counts(regions), "regions"),
+        ("basis", ", ".join(case.bases), None),
+        (
+            "regions",
+            _counts(joint.count for joint in parsed if joint.division == "regions"),
+            "regions",
+        ),
         ("division into regions", _DIVISIONS[case.regions.division], None),
-        ("elements in a region", _counts(elements), "elements_per_region"),
+        (
+            "elements in a region",
+            _counts(joint.elements for joint in parsed),
+            "elements_per_region",
+        ),
     ]
     columns = {"quantity": [row[0] for row in rows], "here": [row[1] for row in rows]}
     if theirs:
@@ -156,8 +165,12 @@ def _contact_facts(case: Case) -> Iterator[tuple[str, str, str]]:
             yield words, str(value), printed.get(key, "")
 
 
-def _counts(numbers: Iterable[int | None]) -> str:
-    return ", ".join(map(str, sorted({n for n in numbers if n is not None}))) or "none"
+def _counts(numbers: Iterable[int | str | None]) -> str:
+    """Numbers in ascending order, after these what a tolerance decides."""
+    different = {number for number in numbers if number is not None}
+    return (
+        ", ".join(sorted(map(str, different), key=lambda n: (not n.isdigit(), len(n), n))) or "none"
+    )
 
 
 @dataclass(frozen=True)
@@ -193,8 +206,10 @@ _STAGES = (
 
 
 def _stage_of(joint: str) -> str:
-    regions, elements = parse_joint(joint)
-    return "nodes" if regions is None else "regions" if elements is None else "elements"
+    parsed = parse_joint(joint)
+    if parsed.division is None:
+        return "nodes"
+    return "regions" if parsed.reduction is None else "elements"
 
 
 #: further columns of tables in which published values stand
@@ -210,31 +225,29 @@ class _Basis:
         self.times = shelf.table("times", modes=family)
         self.states = shelf.table("states", modes=family)
         self.in_source = family == BASIS
-        self.where = "" if len(case.modes) == 1 else f" in {family}"
+        self.where = "" if len(case.bases) == 1 else f" in {family}"
 
     def sections(self) -> Iterator[Section]:
-        first, *others = self.case.solve
+        first, *others = self.case.resonances(self.family)
         for stage in _STAGES:
-            joints = [joint for joint in first.joints if _stage_of(joint) == stage.name]
-            parts = {joint: self._stage_of_joint(joint, first.resonance) for joint in joints}
+            joints = [joint for joint in self._solved(first) if _stage_of(joint) == stage.name]
+            parts = {joint: self._stage_of_joint(joint, first) for joint in joints}
             if not joints:
                 continue
             words = f"<p>{stage.words}</p>\n"
             if stage.name == "nodes":
-                words += self._peaks(first.resonance) + "".join(parts.values())
+                words += self._peaks(first) + "".join(parts.values())
             yield self._section(stage.name, stage.title, words)
             if stage.name != "nodes":
                 for joint, body in parts.items():
                     title = capitalized(joint_in_words(joint))
                     yield self._section(layout.flat(joint), title, body, level=3)
-        for block in others:
+        for resonance in others:
             body = "".join(
-                self._joint(joint) + self._responses(joint, block.resonance)
-                for joint in block.joints
+                self._joint(joint) + self._responses(joint, resonance)
+                for joint in self._solved(resonance)
             )
-            yield self._section(
-                f"resonance-{block.resonance}", f"Resonance {block.resonance}", body
-            )
+            yield self._section(f"resonance-{resonance}", f"Resonance {resonance}", body)
         if self.states is not None:
             yield self._section("states", "Contact at the peaks", _states(*self.states))
         if self.accuracy is not None:
@@ -243,16 +256,24 @@ class _Basis:
             drawn = "".join(
                 self.shelf.draw(
                     "times",
-                    f"Solution times around resonance {block.resonance}",
+                    f"Solution times around resonance {resonance}",
                     "Above, the times; below, their ratios to those of the node-to-node joint in "
                     "linear modes.",
                     modes=self.family,
-                    resonance=block.resonance,
+                    resonance=resonance,
                 )
-                for block in self.case.solve
+                for resonance in self.case.resonances(self.family)
             )
             shown, frame = self.times
             yield self._section("times", "Solution times", _times(shown, self._own(frame), drawn))
+
+    def _solved(self, resonance: int) -> dict[str, list[str]]:
+        """The joints around a resonance, and the coordinates in which each is solved."""
+        found: dict[str, list[str]] = {}
+        for family, joint, coordinates, at in self.case.solved():
+            if (family, at) == (self.family, resonance):
+                found.setdefault(joint, []).append(coordinates)
+        return found
 
     def _section(self, anchor: str, title: str, body: str, level: int = 2) -> Section:
         return Section(f"{anchor}-{self.family}", title + self.where, body, level)
@@ -263,30 +284,30 @@ class _Basis:
 
     def _joint(self, joint: str) -> str:
         """How a joint is made: where its regions lie, and how its elements were fitted."""
-        regions, elements = parse_joint(joint)
+        parsed = parse_joint(joint)
         body = ""
-        if regions is not None:
-            mine = {"modes": self.family, "joint": f"regions={regions}"}
+        if parsed.division is not None:
+            mine = {"modes": self.family, "joint": parsed.regions}
+            words = capitalized(joint_in_words(parsed.regions))
             body += self.shelf.draw(
                 "regions",
-                f"{regions} regions on the contact",
+                f"{words} on the contact",
                 "With the number of elements and the share of the load of each. Pairs that are "
                 "grey have no element.",
                 **mine,
             )
             if found := self.shelf.table("regions", **mine):
                 shown, frame = found
-                title = f"{regions} regions along the bar"
-                body += table(frame, title, (), shown.anchor, shown.from_page)
-        if elements is not None:
+                body += table(frame, words, (), shown.anchor, shown.from_page)
+        if parsed.elements is not None:
             region = self.shelf.published.region_of_loops(joint)
             mine = {"modes": self.family, "joint": joint}
             body += self.shelf.draw(
                 "loops",
                 f"Hysteresis loops of region {region}",
                 "Over one period, at the three amplitudes of the fit. Where the thin line leaves "
-                f"the broad one, {elements} elements do not stand for all. Both have the same "
-                "stiffness while nothing slips, and the same force once all does.",
+                f"the broad one, {parsed.elements} elements do not stand for all. Both have the "
+                "same stiffness while nothing slips, and the same force once all does.",
                 **mine,
             )
             if found := self.shelf.table("elements", **mine):
@@ -305,7 +326,7 @@ class _Basis:
         """Responses of a joint around a resonance, and the states of the contact at their peaks."""
         body = ""
         around = f" around resonance {resonance}" if resonance > 1 else ""
-        for coordinates in self.case.coordinates:
+        for coordinates in self._solved(resonance)[joint]:
             which = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             what = f"{joint_in_words(joint)}, {coordinates_in_words(coordinates)}{around}"
             body += self.shelf.draw(

@@ -9,7 +9,7 @@ import pandas as pd
 
 from boltjoint import dataset, layout
 from boltjoint.config import Case, Study
-from boltjoint.names import REFERENCE, joint_in_words, parse_joint
+from boltjoint.names import REFERENCE, joint_in_words, parse_coordinates, parse_joint
 from boltjoint.pages import markup
 from boltjoint.pages.markup import Section, number, table
 from boltjoint.pages.shown import Shelf, Shown, figures_and_tables, menu, those
@@ -94,14 +94,14 @@ def _sampling(shelf: Shelf) -> str:
 def _glance(study: Study, shelf: Shelf) -> str:
     rows, saved = [], []
     for name, case in study.cases.items():
-        for family in case.modes:
+        for family in case.bases:
             accuracy = shelf.table("accuracy", subject=name, modes=family)
             times = shelf.table("times", subject=name, modes=family)
             row = _identity(study, name, family, shelf)
             if accuracy is not None:
-                row |= _answers(study, case, accuracy[1])
+                row |= _answers(study, case, family, accuracy[1])
             if times is not None:
-                row |= _savings(case, times[1])
+                row |= _savings(case, family, times[1])
                 if family == BASIS:
                     saved.append(_savings_beside_published(name, times[1]))
             rows.append(row)
@@ -143,7 +143,7 @@ def _identity(study: Study, name: str, family: str, shelf: Shelf) -> dict[tuple[
         ("", "normal_load"): case.contact.law,
         ("", "preload_N"): case.preload_N,
     }
-    if any(len(each.modes) > 1 for each in study.cases.values()):
+    if any(len(each.bases) > 1 for each in study.cases.values()):
         row[("", "basis")] = family
     nodes = layout.joint(name, family, REFERENCE[0])
     known = nodes in shelf.files
@@ -151,9 +151,11 @@ def _identity(study: Study, name: str, family: str, shelf: Shelf) -> dict[tuple[
     return row
 
 
-def _answers(study: Study, case: Case, accuracy: pd.DataFrame) -> dict[tuple[str, str], object]:
+def _answers(
+    study: Study, case: Case, family: str, accuracy: pd.DataFrame
+) -> dict[tuple[str, str], object]:
     row: dict[tuple[str, str], object] = {}
-    solved = those(accuracy, joint=REFERENCE[0], resonance=case.solve[0].resonance)
+    solved = those(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
     linear = those(solved, coordinates=REFERENCE[1])
     for which, extreme in (("lowest", min), ("highest", max)):
         force = extreme(case.forces_N)
@@ -167,20 +169,27 @@ def _answers(study: Study, case: Case, accuracy: pd.DataFrame) -> dict[tuple[str
             (span, "frequency_Hz"): found.get("peak_frequency_Hz"),
             (span, "response_mm_per_N"): found.get("peak_mm_per_N"),
         }
-    rdnm = solved[solved["coordinates"] != REFERENCE[1]]
-    row[("RDNM", "amplitude_error_percent")] = rdnm["peak_amplitude_error_percent"].abs().max()
-    broken_off = f"{int((~rdnm['complete']).sum())} of {len(rdnm)}"
-    row[("RDNM", "broken_off")] = broken_off if len(rdnm) else None
+    kinds = solved["coordinates"].map(lambda name: parse_coordinates(name).kind)
+    for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
+        some = solved[kinds == kind]
+        row[(title, "amplitude_error_percent")] = some["peak_amplitude_error_percent"].abs().max()
+        broken_off = f"{int((~some['complete']).sum())} of {len(some)}"
+        row[(title, "broken_off")] = broken_off if len(some) else None
     if "residual_in_time" in accuracy:
         row[("", "residual_in_time")] = accuracy["residual_in_time"].max()
     return row
 
 
-def _savings(case: Case, times: pd.DataFrame) -> dict[tuple[str, str], object]:
-    first = case.solve[0]
-    fitted = [joint for joint in first.joints if parse_joint(joint)[1] is not None]
+def _savings(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str, str], object]:
+    first = case.resonances(family)[0]
+    joints = dict.fromkeys(
+        joint
+        for basis, joint, _, resonance in case.solved()
+        if (basis, resonance) == (family, first)
+    )
+    fitted = [joint for joint in joints if parse_joint(joint).elements is not None]
     smallest = min(fitted, key=_elements_in_all, default=None)
-    saved = those(times, joint=smallest, coordinates=REFERENCE[1], resonance=first.resonance)
+    saved = those(times, joint=smallest, coordinates=REFERENCE[1], resonance=first)
     return {
         ("time saved", "analytic_percent"): saved["reduction_percent"].median(),
         ("time saved", "numeric_percent"): saved["reduction_forward_difference_percent"].median(),
@@ -188,8 +197,9 @@ def _savings(case: Case, times: pd.DataFrame) -> dict[tuple[str, str], object]:
 
 
 def _elements_in_all(joint: str) -> int:
-    regions, elements = parse_joint(joint)
-    return (regions or 0) * (elements or 0)
+    parsed = parse_joint(joint)
+    # how many regions a tolerance asks for is not known here: it makes no difference to the order
+    return (1 if parsed.count == "auto" else parsed.count or 0) * (parsed.elements or 0)
 
 
 def _savings_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
@@ -243,7 +253,7 @@ def _stands(printed: NamedTuple, name: str, case: Case, standing: Sequence[Shown
     """Whether a case has what a table of the source prints."""
     kind = "elements" if printed.kind == "parameters" else "times"
     joint = printed.joint if kind == "elements" else None
-    return printed.joint in case.joints and any(
+    return printed.joint in case.joints(BASIS) and any(
         (each.kind, each.subject, each.modes, each.joint, each.is_figure)
         == (kind, name, BASIS, joint, False)
         for each in standing

@@ -12,11 +12,12 @@ from boltjoint.names import NAME
 from boltjoint.pages.markup import Section, drawing, source, table
 from boltjoint.published import BASIS, Published
 
-_FAMILY = r"_(?P<modes>free-\d+)"
-_FEW = r"_(?P<joint>regions=\d+_elements=\d+)"
-_JOINT = r"_(?P<joint>node-to-node|regions=\d+(?:_elements=\d+)?)"
+_FAMILY = r"_(?P<modes>(?:free|enriched)-\d+)"
+_REGIONS = r"(?:regions|clusters)=(?:\d+|auto)"
+_FEW = rf"_(?P<joint>{_REGIONS}_(?:elements|harmonic)=\d+)"
+_JOINT = rf"_(?P<joint>node-to-node|{_REGIONS}(?:_(?:elements|harmonic)=\d+|_table)?)"
 _RESONANCE = r"_resonance=(?P<resonance>\d+)"
-_SOLVED = rf"{_JOINT}_(?P<coordinates>linear|rdnm-\d+){_RESONANCE}"
+_SOLVED = rf"{_JOINT}_(?P<coordinates>linear|backbone|(?:complex-)?rdnm-\d+){_RESONANCE}"
 _PRELOAD = r"_preload=(?P<newton>[0-9.e+-]+)"
 
 #: what follows the name of an assembly, by kind of figure or table
@@ -31,7 +32,7 @@ _OF_CASES = {
     "accuracy": _FAMILY,
     "states": rf"{_FAMILY}(?:{_SOLVED})?",
     "times": rf"{_FAMILY}(?:{_RESONANCE})?",
-    "regions": rf"{_FAMILY}_(?P<joint>regions=\d+)",
+    "regions": rf"{_FAMILY}_(?P<joint>{_REGIONS})",
     "elements": _FAMILY + _FEW,
     "loops": _FAMILY + _FEW,
     "response": _FAMILY + _SOLVED,
