@@ -288,7 +288,9 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     )
     return Rebuilt(
         frequency=np.sqrt([point.squared for _, point in inside]) / (2 * np.pi),
-        modal_coordinate=np.array([point.motion for _, point in inside]).reshape(len(inside), -1),
+        modal_coordinate=np.array([point.motion for _, point in inside]).reshape(
+            len(inside), curve.balance.modal_force.size
+        ),
         peak=next(at_largest, None),
         complete=not reason,
         reason=reason,

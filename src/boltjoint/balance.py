@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from boltjoint.joint import Joint
 
-
 #: with more modes, products of two at every point would take more time to read than to form
 _MOST_PRODUCTS = 16
 
@@ -295,7 +294,9 @@ class HarmonicBalance:
         for e, C in enumerate(self.rows):
             for d, B in enumerate(self.rows):
                 moved = change[:, d, :, e, :, None] * C[changed, None, None, :]
-                jacobian += (B[changed].T @ moved.reshape(len(changed), -1)).reshape(jacobian.shape)
+                jacobian += (B[changed].T @ moved.reshape(len(changed), n * n * modes)).reshape(
+                    jacobian.shape
+                )
         return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
 
     @cached_property

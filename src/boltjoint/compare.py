@@ -218,6 +218,7 @@ def tabulate_accuracy(
     DataFrame
         A row for each response and force level. Errors are empty where there is no reference, or
         it or the path broke off before the window's end; ``reason`` then says why.
+        ``energy_error`` is the largest of all solutions.
     """
     rows = []
     for (joint, coordinates, resonance), response in responses.items():
@@ -232,6 +233,8 @@ def tabulate_accuracy(
                     curve_error(_curve(response, level), _curve(reference, level)),
                 )
                 row |= dict(zip(_ERRORS, errors, strict=True))
+            mine = (response["excitation_force"] == force) & (response["converged"] == 1)
+            row["energy_error"] = float(abs(response["energy_error"].where(mine)).max())
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)

@@ -351,6 +351,9 @@ class Case(Entry):
     """Structural damping; above 0, since without it a peak has no bound where friction sticks."""
     forces_N: Annotated[tuple[Positive, ...], Field(min_length=1)]
     """Amplitudes of the harmonic force, in N; one frequency response for each."""
+    march_forces_N: tuple[Positive, ...] = ()
+    """Those forces at whose peaks the node-to-node joint is also marched in time and balanced with
+    up to 201 harmonics."""
     modes: Annotated[tuple[ModesName, ...], Field(min_length=1)]
     """Modal bases: free-N, the first N bending modes without contact, or enriched-N, N vectors that
     also hold the contact while it sticks, slips or opens."""
@@ -421,6 +424,11 @@ class Case(Entry):
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
         yield from repeated("forces_N", self.forces_N)
+        yield from repeated("march_forces_N", self.march_forces_N)
+        there = ", ".join(f"{force:g}" for force in self.forces_N)
+        for index, force in enumerate(self.march_forces_N):
+            if force not in self.forces_N:
+                yield ("march_forces_N", index), f"must be one of forces_N: {there}"
         yield from repeated("modes", self.modes)
         yield from repeated("coordinates", self.coordinates)
         yield from dict.fromkeys(
@@ -464,7 +472,8 @@ class Case(Entry):
             if before.window_Hz and block.window_Hz and before.window_Hz != block.window_Hz:
                 yield (
                     ("solve", index, "window_Hz"),
-                    f"must be as before for resonance {block.resonance}",
+                    f"must be [{before.window_Hz[0]:g}, {before.window_Hz[1]:g}], as of the block "
+                    f"before it around resonance {block.resonance}",
                 )
             for place, name in enumerate(block.joints):
                 if (
@@ -474,8 +483,8 @@ class Case(Entry):
                 ):
                     yield (
                         ("solve", index, "joints", place),
-                        f"is solved around resonance {block.resonance} in the same basis and "
-                        "coordinates by a block before",
+                        f"must not be solved twice: a block before solves it around resonance "
+                        f"{block.resonance} in the same basis and coordinates",
                     )
 
 
@@ -589,15 +598,18 @@ class Timing(Entry):
 
     repeats: Count = 3
     """Times that each frequency response is computed while the clock runs."""
+    repeats_enriched: Count = 1
+    """The same in enriched bases, which take several times as long too."""
     repeats_forward_difference: Count = 1
     """The same with forward differences, which take several times as long."""
 
     def by_jacobian(self, modes: str, coordinates: str) -> dict[str, int]:
         """Repeats by way to the Jacobian: with forward differences, what the source solves."""
-        repeats = {"analytic": self.repeats}
-        if not names.is_enriched(modes) and coordinates != "backbone":
-            repeats["forward-difference"] = self.repeats_forward_difference
-        return repeats
+        if names.is_enriched(modes):
+            return {"analytic": self.repeats_enriched}
+        if coordinates == "backbone":
+            return {"analytic": self.repeats}
+        return {"analytic": self.repeats, "forward-difference": self.repeats_forward_difference}
 
 
 class Settings(Entry):
@@ -686,8 +698,13 @@ def load_study(
     for name, case in cases.items():
         if case is not None and (assembly := assemblies[case.assembly]) is not None:
             reader.check_regions(f"{CASE_FOLDER}/{name}.yaml", case, assembly)
+        if case is not None and checked is not None:
+            reader.check_options(f"{CASE_FOLDER}/{name}.yaml", case, checked)
         if case is not None and published is not None:
             reader.check_published(f"{CASE_FOLDER}/{name}.yaml", case, published)
+
+    if all(cases.values()):
+        reader.check_preloads(cases.values(), assemblies)
 
     if reader.problems or checked is None:
         raise ConfigError(reader.problems)
@@ -770,6 +787,22 @@ class _Reader:
                         )
                         break
 
+    def check_options(self, file: str, case: Case, settings: Settings) -> None:
+        """Note what the numerical options of the study do not allow in a case."""
+        for problem in dict.fromkeys(_conflicts_with_options(case, settings)):
+            self._note(file, *problem)
+
+    def check_preloads(
+        self, cases: Collection[Case], assemblies: Mapping[str, Assembly | None]
+    ) -> None:
+        """Note each assembly that is to have an enriched basis but no contact to make it from."""
+        used = {case.assembly for case in cases}
+        enriched = [name for case in cases for name in case.bases if names.is_enriched(name)]
+        for name, assembly in assemblies.items():
+            if enriched and assembly and name not in used and assembly.preload_N is None:
+                sentence = f"is missing: {enriched[0]} is made from the contact under preload"
+                self._note(f"{ASSEMBLY_FOLDER}/{name}.yaml", ("preload_N",), None, sentence)
+
     def check_published(self, file: str, case: Case, published: Collection[str]) -> None:
         """Note a case study that the source does not have."""
         if case.published is not None and case.published not in published:
@@ -780,6 +813,21 @@ class _Reader:
         keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
         what = sentence if value is None else f"{value} {sentence}"
         self.problems.append(f"{file}: {keys.removeprefix('.')}: {what}")
+
+
+def _conflicts_with_options(case: Case, settings: Settings) -> Iterator[tuple[KeyPath, str, str]]:
+    """Key path, value and sentence for what a case asks for and the study's options do not do."""
+    most, harmonics = settings.enrichment.resonances, settings.solver.harmonics
+    for index, block in enumerate(case.blocks):
+        enriched = [name for name in block.modes if names.is_enriched(name)]
+        if enriched and block.resonance > most:
+            sentence = f"must be at most {most}, enrichment.resonances, in {enriched[0]}"
+            yield ("solve", index, "resonance"), shown(block.resonance), sentence
+        of_block = ("solve", index) if case.solve[index].coordinates else ()
+        for place, name in enumerate(block.coordinates):
+            if harmonics > 1 and names.parse_coordinates(name).kind in ("complex", "backbone"):
+                sentence = f"must be linear or rdnm-N with solver.harmonics: {harmonics}"
+                yield (*of_block, "coordinates", place), shown(name), sentence
 
 
 def _names(content: Mapping[str, Any] | None, key: str) -> Iterator[tuple[KeyPath, str]]:

@@ -71,6 +71,9 @@ _CORNER = 1e-3
 #: times that a step is made anew, or an event located anew, in renewed terms
 _LOOKS = 8
 
+#: least and largest part of the way from what was expected to what was found
+_SHARES = 0.05, 1.0
+
 #: change of an unknown, over the step, between what a renewal expected and what is found
 _AGREED = 0.05
 
@@ -424,17 +427,24 @@ class _Tracer:
     ) -> tuple[_Station, _Corrected | None]:
         """The step made anew until it leads to where the renewal expected it to.
 
-        Half way is gone each time: where what is expected and what is found answer each other with
-        opposite signs, going all the way would swing.
+        What is expected and what is found may answer each other with opposite signs, so that going
+        all the way would swing. How far to go is learnt from the last two tries (Irons and Tuck,
+        Int. J. Numer. Meth. Engng 1, 1969).
         """
+        share, last_gap = 0.5, None
         for _ in range(_LOOKS):
             if found is None:
                 break
             fixed, p = self.equations.to_fixed(found.solution.x), found.solution.p
             expected, at = self.expected
-            if np.linalg.norm(fixed - expected) <= _AGREED * step * np.linalg.norm(fixed):
+            gap = fixed - expected
+            if np.linalg.norm(gap) <= _AGREED * step * np.linalg.norm(fixed):
                 break
-            ahead = (fixed + expected) / 2, (p + at) / 2
+            if last_gap is not None and (change := gap - last_gap).any():
+                learnt = -share * (last_gap @ change) / (change @ change)
+                share = float(np.clip(learnt, *_SHARES))
+            last_gap = gap
+            ahead = expected + share * gap, at + share * (p - at)
             station = self._renewed(station, station.tangent / station.weights, ahead) or station
             found = self._correct(station, step)
         return station, found

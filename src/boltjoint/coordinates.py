@@ -42,6 +42,8 @@ class LinearModes:
         self.balance = balance
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
         self._analytic = jacobian == "analytic"
+        #: of the excitation that acts
+        self.share = 1.0
 
     @property
     def basis(self) -> NDArray[np.float64] | None:
@@ -56,9 +58,10 @@ class LinearModes:
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Residual and Jacobian at the frequency p [rad/s]."""
-        if self._analytic:
-            return self.balance.residual_and_jacobian(x, p)
-        return self._with_differences(x, p)
+        if not self._analytic:
+            return self._with_differences(x, p)
+        residual, jacobian = self.balance.residual_and_jacobian(x, p)
+        return residual + (1 - self.share) * self.balance.modal_force, jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
@@ -81,8 +84,12 @@ class LinearModes:
         """A change of the unknown as one of the linear modes' amplitudes."""
         return self.to_fixed(dx)
 
+    def share_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the residual by the share of the excitation that acts."""
+        return -self.balance.modal_force
+
     def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        return self.balance.residual(x, p)
+        return self.balance.residual(x, p) + (1 - self.share) * self.balance.modal_force
 
     def _with_differences(
         self, x: NDArray[np.float64], p: float
@@ -181,8 +188,6 @@ class MovingModes(LinearModes):
         super().__init__(balance)
         squared, self._modes = _stuck_modes(balance, count, target)
         self._scale = squared[-1]
-        #: of the excitation that acts
-        self.share = 1.0
 
     @property
     def basis(self) -> NDArray[np.float64]:
@@ -256,7 +261,7 @@ class MovingModes(LinearModes):
 
 
 class Loading:
-    """The equations of ``MovingModes`` at one frequency, while the excitation grows.
+    """The equations of linear or moving modes at one frequency, while the excitation grows.
 
     The parameter is the logarithm of the share of the excitation that acts.
 
@@ -268,7 +273,7 @@ class Loading:
         The frequency [rad/s].
     """
 
-    def __init__(self, equations: MovingModes, w: float) -> None:
+    def __init__(self, equations: LinearModes, w: float) -> None:
         self._equations, self._w = equations, w
         self.looks_ahead = equations.looks_ahead
         self.residual_scale = equations.residual_scale
@@ -393,10 +398,26 @@ class ComplexModes(LinearModes):
         jacobian[bias:, bias:] = np.block(
             [[dynamic.real, -dynamic.imag], [dynamic.imag, dynamic.real]]
         )
-        shape = len(tangent), -1, x.size
-        moved = tangent @ self._to_points.reshape(shape)
-        jacobian += np.tensordot(self._from_points.reshape(shape), moved, ([0, 1], [0, 1]))
-        return self._balanced(x, p, force), jacobian
+        return self._balanced(x, p, force), jacobian + self._contact_jacobian(tangent)
+
+    def _contact_jacobian(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the contact adds to the Jacobian, bias and harmonics apart."""
+        rows, bias, n = self.balance.rows, self._bias, len(self.balance.components)
+        tangent = tangent.reshape(-1, len(rows), n, len(rows), n)
+        found = np.zeros((self._to_points.shape[-1],) * 2)
+        for d, B in enumerate(rows):
+            back = self._from_points[:, d, -2:, bias:]
+            for e, C in enumerate(rows):
+                forth = self._to_points[:, e, -2:, bias:]
+                moved = np.einsum("pij,pjk->pik", tangent[:, d, -2:, e, -2:], forth)
+                found[bias:, bias:] += np.tensordot(back, moved, ([0, 1], [0, 1]))
+                if bias:
+                    of_bias = tangent[:, d, 0, e]
+                    found[:bias, :bias] += B.T @ (of_bias[:, :1] * C)
+                    found[:bias, bias:] += B.T @ np.einsum("pj,pjk->pk", of_bias[:, -2:], forth)
+                    by_bias = np.einsum("pik,pi->pk", back, tangent[:, d, -2:, e, 0])
+                    found[bias:, :bias] += by_bias.T @ C
+        return found
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""

@@ -70,6 +70,7 @@ _COORDINATES = (
     {"linestyle": "-", "marker": "o"},
     {"linestyle": "--", "marker": "s"},
     {"linestyle": ":", "marker": "^"},
+    {"linestyle": "-.", "marker": "D"},
 )
 #: contact states in their order, in the source's red, blue, cyan and green; their lightness differs
 #: enough to tell them apart without seeing red or green
@@ -645,6 +646,46 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
         axes.set_axis_off()
     figure.supxlabel("samples a period", fontsize=9)
     figure.supylabel("relative error of the forces", fontsize=9)
+    return figure
+
+
+@_styled
+def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float]) -> Figure:
+    """Natural frequency and damping ratio over amplitude, by joint.
+
+    Parameters
+    ----------
+    backbones
+        ``backbone.nc`` by joint.
+    forces
+        Excitations [N] whose peaks are marked.
+    """
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    panels = figure.subplots(2, sharex=True)
+    for (joint, backbone), colour in zip(
+        backbones.items(), _level_colours(len(backbones)), strict=True
+    ):
+        amplitude = backbone["response_amplitude"].to_numpy() * _MM
+        rising = np.argsort(backbone["peak_force"].to_numpy())
+        force = backbone["peak_force"].to_numpy()[rising]
+        reached = [each for each in forces if force[0] <= each <= force[-1]]
+        shares = np.log(force), np.log(amplitude[rising])
+        peaks = np.exp(np.interp(np.log(reached), *shares))
+        for axes, name, scale in zip(
+            panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
+        ):
+            values = backbone[name].to_numpy() * scale
+            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=joint_in_words(joint))
+            at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
+            axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)
+    panels[0].set_ylabel("natural frequency (Hz)")
+    panels[1].set_ylabel("damping ratio (%)")
+    panels[1].set_yscale("log")
+    panels[1].set_xlabel("amplitude of the observed point (mm)")
+    panels[0].legend()
+    for axes in panels:
+        axes.set_xscale("log")
+        axes.grid(True)
     return figure
 
 

@@ -40,6 +40,20 @@ def timing(case: str, family: str, name: str, coordinates: str, resonance: int) 
     return response(case, family, name, coordinates, resonance).replace("response.nc", "timing.csv")
 
 
+def backbone(case: str, family: str, name: str, resonance: int) -> str:
+    """Natural frequency and damping of a joint over its amplitude."""
+    return response(case, family, name, "backbone", resonance).replace("response.nc", "backbone.nc")
+
+
+def backbones(study: Study, case: str, family: str, resonance: int) -> list[str]:
+    """The joints of a case whose response is rebuilt from the backbone of a resonance."""
+    return [
+        name
+        for basis, name, coordinates, at in solved(study, case)
+        if (basis, coordinates, at) == (family, "backbone", resonance)
+    ]
+
+
 def check(case: str, family: str, name: str, coordinates: str, resonance: int) -> str:
     """Whether those responses hold when they are marched in time."""
     return response(case, family, name, coordinates, resonance).replace("response.nc", "check.csv")
@@ -154,6 +168,11 @@ def _shown(study: Study) -> list[str]:
                 f"results/figures/times_{where}_resonance={resonance}.svg"
                 for resonance in case.resonances(family)
             ]
+            found += [
+                f"results/figures/backbone_{where}_resonance={resonance}.svg"
+                for resonance in case.resonances(family)
+                if backbones(study, case_name, family, resonance)
+            ]
             for joint_name in case.joints(family):
                 parsed = parse_joint(joint_name)
                 if parsed.elements is not None:
@@ -162,10 +181,12 @@ def _shown(study: Study) -> list[str]:
                 if parsed.division is not None:
                     found += _table(f"regions_{where}_{parsed.regions}")
                     found.append(f"results/figures/regions_{where}_{parsed.regions}.svg")
+        if case.march_forces_N and case_name in references(study):
+            found += _table(f"harmonics_{case_name}_{references(study)[case_name][0]}")
         for family, joint_name, coordinates, resonance in solved(study, case_name):
             where = f"{case_name}_{family}_{flat(joint_name)}_{coordinates}_resonance={resonance}"
             found.append(f"results/figures/response_{where}.svg")
-            if joint_name == REFERENCE[0]:
+            if joint_name == REFERENCE[0] and parse_coordinates(coordinates).kind != "backbone":
                 found.append(f"results/figures/states_{where}.svg")
     return found
 

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
 from boltjoint.balance import HarmonicBalance
 from boltjoint.continuation import Path, StepControl, newton, trace
-from boltjoint.coordinates import Jacobian, LinearModes, Loading, MovingModes, Renewal, pose
+from boltjoint.coordinates import (
+    ComplexModes,
+    Jacobian,
+    LinearModes,
+    Loading,
+    Renewal,
+    ResponseDependentModes,
+    pose,
+)
 from boltjoint.dataset import quantity
 from boltjoint.friction import states
 from boltjoint.joint import Joint
@@ -322,12 +330,14 @@ def _start(
     equations: LinearModes, balance: HarmonicBalance, w: float, control: StepControl
 ) -> NDArray[np.float64]:
     """Where a path may begin: the stuck linear solution, or what it becomes as the force grows."""
-    stuck = balance.stuck_solution(w)
-    if not isinstance(equations, MovingModes) or newton(equations, stuck, w, control)[0].converged:
-        return equations.from_fixed(stuck)
+    start = equations.from_fixed(balance.stuck_solution(w))
+    # modes that lag behind cannot be followed while they are far from those of the solution
+    settles = isinstance(equations, ResponseDependentModes | ComplexModes)
+    if settles or newton(equations, start, w, control)[0].converged:
+        return start
     begin = np.log(_UNDER_LITTLE_FORCE)
     loading = Loading(equations, w)
-    grown = trace(loading, _UNDER_LITTLE_FORCE * stuck, (begin, 0.0), control, scale=1.0)
+    grown = trace(loading, _UNDER_LITTLE_FORCE * start, (begin, 0.0), control, scale=1.0)
     return grown.solutions[-1].x
 
 

@@ -140,6 +140,26 @@ rule plot_times:
         "../scripts/plot_times.py"
 
 
+rule plot_backbones:
+    input:
+        backbones=lambda w: [
+            layout.backbone(w.case, w.modes, name, int(w.resonance))
+            for name in backbones(w)
+        ],
+        library=library("plot_backbones.py"),
+    output:
+        figure="results/figures/backbone_{case}_{modes}_resonance={resonance}.svg",
+    log:
+        "results/logs/plot_backbones/{case}_{modes}_{resonance}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        joints=lambda w: backbones(w),
+        forces=lambda w: case_of(w).forces_N,
+    script:
+        "../scripts/plot_backbones.py"
+
+
 rule plot_sampling:
     input:
         table="results/tables/sampling.csv",

@@ -76,6 +76,33 @@ rule check_solutions:
         "../scripts/check_solutions.py"
 
 
+rule find_backbone:
+    input:
+        joint="results/cases/{case}/{modes}/{joint}/joint.nc",
+        nodes="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        library=library("find_backbone.py"),
+    output:
+        backbone="results/cases/{case}/{modes}/{joint}/backbone/resonance={resonance}/backbone.nc",
+    log:
+        "results/logs/find_backbone/{case}_{modes}_{joint}_{resonance}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        window=lambda w: {
+            "resonance": int(w.resonance),
+            "given": case_of(w).window_around(int(w.resonance)),
+        },
+        options=lambda w: {
+            "resonance": int(w.resonance),
+            "forces": case_of(w).forces_N,
+            "loss_factor": case_of(w).loss_factor,
+        },
+        sampling=study.solver.sampling,
+        steps=study.solver.steps,
+    script:
+        "../scripts/find_backbone.py"
+
+
 rule record_environment:
     input:
         library=library("record_environment.py"),

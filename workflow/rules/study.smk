@@ -67,6 +67,13 @@ def solved(wildcards):
     ]
 
 
+def backbones(wildcards):
+    """The joints of a case and basis whose backbones are drawn together."""
+    return layout.backbones(
+        study, wildcards.case, wildcards.modes, int(wildcards.resonance)
+    )
+
+
 def checked(wildcards):
     """Those of them that a march in time can check."""
     return [which for which in solved(wildcards) if layout.is_checked(study, which[1])]

@@ -168,6 +168,33 @@ rule tabulate_states:
         "../scripts/tabulate_states.py"
 
 
+rule march_in_time:
+    input:
+        joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        response=lambda w: layout.response(
+            w.case, *layout.references(study)[w.case]
+        ),
+        library=library("march_in_time.py"),
+    output:
+        csv=report(
+            "results/tables/harmonics_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "more harmonics, and time, in {modes}"},
+        ),
+        html="results/tables/harmonics_{case}_{modes}.html",
+    log:
+        "results/logs/march_in_time/{case}_{modes}.log",
+    benchmark:
+        "results/benchmarks/march_in_time/{case}_{modes}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        forces=lambda w: case_of(w).march_forces_N,
+    script:
+        "../scripts/march_in_time.py"
+
+
 rule tabulate_sampling:
     input:
         joints=[

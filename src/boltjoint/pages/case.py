@@ -25,6 +25,8 @@ _DIVISIONS = {
     "equal-middle-load": "equal pressure along the middle",
 }
 
+_MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
+
 _FRICTION = {"exact": "exact, in closed form", "sampled": "sampled in time"}
 
 _GROUPS = ["joint", "coordinates", "resonance"]
@@ -113,6 +115,7 @@ def _facts(case: Case, solver: Solver, shelf: Shelf) -> str:
             "regions",
         ),
         ("division into regions", _DIVISIONS[case.regions.division], None),
+        ("motion of a region", _MOTIONS[case.regions.motion], None),
         (
             "elements in a region",
             _counts(joint.elements for joint in parsed),
@@ -131,6 +134,7 @@ def _facts(case: Case, solver: Solver, shelf: Shelf) -> str:
             "division into regions": "similar loads"
             if theirs["contact_law"] == "constant"
             else "by the load along the middle",
+            "motion of a region": "mean of its pairs",
         }
         for quantity, words in in_words.items():
             columns["in the source"][columns["quantity"].index(quantity)] = words
@@ -192,15 +196,16 @@ _STAGES = (
     _Stage(
         "regions",
         "Regions",
-        "The contact is divided into regions along the bar, from the clamped side. Each moves as "
-        "one point, the mean of its pairs, but keeps all their elements. Where the source divides "
-        "the contact is not known.",
+        "Pairs are gathered in regions along the bar, from the clamped side, or in clusters of "
+        "pairs that move alike. Each moves as one point, but keeps all elements of its pairs. "
+        "Where the source divides the contact is not known.",
     ),
     _Stage(
         "elements",
         "Few elements in each region",
         "The elements of each region are replaced by a few, fitted so that the hysteresis loops "
-        "agree at three displacement amplitudes.",
+        "agree at three displacement amplitudes, or, in a harmonic fit, the harmonic force at all; "
+        "or by one whose harmonic force is tabulated.",
     ),
 )
 
@@ -248,6 +253,10 @@ class _Basis:
                 for joint in self._solved(resonance)
             )
             yield self._section(f"resonance-{resonance}", f"Resonance {resonance}", body)
+        if drawn := self._backbones():
+            yield self._section("backbones", "Backbones", drawn)
+        if found := self.shelf.table("harmonics", modes=self.family):
+            yield self._section("harmonics", "More harmonics, and time", _harmonics(*found))
         if self.states is not None:
             yield self._section("states", "Contact at the peaks", _states(*self.states))
         if self.accuracy is not None:
@@ -301,19 +310,34 @@ class _Basis:
                 body += table(frame, words, (), shown.anchor, shown.from_page)
         if parsed.elements is not None:
             region = self.shelf.published.region_of_loops(joint)
+            of_fit = " of the fit" if parsed.reduction == "elements" else ""
             mine = {"modes": self.family, "joint": joint}
             body += self.shelf.draw(
                 "loops",
                 f"Hysteresis loops of region {region}",
-                "Over one period, at the three amplitudes of the fit. Where the thin line leaves "
-                f"the broad one, {parsed.elements} elements do not stand for all. Both have the "
-                "same stiffness while nothing slips, and the same force once all does.",
+                f"Over one period, at three amplitudes{of_fit}. Where the thin "
+                f"line leaves the broad one, {parsed.elements} elements do not stand for all. Both "
+                "have the same stiffness while nothing slips, and the same force once all does.",
                 **mine,
             )
             if found := self.shelf.table("elements", **mine):
                 shown, frame = found
                 body += _elements(shown, self._own(frame))
         return body
+
+    def _backbones(self) -> str:
+        return "".join(
+            self.shelf.draw(
+                "backbone",
+                f"Backbones of resonance {resonance}",
+                "Natural frequency and damping ratio of the first mode in contact over the "
+                "amplitude of the observed point, from all stuck to all slipping; a dot is the "
+                "peak under a force of this case.",
+                modes=self.family,
+                resonance=resonance,
+            )
+            for resonance in self.case.resonances(self.family)
+        )
 
     def _own(self, frame: pd.DataFrame) -> pd.DataFrame:
         """A table without what the source printed, unless it is in the source's basis."""
@@ -472,6 +496,20 @@ def _states(shown: Shown, frame: pd.DataFrame) -> str:
     )
 
 
+def _harmonics(shown: Shown, frame: pd.DataFrame) -> str:
+    largest = frame.groupby("harmonics")["difference_percent"].agg(lambda d: d.abs().max())
+    highest = largest.index.max()
+    return (
+        "<p>The node-to-node joint marched in time to its steady state at the frequency of each "
+        "peak, by code that shares nothing with the solver, and balanced with more and more "
+        f"harmonics. With {highest} harmonics the two differ by at most "
+        f"{largest[highest]:.2g} %; the one harmonic of all other results is off by up to "
+        f"{largest[largest.index.min()]:.3g} %, at frequencies near resonance. Damping is viscous, "
+        "of the same loss in the first harmonic.</p>\n"
+        + table(frame, "First harmonic of the response", (), shown.anchor, shown.from_page)
+    )
+
+
 def _accuracy(shown: Shown, frame: pd.DataFrame) -> str:
     rows = []
     for key, some in frame.groupby(_GROUPS, sort=False):
@@ -482,6 +520,7 @@ def _accuracy(shown: Shown, frame: pd.DataFrame) -> str:
             "peak_amplitude_error_percent",
             "curve_error_dB",
             "residual_in_time",
+            "energy_error",
         ):
             if column in some:
                 row[f"largest_{column}"] = some[column].abs().max()
@@ -491,7 +530,9 @@ def _accuracy(shown: Shown, frame: pd.DataFrame) -> str:
         "the whole curve by the root-mean-square distance in decibels (1 dB is 12 %). A path that "
         "broke off has no errors. The residual in time is what is left of the equations, relative "
         "to their largest term, when friction is marched in time by code that shares nothing with "
-        "the solver.</p>\n"
+        "the solver. The energy error is what of the excitation's work over a period structure "
+        "and friction do not take: in linear modes nothing but the solver's tolerance is left of "
+        "it, in one mode it tells how far the solution is from balance.</p>\n"
         + table(pd.DataFrame(rows), "Largest errors over all forces", groups=_GROUPS[:2])
         + table(frame, "Every response", (), shown.anchor, shown.from_page, _GROUPS)
     )

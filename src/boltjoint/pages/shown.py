@@ -30,6 +30,8 @@ _OF_ASSEMBLIES = {
 #: what follows the name of a case; a table and a figure may be of one kind
 _OF_CASES = {
     "accuracy": _FAMILY,
+    "backbone": _FAMILY + _RESONANCE,
+    "harmonics": _FAMILY,
     "states": rf"{_FAMILY}(?:{_SOLVED})?",
     "times": rf"{_FAMILY}(?:{_RESONANCE})?",
     "regions": rf"{_FAMILY}_(?P<joint>{_REGIONS})",
