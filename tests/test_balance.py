@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -249,3 +250,166 @@ def test_in_a_basis_the_equations_are_projected(any_balance):
     np.testing.assert_allclose(
         reduced.secant_stiffness(x), balance.secant_stiffness(V @ x), rtol=1e-9
     )
+
+
+def test_work_is_what_forces_do_over_a_period(any_balance):
+    balance, x = any_balance, state(any_balance, 3e-5)
+    t = 2 * np.pi * np.arange(64) / 64
+    of = {"bias": lambda _: np.ones_like(t), "sin": lambda h: np.sin(h * t)}
+    of["cos"] = lambda h: np.cos(h * t)
+    rate = {"bias": lambda _: 0 * t, "sin": lambda h: h * np.cos(h * t)}
+    rate["cos"] = lambda h: -h * np.sin(h * t)
+    parts = [parse_component(name) for name in balance.components]
+
+    def in_time(amplitudes, functions):
+        rows = amplitudes.reshape(len(parts), -1)
+        return sum(
+            np.outer(functions[what](h), row) for (what, h), row in zip(parts, rows, strict=True)
+        )
+
+    velocity = in_time(x, rate)
+    w = 600.0
+    lossless = replace(balance, loss_factor=0.0)
+    contact = replace(balance, loss_factor=0.0, excitation_force=1e-300)
+    rubbed = contact.residual(x, w) - contact.dynamic_stiffness(w) @ x
+    lost = (balance.dynamic_stiffness(w) - lossless.dynamic_stiffness(w)) @ x
+    forces = balance.modal_force, lost, rubbed
+    # the trapezoidal rule is exact for trigonometric functions of few harmonics
+    expected = [np.sum(in_time(force, of) * velocity) * 2 * np.pi / t.size for force in forces]
+    assert balance.works(x) == pytest.approx(expected, rel=1e-10)
+    assert min(map(abs, expected)) > 1e-6 * max(map(abs, expected))
+
+
+def test_secants_are_forces_over_displacements(any_balance):
+    balance, x = any_balance, state(any_balance, 3e-5)
+    motion = balance.motion(x)
+    force = balance.joint.law.force(motion)
+    secant = balance.secants(motion, force)
+    np.testing.assert_array_equal(secant, balance.secant_stiffness(x))
+    names = balance.components
+    for d in range(len(balance.rows)):
+        sin, cos = (d * len(names) + names.index(name) for name in ("sin", "cos"))
+        u, f = (part[:, sin] + 1j * part[:, cos] for part in (motion, force))
+        np.testing.assert_allclose(secant[:, d] * u, f, rtol=1e-12)
+
+
+def test_derivative_of_the_secants_equals_differences(any_balance):
+    balance = any_balance
+    motion = balance.motion(state(balance, 3e-5))
+    law, directions, n = balance.joint.law, len(balance.rows), len(balance.components)
+    force, tangent = law.force_and_tangent(motion)
+    exact = balance.secant_derivative(motion, balance.secants(motion, force), tangent)
+    assert exact.shape == (len(motion), directions, directions, n)
+
+    def secants(moved):
+        return balance.secants(moved, law.force(moved))
+
+    largest = np.abs(exact).max(axis=(1, 2, 3))
+    for column in range(directions * n):
+        step = 1e-7 * np.abs(motion).max(axis=1)
+        change = np.zeros_like(motion)
+        change[:, column] = step
+        near = (secants(motion + change) - secants(motion - change)) / (2 * step[:, None])
+        found = exact[:, :, column // n, column % n]
+        # second differences relative to the largest entry; few points stand at a change of state
+        wrong = np.abs(near - found) > 1e-5 * np.maximum(largest, largest.mean())[:, None]
+        assert not wrong.any()
+    assert np.abs(exact.imag).max() > 0.01 * np.abs(exact).max()
+
+
+def test_secants_of_points_at_rest_do_not_change(any_balance):
+    balance = any_balance
+    motion = np.zeros_like(balance.motion(state(balance)))
+    force, tangent = balance.joint.law.force_and_tangent(motion)
+    secant = balance.secants(motion, force)
+    np.testing.assert_array_equal(secant, balance.joint.law.stuck_stiffness(len(motion)))
+    assert not balance.secant_derivative(motion, secant, tangent).any()
+
+
+def test_stiffness_with_springs_is_that_of_the_modes_they_strain(any_balance):
+    balance = any_balance
+    L = np.diag((2 * np.pi * balance.joint.natural_frequency) ** 2)
+    stuck = balance.joint.law.stuck_stiffness(balance.joint.points)
+    np.testing.assert_allclose(
+        balance.stiffness_with(stuck), L + balance.joint.stuck_stiffness(), rtol=1e-12
+    )
+    secant = balance.secant_stiffness(state(balance, 3e-5))
+    matrix = balance.stiffness_with(secant)
+    expected = L.astype(complex)
+    for point in range(balance.joint.points):
+        for d, B in enumerate(balance.joint.rows):
+            expected += secant[point, d] * np.outer(B[point], B[point])
+    np.testing.assert_allclose(matrix, expected, rtol=1e-12)
+    # symmetric, not Hermitian
+    np.testing.assert_allclose(matrix, matrix.T, rtol=1e-12)
+    assert np.abs(matrix.imag).max() > 1e-3 * np.abs(matrix).max()
+
+
+def test_weighted_products_say_how_the_force_of_the_secants_changes(any_balance):
+    balance = any_balance
+    x, shape = state(balance, 3e-5), np.array([0.3, -0.8, 0.5])
+    motion = balance.motion(x)
+    force, tangent = balance.joint.law.force_and_tangent(motion)
+    weight = balance.secant_derivative(motion, balance.secants(motion, force), tangent).real
+    exact = balance.weighted_products(shape, weight)
+    assert exact.shape == (3, x.size)
+
+    def strained(x):
+        return balance.stiffness_with(balance.secant_stiffness(x).real) @ shape
+
+    step = 1e-10
+    near = [(strained(x + h) - strained(x - h)) / (2 * step) for h in step * np.eye(x.size)]
+    # second differences of a secant that is smooth but where the state changes
+    np.testing.assert_allclose(np.column_stack(near), exact, atol=1e-6 * np.abs(exact).max())
+
+
+def test_contact_that_is_given_takes_the_place_of_the_law(any_balance):
+    balance, w = any_balance, 600.0
+    x = state(balance)
+    motion = balance.motion(x)
+    springs = balance.joint.law.stuck_stiffness(balance.joint.points)
+    n = len(balance.components)
+    diagonal = np.repeat(springs, n, axis=1)
+    tangent = diagonal[:, :, None] * np.eye(diagonal.shape[1])
+    residual, jacobian = balance.with_contact(x, w, diagonal * motion, tangent)
+    stuck = np.kron(np.eye(n), balance.joint.stuck_stiffness())
+    linear = balance.dynamic_stiffness(w) + stuck
+    np.testing.assert_allclose(jacobian, linear, atol=1e-12 * np.abs(linear).max())
+    np.testing.assert_allclose(
+        residual,
+        linear @ x - balance.modal_force,
+        atol=1e-12 * np.abs(linear).max() * np.abs(x).max(),
+    )
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_with_many_modes_the_jacobian_is_that_of_few_in_every_basis(law, harmonics):
+    """Tangents are taken to many modes in another way, by the points that do not stick."""
+    joint, random = make_joint(law=law), np.random.default_rng(4)
+    few, many = 3, 20
+    turn = np.linalg.qr(random.normal(size=(many, many)))[0][:, :few]
+    joint = replace(
+        joint,
+        natural_frequency=np.geomspace(70.0, 5000.0, many),
+        excitation_mode=random.normal(size=many),
+        response_mode=random.normal(size=many),
+        tangential_mode=joint.tangential_mode @ turn.T,
+        normal_mode=None if law == "constant" else joint.normal_mode @ turn.T,
+    )
+    joint = sampled(joint) if harmonics == 3 else joint
+    balance = HarmonicBalance(joint, 0.01, 5.0)
+    x, w = state(balance, 1e-5), 600.0
+    assert np.unique(joint.law.contact_state(balance.motion(x))).size > 1
+    jacobian = balance.residual_and_jacobian(x, w)[1]
+    assert jacobian.shape == (x.size, x.size)
+    tangent = joint.law.force_and_tangent(balance.motion(x))[1]
+    # in a basis of few modes, by products of them; pairs of such bases hold every two modes
+    several = np.split(np.linalg.qr(random.normal(size=(many, many)))[0], 5, axis=1)
+    for one, other in combinations(several, 2):
+        reduced = replace(balance, basis=np.hstack([one, other]))
+        V = np.kron(np.eye(len(balance.components)), reduced.basis)
+        _, projected = reduced.with_contact(V.T @ x, w, np.zeros(tangent.shape[:2]), tangent)
+        np.testing.assert_allclose(
+            V.T @ jacobian @ V, projected, atol=1e-12 * np.abs(jacobian).max()
+        )

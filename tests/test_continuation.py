@@ -9,6 +9,7 @@ class Curve:
 
     residual_scale = 1.0
     basis = None
+    looks_ahead = False
 
     def __init__(self, residual, by_x, by_p):
         self._residual, self._by_x, self._by_p = residual, by_x, by_p
@@ -19,7 +20,7 @@ class Curve:
     def parameter_derivative(self, x, p):
         return np.array([self._by_p(x[0], p)])
 
-    def renew(self, x, p, along):
+    def renew(self, x, p, along, ahead):
         return None
 
     def to_fixed(self, x):
@@ -49,7 +50,7 @@ class Turning(Curve):
     def parameter_derivative(self, x, p):
         return np.array([-1.0, 0.0])
 
-    def renew(self, x, p, along):
+    def renew(self, x, p, along, ahead):
         fixed = self._axes() @ x, self._axes() @ along
         self.angle += 0.3
         return self._axes().T @ fixed[0], self._axes().T @ fixed[1]
@@ -147,7 +148,7 @@ class Jumping(Curve):
     def parameter_derivative(self, x, p):
         return np.array([-0.01])
 
-    def renew(self, x, p, along):
+    def renew(self, x, p, along, ahead):
         if p > 1:
             self.basis = 0.5
             return x, along
@@ -165,7 +166,7 @@ def test_a_path_that_would_jump_ends():
 class Swinging(Curve):
     """x = 1 + p / 100, turned round by the first renewal beyond p = 1."""
 
-    def renew(self, x, p, along):
+    def renew(self, x, p, along, ahead):
         if p > 1 and self.basis is None:
             self.basis = "turned"
             return x, -along
@@ -183,6 +184,115 @@ def test_a_path_that_would_turn_back_ends():
     assert farthest[-1] > 1
     # it may waver by an arc of 0.02, here a change of x by that share
     assert np.all(farthest - p < 0.02 * (1 + farthest))
+
+
+def hairpin(sharpness):
+    """p(x) rises to a turn at x = 2, falls to one at x = 3 and rises again, straight elsewhere."""
+
+    def p_of(x):
+        return x - np.hypot(x - 2, sharpness) + np.hypot(x - 3, sharpness)
+
+    def slope(x):
+        return 1 - (x - 2) / np.hypot(x - 2, sharpness) + (x - 3) / np.hypot(x - 3, sharpness)
+
+    return Curve(lambda x, p: p_of(x) - p, lambda x, p: slope(x), lambda x, p: -1.0), p_of
+
+
+@pytest.mark.parametrize(("sharpness", "scale"), [(0.03, 0.2), (0.01, 0.3), (0.01, 0.5)])
+def test_sharp_turns_are_passed_in_short_steps(sharpness, scale):
+    curve, p_of = hairpin(sharpness)
+    window, largest = (p_of(0.5), p_of(5.0)), 0.05
+    control = StepControl(largest_step=largest)
+    path = trace(curve, np.array([0.5]), window, control, scale=scale)
+    assert path.complete, path.reason
+    x = np.array([solution.x[0] for solution in path.solutions])
+    p = np.array([solution.p for solution in path.solutions])
+    np.testing.assert_allclose(p_of(x), p, atol=1e-8)
+    assert np.all(np.diff(x) > 0)  # never turns back on itself
+    ways = np.column_stack([np.diff(x) / x[:-1], np.diff(p) / scale])
+    steps = np.linalg.norm(ways, axis=1)
+    # a longer one would turn by more than a right angle
+    turned = np.einsum("ij,ij->i", ways[1:], ways[:-1]) < 0
+    assert not np.any(turned & (steps[1:] > 1e-3))
+    at_a_turn = np.minimum(abs(x[1:] - 2), abs(x[1:] - 3)) < 0.3
+    assert steps[at_a_turn].min() < largest / 10
+    # elsewhere only the first and the last step are shorter, but for the two after each turn in
+    # which the length doubles back
+    assert np.sum(steps[~at_a_turn] < 0.9 * largest) <= 2 + 2
+
+
+class Expecting(Curve):
+    """x = f(p), a bell with its top at p = 0.1, as seen from where the path is expected to be.
+
+    Equations in renewed terms err by a share of how far f is from what was expected, a share that
+    varies with p, so that the top is where it should be only in terms renewed there. Where the
+    share is negative, what is found answers what is expected with the opposite sign.
+    """
+
+    def __init__(self, share, looks_ahead):
+        self._share, self.looks_ahead, self.basis = share, looks_ahead, 1.0
+
+    @staticmethod
+    def f(p):
+        return 1 + 2 * np.exp(-(((p - 0.1) / 0.3) ** 2))
+
+    def _seen(self, p):
+        return self.f(p) + self._share * (1 + p / 2) * (self.basis - self.f(p))
+
+    def evaluate(self, x, p):
+        return x - self._seen(p), np.eye(1)
+
+    def parameter_derivative(self, x, p):
+        slope = -2 * (p - 0.1) / 0.3**2 * (self.f(p) - 1)
+        by_share = self._share / 2 * (self.basis - self.f(p))
+        return np.array([-slope * (1 - self._share * (1 + p / 2)) - by_share])
+
+    def renew(self, x, p, along, ahead):
+        self.basis = ahead[0][0] if self.looks_ahead else x[0]
+        return np.array([self._seen(p)]), along
+
+
+def slope_of(x, dx):
+    return float(dx[0])
+
+
+def along_the_bell(share, step, looks_ahead=True):
+    control = StepControl(largest_step=step, first_step=step)
+    equations = Expecting(share, looks_ahead)
+    path = trace(equations, np.ones(1), (-1.0, 1.0), control, scale=1.0, event=slope_of)
+    assert path.complete
+    return path.solutions
+
+
+@pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
+@pytest.mark.parametrize("step", [0.16, 0.04])
+def test_where_renewals_look_ahead_an_event_is_located_in_terms_of_itself(share, step):
+    (top,) = [solution for solution in along_the_bell(share, step) if solution.located]
+    # looked at 8 times, each halving what is missing or better, or until 1e-6 of x is
+    assert top.p == pytest.approx(0.1, abs=1e-6)
+    assert top.x[0] == pytest.approx(3.0, rel=3e-5)
+
+
+@pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
+@pytest.mark.parametrize("step", [0.16, 0.04])
+def test_where_renewals_look_ahead_a_step_leads_to_where_it_was_expected(share, step):
+    begin, *others = along_the_bell(share, step)
+    # twice the 3e-3 within which what is expected and what is found agree
+    for solution in others:
+        assert solution.x[0] == pytest.approx(Expecting.f(solution.p), rel=6e-3)
+    # a start is renewed until nothing changes by more than 1e-6
+    assert begin.x[0] == pytest.approx(Expecting.f(-1.0), rel=1e-5)
+
+
+def test_renewals_that_look_ahead_lag_less(step=0.08):
+    ahead, after = (
+        max(
+            abs(solution.x[0] / Expecting.f(solution.p) - 1)
+            for solution in along_the_bell(-0.6, step, looks_ahead)
+        )
+        for looks_ahead in (True, False)
+    )
+    assert ahead < after / 5
 
 
 @pytest.mark.parametrize("wrong", [{"tolerance": 0.0}, {"most_iterations": 0}])

@@ -1,4 +1,4 @@
-"""Response-dependent modes of a joint that moves along its surface and across it."""
+"""Modes that depend on the response, of joints that move along their surface and across it."""
 
 from dataclasses import replace
 
@@ -7,64 +7,119 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import pose
+from boltjoint.continuation import StepControl, newton, trace
+from boltjoint.coordinates import (
+    ComplexModes,
+    LinearModes,
+    Loading,
+    MovingModes,
+    ResponseDependentModes,
+    pose,
+)
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.response import solve_branch
 
 LOSS = 0.01
+W = 600.0
+LAWS = ("constant", "variable", "constant, three harmonics", "variable, three harmonics")
+
+
+def joint_of(law):
+    name, *sampled = law.split(", ")
+    joint = make_joint(law=name)
+    return replace(joint, law=SampledInTime(joint.law, 3, samples=64)) if sampled else joint
 
 
 @pytest.fixture(params=["exact", "three harmonics"])
 def variable(request):
-    joint = make_joint(law="variable")
-    if request.param == "exact":
-        return joint
-    return replace(joint, law=SampledInTime(joint.law, 3, samples=64))
+    return joint_of("variable" if request.param == "exact" else f"variable, {request.param}")
+
+
+@pytest.fixture(params=["constant", "variable"])
+def either(request):
+    return joint_of(request.param)
+
+
+@pytest.fixture(params=LAWS)
+def any_joint(request):
+    return joint_of(request.param)
 
 
 def moved(joint):
-    """A balance and amplitudes that make some points slip and some separate."""
+    """A balance and amplitudes that make some points slip and, where they may, some separate."""
     balance = HarmonicBalance(joint, LOSS, 5.0)
     x = 3e-5 * np.random.default_rng(7).normal(size=balance.modal_force.size)
     state = joint.law.contact_state(balance.motion(x))
-    assert {STICK_SLIP, STICK_SLIP_SEPARATION} <= set(state)
+    separate = {STICK_SLIP_SEPARATION} if joint.normal_mode is not None else set()
+    assert {STICK_SLIP, *separate} <= set(state)
     return balance, x
+
+
+def differences(function, x, step):
+    """Central differences of a function, one column for each entry of x."""
+    columns = [(function(x + h) - function(x - h)) / (2 * step) for h in step * np.eye(x.size)]
+    return np.column_stack(columns)
+
+
+def distance(x, y):
+    """Of two states, as a share of the second."""
+    return np.linalg.norm(x - y) / np.linalg.norm(y)
 
 
 def secants(joint, x):
     """Complex force over displacement of each point, by direction, from the law alone."""
     names = joint.law.components
     q = dict(zip(names, x.reshape(len(names), -1), strict=True))
-    modes = joint.tangential_mode, joint.normal_mode
-    motion = np.column_stack([B @ q[name] for B in modes for name in names])
+    motion = np.column_stack([B @ q[name] for B in joint.rows for name in names])
     force = joint.law.force(motion)
     found = []
-    for d, B in enumerate(modes):
+    for d, B in enumerate(joint.rows):
         begin = d * len(names)
         sine, cosine = begin + names.index("sin"), begin + names.index("cos")
         found.append((force[:, sine] + 1j * force[:, cosine]) / (B @ (q["sin"] + 1j * q["cos"])))
     return found
 
 
-@pytest.mark.parametrize("force", [1.0, 20.0])
-def test_all_response_dependent_modes_together_are_the_linear_ones(variable, force):
-    full, same = (
-        solve_branch(variable, force, loss_factor=LOSS, coordinates=coordinates)
-        for coordinates in ("linear", "rdnm-3")
+def stiffness_with(joint, secants):
+    """That of the structure with springs at its contact points."""
+    L = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
+    return L + sum(B.T * k @ B for B, k in zip(joint.rows, secants, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("law", "coordinates", "renewal", "force"),
+    [
+        ("variable", "rdnm-3", "within", 20.0),
+        ("variable", "rdnm-3", "after", 20.0),
+        ("variable", "complex-rdnm-3", "within", 20.0),
+        ("constant", "complex-rdnm-3", "within", 1.0),
+        ("variable, three harmonics", "rdnm-3", "within", 1.0),
+    ],
+)
+def test_all_response_dependent_modes_together_are_the_linear_ones(
+    law, coordinates, renewal, force
+):
+    joint, control = joint_of(law), StepControl(largest_step=0.2)
+    full = solve_branch(joint, force, loss_factor=LOSS, control=control)
+    same = solve_branch(
+        joint,
+        force,
+        loss_factor=LOSS,
+        coordinates=coordinates,
+        renewal=renewal,
+        control=control,
     )
     assert full.complete
     assert same.complete
-    # Newton's steps do not depend on the basis: the two differ by rounding, amplified on the way
-    assert same.frequency[same.peak] == pytest.approx(full.frequency[full.peak], rel=1e-9)
-    assert same.amplitude[same.peak] == pytest.approx(full.amplitude[full.peak], rel=1e-9)
-    np.testing.assert_allclose(same.frequency, full.frequency, rtol=1e-9)
-    np.testing.assert_allclose(same.amplitude, full.amplitude, rtol=1e-9)
-    np.testing.assert_allclose(
-        same.modal_coordinate,
-        full.modal_coordinate,
-        atol=1e-9 * np.abs(full.modal_coordinate).max(),
-    )
+    # maxima are located within 1e-6 of a step
+    assert same.frequency[same.peak] == pytest.approx(full.frequency[full.peak], rel=1e-6)
+    assert same.amplitude[same.peak] == pytest.approx(full.amplitude[full.peak], rel=1e-8)
+    balance = HarmonicBalance(joint, LOSS, force)
+    for q, f in zip(same.modal_coordinate, same.frequency, strict=True):
+        left = np.linalg.norm(balance.residual(q, 2 * np.pi * f))
+        # 1e-9, as long as a complex basis stretches it
+        assert left < 3e-9 * np.linalg.norm(balance.modal_force)
 
 
 def test_secant_stiffness_of_each_direction_is_its_force_over_its_displacement(variable):
@@ -81,17 +136,301 @@ def test_secant_stiffness_of_each_direction_is_its_force_over_its_displacement(v
     np.testing.assert_allclose(secant[:, 1], normal, rtol=1e-10)
 
 
-def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(variable):
+@pytest.mark.parametrize("renewal", ["within", "after"])
+def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(variable, renewal):
     balance, x = moved(variable)
-    equations = pose("rdnm-3", balance, 1)
-    equations.renew(equations.from_fixed(x), 500.0, np.zeros_like(x))
+    equations = pose("rdnm-3", balance, 1, renewal=renewal)
+    equations.renew(equations.from_fixed(x), W, np.zeros_like(x), (x, W))
     tangential, normal = (k.real for k in secants(variable, x))
-    R, N = variable.tangential_mode, variable.normal_mode
-    L = np.diag((2 * np.pi * variable.natural_frequency) ** 2)
-    projected = equations.basis.T @ (L + R.T * tangential @ R + N.T * normal @ N) @ equations.basis
+    matrix = stiffness_with(variable, [tangential, normal])
+    projected = equations.basis.T @ matrix @ equations.basis
     # eigenvectors make it diagonal to rounding
     off = projected - np.diag(np.diag(projected))
     assert np.abs(off).max() < 1e-11 * np.abs(projected).max()
-    without_normal = equations.basis.T @ (L + R.T * tangential @ R) @ equations.basis
+    matrix = stiffness_with(variable, [tangential, 0 * normal])
+    without_normal = equations.basis.T @ matrix @ equations.basis
     off = without_normal - np.diag(np.diag(without_normal))
     assert np.abs(off).max() > 1e-3 * np.abs(projected).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "renewal", "jacobian", "kind"),
+    [
+        ("linear", "within", "analytic", LinearModes),
+        ("rdnm-2", "within", "analytic", MovingModes),
+        ("rdnm-2", "after", "analytic", ResponseDependentModes),
+        ("rdnm-2", "within", "forward-difference", ResponseDependentModes),
+        ("complex-rdnm-2", "within", "analytic", ComplexModes),
+    ],
+)
+def test_coordinates_are_posed_by_their_name(joint, name, renewal, jacobian, kind):
+    balance = HarmonicBalance(joint, LOSS, 5.0)
+    assert type(pose(name, balance, 1, jacobian, renewal)) is kind
+
+
+def test_a_backbone_is_no_balance(joint):
+    with pytest.raises(ValueError, match="not posed in backbone"):
+        pose("backbone", HarmonicBalance(joint, LOSS, 5.0), 1)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_jacobian_knows_that_the_modes_move(any_joint, count):
+    balance, x = moved(any_joint)
+    equations = MovingModes(balance, count)
+    exact = equations.evaluate(x, W)[1]
+    # an error of second order in the step, where the law is smooth, and rounding over the step
+    near = differences(lambda x: equations.evaluate(x, W)[0], x, 1e-9)
+    np.testing.assert_allclose(near, exact, atol=1e-8 * np.abs(exact).max())
+    held = ResponseDependentModes(balance, count)
+    held.renew(held.from_fixed(x), W, held.from_fixed(x), (x, W))
+    P = np.kron(np.eye(len(balance.components)), held.basis @ held.basis.T)
+    still = P @ balance.residual_and_jacobian(x, W)[1]
+    # else one of modes held where they are would pass; all of them together move nowhere
+    assert (np.abs(P @ exact - still).max() > 1e-3 * np.abs(exact).max()) == (count < 3)
+
+
+@pytest.mark.parametrize("name", ["linear", "rdnm-1", "rdnm-2"])
+def test_derivatives_by_frequency_and_share_equal_differences(any_joint, name):
+    balance, x = moved(any_joint)
+    equations = pose(name, balance, 1)
+
+    def residual(w, share=1.0):
+        equations.share = share
+        return equations.evaluate(x, w)[0]
+
+    # of a parabola and of a line, differences are exact but for rounding
+    near = (residual(W + 0.1) - residual(W - 0.1)) / 0.2
+    by_frequency = equations.parameter_derivative(x, W)
+    np.testing.assert_allclose(near, by_frequency, atol=1e-9 * np.linalg.norm(near))
+    near = (residual(W, 0.7) - residual(W, 0.3)) / 0.4
+    by_share = equations.share_derivative(x)
+    np.testing.assert_allclose(near, by_share, atol=1e-9 * np.linalg.norm(near))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_motion_of_moving_modes_lies_in_the_modes_that_it_makes(any_joint, count):
+    branch = solve_branch(
+        any_joint,
+        5.0,
+        loss_factor=LOSS,
+        coordinates=f"rdnm-{count}",
+        window=(80.0, 120.0),
+        control=StepControl(largest_step=0.4),
+    )
+    assert branch.complete
+    balance = HarmonicBalance(any_joint, LOSS, 5.0)
+    left_out = []
+    for q, f in list(zip(branch.modal_coordinate, branch.frequency, strict=True))[::4]:
+        secant = [k.real for k in secants(any_joint, q)]
+        modes = np.linalg.eigh(stiffness_with(any_joint, secant))[1]
+        V, others = modes[:, :count], modes[:, count:]
+        parts = q.reshape(-1, 3)
+        # residuals below 1e-9 of the force, the motion being what the softest of them makes of it
+        assert np.abs(parts @ others).max() < 1e-8 * np.abs(parts).max()
+        residual = balance.residual(q, 2 * np.pi * f).reshape(-1, 3)
+        scale = np.linalg.norm(balance.modal_force)
+        assert np.linalg.norm(residual @ V) < 1e-8 * scale
+        left_out.append(np.linalg.norm(residual @ others) / scale)
+    # else the full balance would hold, whatever the modes
+    assert max(left_out) > 0.1
+
+
+def test_modes_that_lag_approach_those_of_the_solution_itself(either):
+    """By the length of the steps, as the source renews them after each."""
+    moving, lag = MovingModes(HarmonicBalance(either, LOSS, 5.0), 1), []
+    for step in (0.16, 0.04):
+        control = StepControl(largest_step=step, first_step=step)
+        lagging = solve_branch(
+            either,
+            5.0,
+            loss_factor=LOSS,
+            coordinates="rdnm-1",
+            renewal="after",
+            window=(80.0, 100.0),
+            control=control,
+        )
+        assert lagging.complete
+        apart = []
+        for q, f in zip(lagging.modal_coordinate[1::4], lagging.frequency[1::4], strict=True):
+            itself, _ = newton(moving, q, 2 * np.pi * f, StepControl())
+            assert itself.converged
+            moving.renew(itself.x, 2 * np.pi * f, q, (q, 2 * np.pi * f))
+            apart.append(distance(q, itself.x))
+        lag.append(np.median(apart))
+    assert lag[0] > 1e-6  # far above what a corrector leaves
+    assert np.log(lag[0] / lag[1]) / np.log(4) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("name", ["linear", "rdnm-1"])
+def test_a_force_is_raised_to_where_a_corrector_would_arrive(either, name):
+    balance = HarmonicBalance(either, LOSS, 20.0)
+    equations = pose(name, balance, 1)
+    stuck = balance.stuck_solution(W)
+    there, _ = newton(equations, stuck, W, StepControl())
+    assert there.converged
+    assert distance(there.x, stuck) > 0.2  # under this force it does not stick
+
+    control = StepControl(largest_step=0.2)
+    little = 1e-3 * stuck
+    path = trace(Loading(equations, W), little, (np.log(1e-3), 0.0), control, scale=1.0)
+    assert path.complete
+    # under so little of it all does, but the motion may be that of one mode
+    assert distance(path.solutions[0].x, little) < 0.2
+    # both to residuals of 1e-9 of the force
+    assert distance(path.solutions[-1].x, there.x) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["linear", "rdnm-1"])
+def test_loading_has_the_derivative_by_the_logarithm_of_the_share(either, name):
+    balance, x = moved(either)
+    equations = pose(name, balance, 1)
+    whole, _ = equations.evaluate(x, W)
+    loading, p, h = Loading(equations, W), -1.0, 1e-4
+    near = (loading.evaluate(x, p + h)[0] - loading.evaluate(x, p - h)[0]) / (2 * h)
+    # second differences of an exponential: a sixth of the step squared, and rounding over the step
+    np.testing.assert_allclose(
+        near, loading.parameter_derivative(x, p), atol=1e-7 * np.linalg.norm(near)
+    )
+    # what has been loaded in part is excited in full again
+    np.testing.assert_array_equal(equations.evaluate(x, W)[0], whole)
+
+
+def complex_at(balance, x, count, with_rest=True):
+    """Complex modes renewed at a state, and their unknown there."""
+    equations = ComplexModes(balance, count, with_rest=with_rest)
+    unknown = equations.from_fixed(x)
+    return equations, equations.renew(unknown, W, unknown, (x, W))[0]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_complex_modes_are_eigenvectors_orthogonal_without_conjugation(either, count):
+    balance, x = moved(either)
+    equations, _ = complex_at(balance, x, count)
+    phi, _ = equations.basis
+    # eigenvectors to rounding
+    np.testing.assert_allclose(phi.T @ phi, np.eye(count), atol=1e-12)
+    lossy = 1j * LOSS * np.diag((2 * np.pi * either.natural_frequency) ** 2)
+    matrix = stiffness_with(either, secants(either, x)) + lossy
+    projected = phi.T @ matrix @ phi
+    np.testing.assert_allclose(
+        matrix @ phi, phi * np.diag(projected), atol=1e-11 * np.abs(matrix).max()
+    )
+    # real modes would have the same products, and these springs are far from real
+    assert np.abs(phi.conj().T @ phi - np.eye(count)).max() > 1e-5
+    assert (matrix - lossy)[0, 0].imag > 0.1 * matrix[0, 0].real
+
+
+@pytest.mark.parametrize("with_rest", [True, False])
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_derivatives_in_complex_modes_equal_differences(either, count, with_rest):
+    balance, x = moved(either)
+    equations, y = complex_at(balance, x, count, with_rest)
+    exact = equations.evaluate(y, W)[1]
+    near = differences(lambda y: equations.evaluate(y, W)[0], y, 1e-9)
+    np.testing.assert_allclose(near, exact, atol=1e-8 * np.abs(exact).max())
+    near = (equations.evaluate(y, W + 0.1)[0] - equations.evaluate(y, W - 0.1)[0]) / 0.2
+    by_frequency = equations.parameter_derivative(y, W)
+    np.testing.assert_allclose(near, by_frequency, atol=1e-9 * np.linalg.norm(near))
+    forward = ComplexModes(balance, count, jacobian="forward-difference", with_rest=with_rest)
+    forward.basis = equations.basis
+    np.testing.assert_allclose(forward.evaluate(y, W)[1], exact, atol=1e-5 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_complex_modes_give_the_fixed_form_back(either, count):
+    equations, y = complex_at(*moved(either), count)
+    assert equations.basis[1].any()
+    np.testing.assert_allclose(equations.from_fixed(equations.to_fixed(y)), y, rtol=1e-9)
+    change = 0.1 * np.random.default_rng(2).normal(size=y.size) * np.abs(y).max()
+    np.testing.assert_allclose(
+        equations.change_to_fixed(change),
+        equations.to_fixed(y + change) - equations.to_fixed(y),
+        atol=1e-12 * np.abs(y).max(),
+    )
+
+
+def test_the_equations_in_complex_modes_are_the_balance_projected(either):
+    balance, x = moved(either)
+    equations, y = complex_at(balance, x, 2)
+    phi, _ = equations.basis
+    full = balance.residual(equations.to_fixed(y), W)
+    *bias, s, c = full.reshape(-1, 3)
+    left = phi.T @ (s + 1j * c)
+    np.testing.assert_allclose(
+        equations.evaluate(y, W)[0],
+        np.concatenate([*bias, left.real, left.imag]),
+        atol=1e-10 * np.linalg.norm(full),
+    )
+
+
+def near_resonance(joint, force):
+    """The balance, and its solution beside the peak."""
+    balance = HarmonicBalance(joint, LOSS, force)
+    control = StepControl(largest_step=0.14)
+    full = solve_branch(joint, force, loss_factor=LOSS, control=control)
+    at = full.peak - 2
+    assert set(joint.law.contact_state(balance.motion(full.modal_coordinate[at]))) - {0}
+    return balance, full.modal_coordinate[at], 2 * np.pi * full.frequency[at]
+
+
+@pytest.mark.parametrize("force", [1.0, 5.0, 20.0])
+def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(either, force):
+    balance, x, w = near_resonance(either, force)
+    real = MovingModes(balance, 1)
+    real.renew(x, w, x, (x, w))
+    one, _ = newton(real, x, w, StepControl())
+    assert one.converged
+    found = {}
+    for with_rest in (True, False):
+        equations = ComplexModes(balance, 1, with_rest=with_rest)
+        # not there, but at the real mode's, so that repeating has a way to go
+        at = one.x
+        for _ in range(40):
+            y = equations.from_fixed(at)
+            y, _ = equations.renew(y, w, y, (at, w))
+            solution, _ = newton(equations, y, w, StepControl())
+            assert solution.converged
+            at = (at + equations.to_fixed(solution.x)) / 2
+        found[with_rest] = at
+    # the sum of all modes of the matrix that the motion itself makes
+    assert distance(found[True], x) < 1e-7
+    assert distance(one.x, x) > 1e-4
+    assert distance(found[False], x) > 1e-4
+
+
+def test_what_complex_modes_lag_behind_is_of_second_order_in_the_step(either):
+    linear, lag = LinearModes(HarmonicBalance(either, LOSS, 5.0)), []
+    for step in (0.16, 0.04):
+        branch = solve_branch(
+            either,
+            5.0,
+            loss_factor=LOSS,
+            coordinates="complex-rdnm-1",
+            window=(80.0, 120.0),
+            control=StepControl(largest_step=step, first_step=step),
+        )
+        assert branch.complete
+        apart = []
+        for q, f in zip(branch.modal_coordinate, branch.frequency, strict=True):
+            itself, _ = newton(linear, q, 2 * np.pi * f, StepControl())
+            assert itself.converged
+            apart.append(distance(q, itself.x))
+        # renewed at the peak itself until that changes the motion by 1e-6
+        assert apart[branch.peak] < 1e-6
+        lag.append(np.median(apart))
+    # steps are made longer and shorter on the way
+    assert np.log(lag[0] / lag[1]) / np.log(4) > 1.7
+
+
+def test_complex_modes_need_a_motion_of_one_harmonic():
+    for law in LAWS[2:]:
+        balance = HarmonicBalance(joint_of(law), LOSS, 5.0)
+        with pytest.raises(ValueError, match="one harmonic"):
+            ComplexModes(balance, 1)
+
+
+@pytest.mark.parametrize("name", ["rdnm-4", "complex-rdnm-4"])
+@pytest.mark.parametrize("renewal", ["within", "after"])
+def test_no_more_modes_than_the_structure_has(joint, name, renewal):
+    with pytest.raises(ValueError, match="4 response-dependent modes of 3 linear ones"):
+        pose(name, HarmonicBalance(joint, LOSS, 5.0), 1, renewal=renewal)
