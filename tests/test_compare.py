@@ -118,7 +118,23 @@ def test_without_a_reference_there_are_no_errors(study):
     only = {("regions=6", "linear", 1): solved["regions=6", "linear", 1]}
     table = compare.tabulate_accuracy(only, {})
     assert table["peak_frequency_Hz"].notna().all()
-    assert table.filter(like="error").isna().all(axis=None)
+    against_reference = table.filter(like="error").drop(columns="energy_error")
+    assert against_reference.isna().all(axis=None)
+
+
+def test_accuracy_table_has_the_largest_energy_error_of_what_converged(study):
+    _, solved = study
+    which = ("regions=6", "linear", 1)
+    response = solved[which].copy(deep=True)
+    at_level = np.flatnonzero(response["excitation_force"] == FORCES[1])
+    response["energy_error"][at_level] = 1e-9
+    response["energy_error"][at_level[3]] = -1e-3
+    response["energy_error"][at_level[5]] = 0.5
+    response["converged"][at_level[5]] = 0
+    found = compare.tabulate_accuracy({which: response}, {}).set_index("force_N")["energy_error"]
+    assert found[FORCES[1]] == 1e-3
+    # elsewhere the tolerance of the solver, over the largest response to which it is relative
+    assert found.drop(FORCES[1]).max() < 1e-6
 
 
 def test_times_stand_beside_the_published_ones(study):
@@ -298,6 +314,31 @@ def test_a_time_that_was_not_printed_leaves_its_row_alone(case, joint, table):
     assert reductions.isna().to_list() == [True, False]
     assert (times.loc[joint, "source_table"] == table).all()
     assert (times["reduction_percent"] == 0).all()
+
+
+def test_where_no_forward_differences_were_timed_their_columns_are_empty():
+    row = {"force_N": 1.0, "repeat": 0, "wall_s": 1.0, "solutions": 9, "iterations": 20}
+
+    def timing(**cpu):
+        return pd.DataFrame(
+            [
+                {**row, "cpu_s": seconds, "jacobian": way.replace("_", "-"), "complete": 1}
+                for way, seconds in cpu.items()
+            ]
+        )
+
+    timings = {
+        ("node-to-node", "linear", 1): timing(analytic=4.0, forward_difference=20.0),
+        ("node-to-node", "rdnm-1", 1): timing(analytic=2.0, forward_difference=5.0),
+        ("node-to-node", "backbone", 1): timing(analytic=1.0),
+    }
+    table = compare.tabulate_times(timings, Published(SOURCE)).set_index("coordinates")
+    assert table["reduction_percent"].to_list() == [0.0, 50.0, 75.0]
+    by_differences = table["reduction_forward_difference_percent"]
+    assert by_differences["rdnm-1"] == 75.0
+    assert np.isnan(by_differences["backbone"])
+    assert np.isnan(table.loc["backbone", "cpu_forward_difference_s"])
+    assert table["complete"].all()
 
 
 def test_table_on_paper(tmp_path):

@@ -1,6 +1,7 @@
 """The configuration: what is shipped is right, and what is wrong is said in words."""
 
 import csv
+import doctest
 import json
 import re
 import shutil
@@ -14,7 +15,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from boltjoint import config
+from boltjoint import config, layout, names
 from boltjoint.config import (
     Assembly,
     Case,
@@ -24,7 +25,17 @@ from boltjoint.config import (
     load_study,
 )
 from boltjoint.entries import parse_mapping
-from boltjoint.names import parse_coordinates, parse_joint, parse_modes
+from boltjoint.names import (
+    Coordinates,
+    coordinates_in_words,
+    is_enriched,
+    joint_in_words,
+    parse_coordinates,
+    parse_joint,
+    parse_modes,
+)
+from boltjoint.published import BASIS
+from boltjoint.structure.enrichment import Enrichment
 
 ROOT = Path(__file__).parents[1]
 CONFIG = "config/config.yaml"
@@ -89,21 +100,31 @@ def test_shipped_study_is_the_source_study():
             assert case.preload_N == float(row["preload_per_bolt_N"]), name
         assert case.forces_N == tuple(float(force) for force in row["forces_N"].split()), name
         regions = {f"regions={count}" for count in row["regions"].split()}
-        assert {"node-to-node", *regions} <= set(case.joints), name
+        assert {"node-to-node", *regions} <= set(case.joints(BASIS)), name
         division = "equal-load" if contact.law == "constant" else "equal-middle-load"
-        assert case.regions.division == division, name
+        assert (case.regions.division, case.regions.motion) == (division, "mean"), name
+        # beside the source's basis may stand one that holds the contact
+        assert case.bases[0] == BASIS, name
+        assert all(map(is_enriched, case.bases[1:])), name
+        for family in case.bases:
+            solved = {which[2] for which in case.solved() if which[:2] == (family, "node-to-node")}
+            assert {"linear", "backbone"} <= solved, name
 
 
 def test_shipped_cases_that_differ_in_one_thing_differ_in_nothing_else():
     study = load_study(ROOT)
     stated, implied = (study.case(f"three_bolt_constant{end}") for end in ("", "_38kN"))
     assert (stated.preload_N, implied.preload_N) == (10000, 37976)
-    assert stated.model_dump(exclude={"preload_N"}) == implied.model_dump(exclude={"preload_N"})
+    # of two that differ so little, one has more to it
+    same = {"preload_N", "march_forces_N", "solve"}
+    assert stated.model_dump(exclude=same) == implied.model_dump(exclude=same)
+    assert set(implied.solved()) < set(stated.solved())
 
     stiff, soft = (study.case(f"three_bolt_variable{end}") for end in ("", "_soft"))
     for stiffness in ("tangential_stiffness_N_per_m", "normal_stiffness_N_per_m"):
         assert getattr(soft.contact, stiffness) == getattr(stiff.contact, stiffness) / 2
-    same = {"published", "contact"}
+    same = {"published", "contact", "march_forces_N", "solve"}
+    assert set(soft.solved()) < set(stiff.solved())
     assert stiff.model_dump(exclude=same) == soft.model_dump(exclude=same)
 
 
@@ -119,28 +140,30 @@ def test_shipped_options_are_the_defaults(study):
     shipped = load_study(study)
     (study / CONFIG).write_text("cases: [three_bolt_constant]\n", encoding="utf-8")
     bare = load_study(study)
-    assert (bare.solver, bare.fitting, bare.timing) == (
-        shipped.solver,
-        shipped.fitting,
-        shipped.timing,
-    )
+    for options in ("enrichment", "solver", "fitting", "timing"):
+        assert getattr(bare, options) == getattr(shipped, options), options
     assert list(bare.assemblies) == ["three_bolt"]
 
 
 def test_joints_are_listed_once_in_the_order_of_the_file():
-    joints = load_study(ROOT).case("three_bolt_constant").joints
-    assert joints == (
+    case = load_study(ROOT).case("three_bolt_constant")
+    assert case.joints("free-4") == (
         "node-to-node",
         "regions=4",
         "regions=6",
         "regions=6/elements=4",
         "regions=6/elements=7",
+        "regions=6/harmonic=7",
+        "regions=6/table",
+        "clusters=auto",
     )
+    assert case.joints("enriched-40")[0] == "node-to-node"
+    assert case.joints("free-16") == ()
 
 
 def test_reduced_joint_needs_no_listed_regions(study):
     edit(study, CASE, "      - regions=6\n", "")
-    assert "regions=6" not in load_study(study).case("three_bolt_constant").joints
+    assert "regions=6" not in load_study(study).case("three_bolt_constant").joints("free-4")
 
 
 def test_window_of_a_resonance(study):
@@ -150,7 +173,19 @@ def test_window_of_a_resonance(study):
     assert case.window_around(2) == (300.0, 500.0)
 
 
+def only_linear(study):
+    """The study of one case, with nothing but responses in linear modes."""
+    case = parse_mapping((study / CASE).read_text(encoding="utf-8"))
+    case |= {"coordinates": ["linear"], "solve": case["solve"][:2]}
+    (study / CASE).write_text(yaml.safe_dump(case), encoding="utf-8")
+    text = (study / CONFIG).read_text(encoding="utf-8")
+    first = text.index("  - three_bolt_constant_38kN")
+    last = text.index("\n\n", first)
+    (study / CONFIG).write_text(text[:first] + text[last:], encoding="utf-8")
+
+
 def test_friction_sampled_in_time_may_have_more_harmonics(study):
+    only_linear(study)
     edit(study, CONFIG, "friction: exact ", "friction: sampled ")
     edit(study, CONFIG, "harmonics: 1 ", "harmonics: 3 ")
     solver = load_study(study).solver
@@ -203,21 +238,289 @@ def test_unknown_case_of_a_study_is_named():
         load_study(ROOT).case("three_bolt_constnat")
 
 
-def test_names_of_joints_modes_and_coordinates():
-    assert parse_joint("node-to-node") == (None, None)
-    assert parse_joint("regions=4") == (4, None)
-    assert parse_joint("regions=6/elements=7") == (6, 7)
-    assert parse_modes("free-16") == 16
-    assert parse_coordinates("linear") is None
-    assert parse_coordinates("rdnm-2") == 2
+# ---- names
 
 
 @pytest.mark.parametrize(
-    "name", ["", "regions=0", "regions=6/", "regions=6/elements=0", "regions=06", "regions=6\n"]
+    ("name", "parts", "words"),
+    [
+        ("node-to-node", (None, None, None, None), "node-to-node"),
+        ("regions=1", ("regions", 1, None, None), "1 region"),
+        ("regions=auto", ("regions", "auto", None, None), "regions to tolerance"),
+        ("clusters=12", ("clusters", 12, None, None), "12 clusters"),
+        ("clusters=auto", ("clusters", "auto", None, None), "clusters to tolerance"),
+        ("regions=6/elements=7", ("regions", 6, "elements", 7), "6 regions of 7 elements"),
+        ("clusters=1/elements=1", ("clusters", 1, "elements", 1), "1 cluster of 1 element"),
+        (
+            "clusters=12/harmonic=7",
+            ("clusters", 12, "harmonic", 7),
+            "12 clusters of 7 elements, harmonic fit",
+        ),
+        (
+            "regions=auto/harmonic=1",
+            ("regions", "auto", "harmonic", 1),
+            "regions to tolerance of 1 element, harmonic fit",
+        ),
+        ("regions=6/table", ("regions", 6, "table", None), "6 regions, tabulated"),
+    ],
+)
+def test_a_joint_is_parsed_and_said_in_words(name, parts, words):
+    parsed = parse_joint(name)
+    assert tuple(parsed) == parts
+    assert joint_in_words(name) == words
+    if parsed.division is not None:
+        # which is the folder above that of what stands for the elements
+        assert parsed.regions == name.split("/")[0]
+    # its name in tables and figures is told back
+    assert layout.unflat(layout.flat(name)) == name
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        "regions=0",
+        "regions=6/",
+        "regions=6/elements=0",
+        "regions=06",
+        "regions=6\n",
+        "clusters",
+        "clusters=",
+        "clusters=automatic",
+        "bands=6",
+        "node-to-node/table",
+        "regions=6/table=1",
+        "regions=6/harmonic",
+        "regions=6/elements=auto",
+        "regions=6/elements=4/table",
+        "regions=6/loops=4",
+    ],
 )
 def test_other_names_of_joints_are_refused(name):
-    with pytest.raises(ValueError, match="must be node-to-node, regions=N or regions=N/elements=M"):
+    with pytest.raises(ValueError, match=re.escape(repr(name))) as refused:
         parse_joint(name)
+    for part in ("node-to-node", "regions=N", "clusters=N", "auto", "/elements=M", "/table"):
+        assert part in str(refused.value)
+
+
+def test_names_of_modes():
+    assert [parse_modes(name) for name in ("free-16", "enriched-40")] == [16, 40]
+    assert [is_enriched(name) for name in ("free-16", "enriched-40")] == [False, True]
+    for name in ("free", "free-0", "enriched-", "enriched-04", "enrich-4", "free-4\n"):
+        with pytest.raises(ValueError, match="must be free-N or enriched-N"):
+            parse_modes(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "parts", "words", "short"),
+    [
+        ("linear", ("linear", None), "linear modes", "linear modes"),
+        ("backbone", ("backbone", None), "backbone", "backbone"),
+        ("rdnm-1", ("real", 1), "1 response-dependent mode", "1 RDNM"),
+        ("rdnm-2", ("real", 2), "2 response-dependent modes", "2 RDNM"),
+        (
+            "complex-rdnm-3",
+            ("complex", 3),
+            "3 complex response-dependent modes",
+            "3 complex RDNM",
+        ),
+    ],
+)
+def test_coordinates_are_parsed_and_said_in_words(name, parts, words, short):
+    assert parse_coordinates(name) == Coordinates(*parts)
+    assert coordinates_in_words(name) == words
+    assert coordinates_in_words(name, short=True) == short
+
+
+@pytest.mark.parametrize(
+    "name", ["", "linear-1", "backbone-1", "rdnm", "rdnm-0", "complex", "complex-rdnm", "rdnm-1\n"]
+)
+def test_other_names_of_coordinates_are_refused(name):
+    with pytest.raises(ValueError, match="must be linear, backbone, rdnm-N or complex-rdnm-N"):
+        parse_coordinates(name)
+
+
+def test_examples_in_the_names_hold():
+    ran = doctest.testmod(names)
+    assert ran.attempted >= 6
+    assert ran.failed == 0
+
+
+# ---- blocks
+
+
+def changed(**keys):
+    """The shipped case of three bolts under constant load, other in some keys."""
+    text = (ROOT / CASE).read_text(encoding="utf-8")
+    return Case.model_validate(parse_mapping(text) | keys)
+
+
+def test_a_block_may_have_its_own_modes_and_coordinates():
+    case = changed(
+        modes=["free-4", "free-8"],
+        coordinates=["linear", "rdnm-1"],
+        solve=[
+            {"resonance": 2, "joints": ["node-to-node"]},
+            {
+                "resonance": 1,
+                "modes": ["enriched-8", "free-8"],
+                "coordinates": ["backbone"],
+                "joints": ["clusters=2/table", "node-to-node"],
+            },
+        ],
+    )
+    assert case.bases == ("free-4", "free-8", "enriched-8")
+    assert list(case.solved()) == [
+        ("free-4", "node-to-node", "linear", 2),
+        ("free-4", "node-to-node", "rdnm-1", 2),
+        ("free-8", "node-to-node", "linear", 2),
+        ("free-8", "node-to-node", "rdnm-1", 2),
+        ("enriched-8", "clusters=2/table", "backbone", 1),
+        ("enriched-8", "node-to-node", "backbone", 1),
+        ("free-8", "clusters=2/table", "backbone", 1),
+        ("free-8", "node-to-node", "backbone", 1),
+    ]
+    assert case.joints("free-4") == ("node-to-node",)
+    assert case.joints("free-8") == ("node-to-node", "clusters=2/table")
+    assert case.joints("enriched-8") == ("clusters=2/table", "node-to-node")
+    assert [case.resonances(family) for family in case.bases] == [(2,), (2, 1), (1,)]
+
+
+def test_a_basis_that_no_block_uses_is_not_made():
+    block = {"resonance": 1, "joints": ["node-to-node"], "modes": ["enriched-8"]}
+    assert changed(solve=[block]).bases == ("enriched-8",)
+
+
+@pytest.mark.parametrize("name", ["three_bolt_constant", "four_bolt_variable"])
+def test_nothing_is_solved_twice(name):
+    solved = list(load_study(ROOT).case(name).solved())
+    assert len(solved) == len(set(solved)) > 10
+
+
+def test_blocks_of_a_resonance_share_its_window():
+    first = {"resonance": 1, "joints": ["node-to-node"]}
+    second = {"resonance": 1, "joints": ["regions=4"], "window_Hz": [60, 90]}
+    assert changed(solve=[first, second]).window_around(1) == (60, 90)
+    same = first | {"window_Hz": [60, 90]}
+    assert changed(solve=[same, second]).window_around(1) == (60, 90)
+    other = {"resonance": 2, "joints": ["node-to-node"], "window_Hz": [300, 500]}
+    assert changed(solve=[other, second]).window_around(1) == (60, 90)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("regions=6", {"division": "equal-middle-load", "motion": "load-weighted", "count": 6}),
+        (
+            "regions=auto",
+            {
+                "division": "equal-middle-load",
+                "motion": "load-weighted",
+                "resonances": 2,
+                "count": None,
+                "tolerance": 0.02,
+            },
+        ),
+        # clusters are divided by how pairs move, and their pairs move alike
+        (
+            "clusters=6",
+            {"division": "clusters", "motion": "mean", "resonances": 2, "count": 6},
+        ),
+        (
+            "clusters=auto",
+            {
+                "division": "clusters",
+                "motion": "mean",
+                "resonances": 2,
+                "count": None,
+                "tolerance": 0.02,
+            },
+        ),
+    ],
+)
+def test_how_pairs_are_gathered(name, expected):
+    regions = {"division": "equal-middle-load", "motion": "load-weighted", "tolerance": 0.02}
+    case = changed(regions=regions)
+    assert case.partition(name) == expected
+    # of whatever stands for the elements
+    assert case.partition(f"{name}/harmonic=3") == expected
+
+
+def test_how_elements_are_fitted():
+    fitting = config.Fitting(starts=3)
+    loops = {"starts": 3, "load_fractions": (0.3, 0.6, 0.9)}
+    assert fitting.fit("regions=6/elements=7") == {"count": 7, "method": "loops", **loops}
+    # at all amplitudes, and from one start
+    assert fitting.fit("clusters=auto/harmonic=4") == {"count": 4, "method": "describing-function"}
+
+
+@pytest.mark.parametrize(
+    ("modes", "coordinates", "expected"),
+    [
+        ("free-4", "linear", {"analytic": 5, "forward-difference": 2}),
+        ("free-4", "rdnm-1", {"analytic": 5, "forward-difference": 2}),
+        ("free-4", "backbone", {"analytic": 5}),
+        ("enriched-40", "linear", {"analytic": 3}),
+        ("enriched-40", "backbone", {"analytic": 3}),
+    ],
+)
+def test_forward_differences_are_timed_where_the_source_solves(modes, coordinates, expected):
+    timing = config.Timing(repeats=5, repeats_enriched=3, repeats_forward_difference=2)
+    assert timing.by_jacobian(modes, coordinates) == expected
+
+
+def test_options_of_the_enrichment_are_those_of_the_library():
+    options = config.Enrichment(contact_stiffness_N_per_m=5e7, levels=4).options
+    assert Enrichment(**options) == Enrichment(contact_stiffness=5e7, levels=4)
+    assert Enrichment(**config.Enrichment().options) == Enrichment()
+
+
+# ---- where results lie
+
+
+def test_every_basis_is_found_once_and_tabulated_for_every_assembly():
+    study = load_study(ROOT)
+    assert layout.families(study) == ["free-4", "enriched-40"]
+    targets = layout.targets(study)
+    assert len(targets) == len(set(targets))
+    for name in study.assemblies:
+        assert f"results/assemblies/{name}/enriched-40/modes.nc" in targets
+        assert layout.contact_of_basis(study, name) == (
+            f"results/assemblies/{name}/preload=10000/preload.nc"
+        )
+
+
+def test_what_is_solved_is_shown_in_its_own_basis():
+    targets = set(layout.targets(load_study(ROOT)))
+    where = "three_bolt_constant_enriched-40"
+    for path in (
+        f"tables/accuracy_{where}.csv",
+        f"tables/regions_{where}_clusters=12.csv",
+        f"tables/elements_{where}_clusters=12_harmonic=7.csv",
+        f"figures/loops_{where}_clusters=12_harmonic=7.svg",
+        f"figures/response_{where}_node-to-node_complex-rdnm-1_resonance=1.svg",
+        f"figures/states_{where}_node-to-node_complex-rdnm-1_resonance=1.svg",
+        f"figures/backbone_{where}_resonance=1.svg",
+    ):
+        assert f"results/{path}" in targets, path
+    # no states are drawn of what is rebuilt
+    assert f"results/figures/states_{where}_node-to-node_backbone_resonance=1.svg" not in targets
+    # resonance 2 is solved in the source's basis only
+    assert "results/figures/times_three_bolt_constant_free-4_resonance=2.svg" in targets
+    assert f"results/figures/times_{where}_resonance=2.svg" not in targets
+    # a table has no elements to list, nor loops to compare
+    case = "three_bolt_constant_free-4_regions=6_table"
+    assert f"results/figures/response_{case}_linear_resonance=1.svg" in targets
+    assert not [path for path in targets if path.startswith((f"results/tables/elements_{case}",))]
+    assert not [path for path in targets if path.startswith((f"results/figures/loops_{case}",))]
+
+
+def test_a_march_in_time_checks_responses_in_all_modes_of_the_basis(study):
+    found = load_study(study)
+    names_of = ("linear", "rdnm-1", "complex-rdnm-1", "backbone")
+    assert [layout.is_checked(found, name) for name in names_of] == [True, False, False, False]
+    sampled = load_study(study, {"cases": list(found.cases), "solver": {"friction": "sampled"}})
+    assert not layout.is_checked(sampled, "linear")
 
 
 # ---- numbers
@@ -257,6 +560,11 @@ def test_what_is_no_number(study, text, shown):
 
 # ---- one problem, one line with its exact words
 
+A_JOINT = (
+    "must be node-to-node, regions=N or clusters=N, N being a number or auto, "
+    "alone or with /elements=M, /harmonic=M or /table"
+)
+
 
 @pytest.mark.parametrize(
     ("file", "old", "new", "line"),
@@ -267,8 +575,8 @@ def test_what_is_no_number(study, text, shown):
             "loss_factor:",
             "loss_facter:",
             "loss_facter: is not a known key; did you mean loss_factor? there are: description, "
-            "published, assembly, preload_N, contact, regions, loss_factor, forces_N, modes, "
-            "coordinates, solve",
+            "published, assembly, preload_N, contact, regions, loss_factor, forces_N, "
+            "march_forces_N, modes, coordinates, solve",
         ),
         (
             CASE,
@@ -294,7 +602,8 @@ def test_what_is_no_number(study, text, shown):
             VARIABLE,
             "  division: equal-middle-load",
             "  divison: equal-middle-load",
-            "regions.divison: is not a known key; did you mean division? there are: division",
+            "regions.divison: is not a known key; did you mean division? "
+            "there are: division, motion, tolerance",
         ),
         (
             CASE,
@@ -308,7 +617,7 @@ def test_what_is_no_number(study, text, shown):
             "    # window_Hz: [low, high]",
             "    window_hz: [1, 2]\n   #",
             "solve[1].window_hz: is not a known key; did you mean window_Hz? "
-            "there are: resonance, joints, window_Hz",
+            "there are: resonance, joints, modes, coordinates, window_Hz",
         ),
         (CASE, "preload_N: 10000", "#", "preload_N: is missing: Preload of each bolt, in N."),
         (
@@ -342,21 +651,20 @@ def test_what_is_no_number(study, text, shown):
             CASE,
             "[free-4]",
             "[free-0]",
-            'modes[0]: "free-0" must be free-N, N being the number of modes',
+            'modes[0]: "free-0" must be free-N or enriched-N, N being the number of modes',
         ),
         (
             CASE,
             "rdnm-1]",
             "rdnm]",
-            'coordinates[1]: "rdnm" must be linear or rdnm-N, '
+            'coordinates[1]: "rdnm" must be linear, backbone, rdnm-N or complex-rdnm-N, '
             "N being the number of response-dependent modes",
         ),
         (
             CASE,
             "- regions=4",
             "- regions=4/elements",
-            'solve[0].joints[1]: "regions=4/elements" must be node-to-node, '
-            "regions=N or regions=N/elements=M",
+            f'solve[0].joints[1]: "regions=4/elements" {A_JOINT}',
         ),
         (
             CASE,
@@ -401,6 +709,24 @@ def test_what_is_no_number(study, text, shown):
         ),
         (
             VARIABLE,
+            "  division: equal-middle-load",
+            "  motion: median",
+            'regions.motion: "median" must be mean or load-weighted',
+        ),
+        (
+            VARIABLE,
+            "  division: equal-middle-load",
+            "  tolerance: 0",
+            "regions.tolerance: 0 must be greater than 0",
+        ),
+        (
+            VARIABLE,
+            "  division: equal-middle-load",
+            "  tolerance: 1 %",
+            'regions.tolerance: "1 %" must be a number',
+        ),
+        (
+            VARIABLE,
             "regions:\n  division: equal-middle-load",
             "regions: equal-load\n ",
             'regions: "equal-load" must hold keys with values',
@@ -410,6 +736,32 @@ def test_what_is_no_number(study, text, shown):
             "friction: exact ",
             "friction: marched ",
             'solver.friction: "marched" must be exact or sampled',
+        ),
+        (
+            CONFIG,
+            "renewal: within ",
+            "renewal: before ",
+            'solver.renewal: "before" must be within or after',
+        ),
+        (
+            CONFIG,
+            "  levels: 15",
+            "  steps: 15",
+            "enrichment.steps: is not a known key; there are: contact_stiffness_N_per_m, "
+            "friction_coefficient, free_modes, resonances, levels",
+        ),
+        (
+            CONFIG,
+            "contact_stiffness_N_per_m: 1.0e+8",
+            "contact_stiffness_N_per_m: 0",
+            "enrichment.contact_stiffness_N_per_m: 0 must be greater than 0",
+        ),
+        (CONFIG, "  levels: 15", "  levels: 0", "enrichment.levels: 0 must be at least 1"),
+        (
+            CONFIG,
+            "free_modes: 12",
+            "free_modes: 1",
+            "enrichment.resonances: 2 must be at most free_modes, 1",
         ),
         (CONFIG, "harmonics: 1 ", "harmonics: 0 ", "solver.harmonics: 0 must be at least 1"),
         (
@@ -458,6 +810,18 @@ def test_what_is_no_number(study, text, shown):
         # values that contradict each other
         (CASE, "5, 10, 15", "5, 10, 5.0", "forces_N[4]: 5.0 must not appear twice"),
         (CASE, "5, 10, 15", "5, 10, 5e0", "forces_N[4]: 5.0 must not appear twice"),
+        (
+            CASE,
+            "march_forces_N: [1, 5",
+            "march_forces_N: [1, 6",
+            "march_forces_N[1]: 6 must be one of forces_N: 0.001, 1, 5, 10, 15, 25, 50",
+        ),
+        (
+            CASE,
+            "march_forces_N: [1, 5",
+            "march_forces_N: [1, 1",
+            "march_forces_N[1]: 1 must not appear twice",
+        ),
         (CASE, "[free-4]", "[free-4, free-4]", 'modes[1]: "free-4" must not appear twice'),
         (
             CASE,
@@ -473,15 +837,105 @@ def test_what_is_no_number(study, text, shown):
         ),
         (
             CASE,
-            "resonance: 2",
-            "resonance: 1",
-            "solve[1].resonance: 1 must not appear twice: list all its joints in one block",
+            "    joints: [node-to-node]",
+            "    joints: [node-to-node, regions=4, node-to-node]",
+            'solve[2].joints[2]: "node-to-node" must not appear twice',
+        ),
+        (
+            CASE,
+            "    modes: [enriched-40]",
+            "    modes: [enriched-40, enriched-40]",
+            'solve[4].modes[1]: "enriched-40" must not appear twice',
+        ),
+        (
+            CASE,
+            "[complex-rdnm-1, backbone]",
+            "[backbone, backbone]",
+            'solve[2].coordinates[1]: "backbone" must not appear twice',
+        ),
+        (
+            CASE,
+            "[complex-rdnm-1, backbone]",
+            "[complex-rdnm-1, rdnm-1]",
+            'solve[2].joints[0]: "node-to-node" must not be solved twice: a block before solves it '
+            "around resonance 1 in the same basis and coordinates",
+        ),
+        (
+            CASE,
+            "resonance: 2\n    joints:\n      - node-to-node\n",
+            "resonance: 1\n    joints:\n",
+            'solve[1].joints[0]: "regions=6/elements=7" must not be solved twice: a block before '
+            "solves it around resonance 1 in the same basis and coordinates",
         ),
         (
             CASE,
             "resonance: 2",
             "resonance: 5",
             "solve[1].resonance: 5 must be at most 4, the modes of the basis free-4",
+        ),
+        (
+            CASE,
+            "coordinates: [complex-rdnm-1, backbone]",
+            "coordinates: [complex-rdnm-5, backbone]",
+            'solve[2].coordinates[0]: "complex-rdnm-5" must not have more modes than the basis '
+            "free-4",
+        ),
+        (
+            CASE,
+            "modes: [enriched-40]\n    coordinates: [linear,",
+            "modes: [enriched-40, enriched-2]\n    coordinates: [rdnm-3,",
+            'solve[4].coordinates[0]: "rdnm-3" must not have more modes than the basis enriched-2',
+        ),
+        (
+            CASE,
+            "resonance: 1            # in a basis that holds",
+            "resonance: 3 #",
+            "solve[4].resonance: 3 must be at most 2, enrichment.resonances, in enriched-40",
+        ),
+        (
+            CASE,
+            "resonance: 1            # in the same basis",
+            "resonance: 5 #",
+            "solve[2].resonance: 5 must be at most 4, the modes of the basis free-4",
+        ),
+        (
+            CASE,
+            "modes: [enriched-40]",
+            "modes: [enriched-101]",
+            'solve[4].modes[0]: "enriched-101" must have at most 100 modes',
+        ),
+        (
+            CASE,
+            "modes: [enriched-40]",
+            "modes: [rich-40]",
+            'solve[4].modes[0]: "rich-40" must be free-N or enriched-N, '
+            "N being the number of modes",
+        ),
+        (
+            CASE,
+            "modes: [enriched-40]",
+            "modes: []",
+            "solve[4].modes: [] must have at least 1 entry",
+        ),
+        (
+            CASE,
+            "modes: [enriched-40]",
+            "modes: enriched-40",
+            'solve[4].modes: "enriched-40" must be a list, as in [1, 2]',
+        ),
+        (
+            CASE,
+            "[complex-rdnm-1, backbone]",
+            "[complex-rdnm-1, backbones]",
+            'solve[2].coordinates[1]: "backbones" must be linear, backbone, rdnm-N or '
+            "complex-rdnm-N, N being the number of response-dependent modes",
+        ),
+        (
+            VARIABLE,
+            "joints: [clusters=auto]",
+            "joints: [clusters=4, clusters=4/table]",
+            'solve[2].joints[1]: "clusters=4/table" must not be tabulated: a table needs a '
+            "constant normal load",
         ),
         (
             CASE,
@@ -726,6 +1180,50 @@ def test_smallest_basis_bounds_the_coordinates_and_resonances(study):
     ]
 
 
+def test_windows_of_a_resonance_must_not_differ(study):
+    given = "    coordinates: [linear, complex-rdnm-1, backbone]\n    window_Hz: [50, 90]\n"
+    edit(study, CASE, "    coordinates: [complex-rdnm-1, backbone]\n", "    window_Hz: [60, 90]\n")
+    edit(study, CASE, "    joints: [node-to-node]", "    joints: [regions=2]")
+    edit(study, CASE, "    coordinates: [linear, complex-rdnm-1, backbone]\n", given)
+    assert problems_of(study) == [
+        f"{CASE}: solve[4].window_Hz: [50, 90] must be [60, 90], as of the block before it around "
+        "resonance 1"
+    ]
+
+
+def test_a_problem_of_the_case_in_several_blocks_is_reported_once(study):
+    edit(study, CASE, "[free-4]", "[free-4, enriched-101]")
+    assert problems_of(study) == [f'{CASE}: modes[1]: "enriched-101" must have at most 100 modes']
+
+
+def test_more_harmonics_need_coordinates_that_have_them(study):
+    edit(study, CASE, "[linear, rdnm-1]", "[linear, complex-rdnm-2]")
+    settings = {
+        "cases": ["three_bolt_constant"],
+        "solver": {"friction": "sampled", "harmonics": 3},
+    }
+    must = "must be linear or rdnm-N with solver.harmonics: 3"
+    assert problems_of(study, settings) == [
+        f'{CASE}: coordinates[1]: "complex-rdnm-2" {must}',
+        f'{CASE}: solve[2].coordinates[0]: "complex-rdnm-1" {must}',
+        f'{CASE}: solve[2].coordinates[1]: "backbone" {must}',
+        f'{CASE}: solve[4].coordinates[1]: "complex-rdnm-1" {must}',
+        f'{CASE}: solve[4].coordinates[2]: "backbone" {must}',
+    ]
+    settings["solver"]["harmonics"] = 1
+    load_study(study, settings)
+
+
+def test_an_assembly_that_no_case_tightens_needs_a_preload_for_an_enriched_basis(study):
+    settings = {"cases": ["three_bolt_constant"], "assemblies": ["four_bolt"]}
+    edit(study, FOUR, "preload_N:", "# preload_N:")
+    assert problems_of(study, settings) == [
+        f"{FOUR}: preload_N: is missing: enriched-40 is made from the contact under preload"
+    ]
+    only_linear(study)
+    load_study(study, settings)
+
+
 def test_unused_files_are_not_read(study):
     (study / "config/cases/draft.yaml").write_text("not: finished", encoding="utf-8")
     load_study(study)
@@ -844,6 +1342,7 @@ def readme_tables():
 
 TABLES = {
     ("config.yaml", ""): config.Settings,
+    ("config.yaml", "enrichment"): config.Enrichment,
     ("config.yaml", "solver"): config.Solver,
     ("config.yaml", "fitting"): config.Fitting,
     ("config.yaml", "timing"): config.Timing,
@@ -914,6 +1413,16 @@ def is_entry(value):
             "regions=1371",
             'solve[0].joints[1]: "regions=1371" must have at most 1370 regions, '
             "the contact pairs of three_bolt",
+        ),
+        (
+            "clusters=1371/table",
+            'solve[0].joints[1]: "clusters=1371/table" must have at most 1370 clusters, '
+            "the contact pairs of three_bolt",
+        ),
+        (
+            "clusters=auto/harmonic=1371",
+            'solve[0].joints[1]: "clusters=auto/harmonic=1371" must have at most 1370 elements in '
+            "all, the contact pairs of three_bolt",
         ),
         (
             "regions=6/elements=229",

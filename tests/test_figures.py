@@ -527,6 +527,13 @@ def test_what_did_not_converge_is_not_drawn_as_a_solution(reference):
     [
         ("node-to-node", "linear", "node-to-node, linear modes"),
         ("regions=6", "rdnm-1", "6 regions, 1 RDNM"),
+        ("clusters=auto", "complex-rdnm-2", "clusters to tolerance, 2 complex RDNM"),
+        ("regions=6/table", "backbone", "6 regions, tabulated, backbone"),
+        (
+            "clusters=2/harmonic=3",
+            "linear",
+            "2 clusters of 3 elements, harmonic fit, linear modes",
+        ),
     ],
 )
 def test_methods_are_named_in_words(reference, joint, coordinates, words):
@@ -583,6 +590,26 @@ def test_times_of_an_unpublished_case_mention_none(times):
     figure = figures.plot_times(times.assign(published_reduction_percent=np.nan, complete=True))
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["node-to-node", "2 regions of 3 elements", "linear modes"]
+
+
+def test_times_without_forward_differences_are_drawn_by_the_analytic_jacobian(times):
+    without = times.assign(
+        cpu_forward_difference_s=np.nan,
+        reduction_forward_difference_percent=np.nan,
+        published_reduction_percent=np.nan,
+    )
+    analytic, differences, *_ = figures.plot_times(without).axes
+    np.testing.assert_array_equal(curves(analytic)["node-to-node, linear modes"], [[0, 4], [1, 5]])
+    for drawn in curves(differences).values():
+        assert not np.isfinite(drawn[:, 1]).any()
+
+
+def test_all_coordinates_have_lines_of_their_own(times):
+    row = times.iloc[[0]]
+    names = ("linear", "rdnm-1", "complex-rdnm-1", "backbone")
+    solved = pd.concat([row.assign(coordinates=name) for name in names])
+    lines = figures.plot_times(solved).axes[0].get_lines()
+    assert len({(line.get_linestyle(), line.get_marker()) for line in lines}) == len(names)
 
 
 def test_times_need_a_resonance_that_was_solved(times):

@@ -10,6 +10,7 @@ import xarray as xr
 
 from boltjoint import dataset, layout
 from boltjoint.config import Case, Solver, load_study
+from boltjoint.names import PAGES
 from boltjoint.pages import case as page_of_case
 from boltjoint.pages import markup, overview, structure
 from boltjoint.pages.shown import Shown, figures_and_tables, shown_on
@@ -184,6 +185,26 @@ def figure(page, anchor):
             ("response", "a_38kN", "free-4", "node-to-node", "a_38kN"),
         ),
         ("states_a_free-4", ("states", "a", "free-4", None, "a")),
+        ("modes_enriched-8_enriched-40", ("modes", "enriched-8", "enriched-40", None, "structure")),
+        ("accuracy_a_enriched-40", ("accuracy", "a", "enriched-40", None, "a")),
+        ("backbone_a_free-4_resonance=2", ("backbone", "a", "free-4", None, "a")),
+        ("harmonics_a_free-4", ("harmonics", "a", "free-4", None, "a")),
+        (
+            "regions_a_enriched-8_clusters=auto",
+            ("regions", "a", "enriched-8", "clusters=auto", "a"),
+        ),
+        (
+            "elements_a_free-4_regions=auto_harmonic=3",
+            ("elements", "a", "free-4", "regions=auto/harmonic=3", "a"),
+        ),
+        (
+            "response_linear_free-4_clusters=12_table_backbone_resonance=1",
+            ("response", "linear", "free-4", "clusters=12/table", "linear"),
+        ),
+        (
+            "states_a_enriched-40_node-to-node_complex-rdnm-1_resonance=1",
+            ("states", "a", "enriched-40", "node-to-node", "a"),
+        ),
     ],
 )
 def test_names_tell_what_a_figure_shows(stem, expected):
@@ -192,13 +213,23 @@ def test_names_tell_what_a_figure_shows(stem, expected):
     assert (shown.kind, shown.subject, shown.modes, shown.joint, page) == expected
 
 
+def test_names_tell_in_what_a_response_is_solved():
+    coordinates = ("linear", "backbone", "rdnm-2", "complex-rdnm-2")
+    for name in coordinates:
+        shown = Shown.of(f"results/figures/response_a_free-4_node-to-node_{name}_resonance=1.svg")
+        assert (shown.coordinates, shown.resonance, shown.subject) == (name, 1, "a")
+
+
+def test_nothing_of_the_study_is_shown_without_its_place():
+    for shown in figures_and_tables(layout.targets(load_study(ROOT))):
+        assert shown.subject or shown.kind in ("contact", "natural_frequencies", "sampling")
+
+
 def test_every_figure_and_table_of_the_study_has_a_page():
     study = load_study(ROOT)
     targets = layout.targets(study)
     shown = [
-        path
-        for page in ("overview", "structure", *study.cases)
-        for path in shown_on(page, targets, study.cases)
+        path for page in (*PAGES, *study.cases) for path in shown_on(page, targets, study.cases)
     ]
     assert sorted(shown) == sorted(each.path for each in figures_and_tables(targets))
     assert len(set(shown)) == len(shown) > 0
@@ -265,6 +296,107 @@ def test_facts_tell_how_friction_is_solved(files):
     assert "friction forces sampled in time – harmonics of the response 3" in facts
     assert "samples a period 128" in facts
     assert "those of its first-harmonic amplitude" in sampled
+
+
+OTHER_JOINTS = ("regions=6/table", "clusters=auto", "clusters=auto/harmonic=3")
+
+
+@pytest.fixture
+def files_of_two_bases(files, tmp_path):
+    """The same, with joints that the source has not, in a basis that it has not either."""
+    where = "mine_enriched-40"
+    stems = [
+        f"response_{where}_{joint.replace('/', '_')}_linear_resonance=1"
+        for joint in ("node-to-node", *OTHER_JOINTS)
+    ]
+    stems += [
+        f"response_{where}_node-to-node_{coordinates}_resonance=1"
+        for coordinates in ("complex-rdnm-1", "backbone")
+    ]
+    stems += [
+        f"backbone_{where}_resonance=1",
+        f"regions_{where}_clusters=auto",
+        f"loops_{where}_clusters=auto_harmonic=3",
+    ]
+    for stem in stems:
+        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    for kind in ("accuracy", "times"):
+        (path,) = tmp_path.rglob(f"{kind}_mine_free-4.csv")
+        frame = pd.read_csv(path).query("joint == 'node-to-node' and coordinates == 'linear'")
+        frame.to_csv(tmp_path / f"tables/{kind}_{where}.csv", index=False)
+    return sorted(str(path) for path in tmp_path.rglob("*.*"))
+
+
+@pytest.fixture
+def page_of_two_bases(files_of_two_bases):
+    blocks = [
+        *CASE["solve"],
+        {
+            "resonance": 1,
+            "modes": ["enriched-40"],
+            "coordinates": ["linear"],
+            "joints": OTHER_JOINTS,
+        },
+        {
+            "resonance": 1,
+            "modes": ["enriched-40"],
+            "coordinates": ["linear", "complex-rdnm-1", "backbone"],
+            "joints": ["node-to-node"],
+        },
+    ]
+    return write(files_of_two_bases, solve=blocks)
+
+
+def test_every_basis_has_its_own_part_of_the_page(page_of_two_bases):
+    page = page_of_two_bases
+    assert not repeated_ids(page)
+    for anchor in ("nodes", "regions", "elements", "accuracy", "times"):
+        for family in ("free-4", "enriched-40"):
+            assert f'id="{anchor}-{family}"' in page, (anchor, family)
+    # what is not solved there has no place there
+    assert 'id="resonance-2-free-4"' in page
+    assert 'id="resonance-2-enriched-40"' not in page
+    assert 'id="backbones-enriched-40"' in page
+    assert 'id="backbones-free-4"' not in page
+
+
+def test_the_source_is_beside_its_own_basis_only(page_of_two_bases):
+    where = "response_mine_{}_node-to-node_linear_resonance=1"
+    assert "Figure 3.9 of the source" in figure(page_of_two_bases, where.format("free-4"))
+    assert "of the source" not in figure(page_of_two_bases, where.format("enriched-40"))
+
+
+def test_joints_and_coordinates_are_said_in_words(page_of_two_bases):
+    where = "response_mine_enriched-40"
+    for stem, words in {
+        "node-to-node_complex-rdnm-1": "Node-to-node, 1 complex response-dependent mode",
+        "node-to-node_backbone": "Node-to-node, backbone",
+        "regions=6_table_linear": "6 regions, tabulated, linear modes",
+        "clusters=auto_linear": "Clusters to tolerance, linear modes",
+        "clusters=auto_harmonic=3_linear": "Clusters to tolerance of 3 elements, harmonic fit",
+    }.items():
+        assert words in figure(page_of_two_bases, f"{where}_{stem}_resonance=1")
+
+
+def test_loops_are_those_of_the_fit_only_where_it_fits_loops(page_of_two_bases):
+    fitted = figure(page_of_two_bases, "loops_mine_free-4_regions=6_elements=4")
+    harmonic = figure(page_of_two_bases, "loops_mine_enriched-40_clusters=auto_harmonic=3")
+    assert "three amplitudes of the fit" in fitted
+    assert "three amplitudes." in harmonic
+
+
+def test_facts_name_every_basis_and_how_regions_move(files, page_of_two_bases):
+    facts = figure(page_of_two_bases, "case-table")
+    assert "basis free-4, enriched-40 the first four bending modes" in facts
+    assert "motion of a region mean of its pairs mean of its pairs" in facts
+    weighted = write(files, regions={"motion": "load-weighted"})
+    assert "mean of its pairs, weighted by load" in figure(weighted, "case-table")
+
+
+def test_regions_whose_number_a_tolerance_decides_stand_after_numbers(files):
+    joints = ["node-to-node", "regions=auto", "regions=12", "regions=6"]
+    facts = figure(write(files, solve=[{"resonance": 1, "joints": joints}]), "case-table")
+    assert "regions 6, 12, auto" in facts
 
 
 def without_reference(frame):

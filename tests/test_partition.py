@@ -413,6 +413,30 @@ def test_the_fewest_regions_within_the_tolerance_are_chosen(law):
     assert errors[-1] <= 0.004 < errors[:-1].min()
 
 
+@pytest.mark.parametrize("division", ["equal-load", "clusters"])
+def test_regions_may_be_as_many_as_a_tolerance_asks_for(joint, division):
+    preload = make_preload(joint)
+    options = {"division": division, "motion": "load-weighted", "resonances": 2}
+    regions = partition_regions(joint, preload, None, tolerance=0.01, **options)
+    count = choose_count(joint, preload, 0.01, **options)
+    assert regions.points == count > 2
+    given = partition_regions(joint, preload, count, **options)
+    np.testing.assert_array_equal(regions.tangential_mode, given.tangential_mode)
+    np.testing.assert_array_equal(regions.law.point_of_element, given.law.point_of_element)
+    assert region_error(joint, regions, resonances=2) <= 0.01
+    # a wider one asks for fewer
+    assert partition_regions(joint, preload, None, tolerance=0.05, **options).points < count
+
+
+def test_a_number_goes_before_a_tolerance(joint):
+    assert partition_regions(joint, make_preload(joint), 3, tolerance=1e-9).points == 3
+
+
+def test_regions_need_a_number_or_a_tolerance(joint):
+    with pytest.raises(ValueError, match="need a number, or a tolerance that chooses it"):
+        partition_regions(joint, make_preload(joint), None)
+
+
 def test_a_tolerance_that_is_not_met_is_refused(joint):
     with pytest.raises(ValueError, match=r"up to 3 regions \(clusters, mean\) have an error of"):
         choose_count(joint, make_preload(joint), 1e-4, "clusters", most=3)
