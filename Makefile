@@ -2,12 +2,17 @@
 CORES ?= 2
 PYTHON ?= python3
 BIN = .venv/bin
+# cases to run in place of those of config.yaml: make reproduce CASES="one another"
+CASES ?=
+comma := ,
+space := $(subst ,, )
+STUDY = $(if $(CASES),--config "cases=[$(subst $(space),$(comma),$(strip $(CASES)))]")
 
 .PHONY: reproduce test lint docs verify clean
 
 reproduce: .venv/ready
-	$(BIN)/snakemake --cores $(CORES)
-	$(BIN)/snakemake --cores $(CORES) --report results/report.html
+	$(BIN)/snakemake --cores $(CORES) $(STUDY)
+	$(BIN)/snakemake --cores $(CORES) $(STUDY) --report results/report.html
 
 test: .venv/ready
 	$(BIN)/python -m pytest

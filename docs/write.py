@@ -4,6 +4,8 @@ Where a template quotes a result it names table, row and column, or what is comp
 """
 
 import shutil
+import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +15,8 @@ import numpy as np
 import pandas as pd
 
 from boltjoint import joint
+from boltjoint.config import load_study
+from boltjoint.pages import accuracy
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
@@ -69,6 +73,25 @@ class Tables:
         which = {"joint": joint, "coordinates": coordinates, "resonance": 1}
         return self.rows(f"times_{case}_free-4", **which)[columns[jacobian]].median()
 
+    def cases(self, kind: str) -> list[str]:
+        """The cases that have a table of a kind."""
+        study = load_study(HERE.parent)
+        return [case for case in study.cases if self._path(kind, case).exists()]
+
+    def models(self, case: str) -> list[dict[str, object]]:
+        """Largest errors and cost of every model of a case."""
+        return accuracy.summary(pd.read_csv(self._path("models", case))).to_dict("records")
+
+    def harmonics(self, case: str) -> pd.DataFrame:
+        """Error of the first harmonic [%] by force and number of harmonics."""
+        frame = pd.read_csv(self._path("harmonics", case))
+        return frame.pivot_table(index="force_N", columns="harmonics", values="difference_percent")
+
+    @staticmethod
+    def _path(kind: str, case: str) -> Path:
+        basis = "" if kind == "models" else "_free-4"
+        return RESULTS / f"tables/{kind}_{case}{basis}.csv"
+
     def stuck_error_of_loaded_means(self, case: str, regions: str) -> float:
         """Error of the first stuck frequency [%] if regions moved as the mean of loaded pairs."""
         folder = RESULTS / f"cases/{case}/free-4"
@@ -96,8 +119,8 @@ def _formatted(form: str, value: float, digits: int) -> str:
     return format(value, form.format(digits))
 
 
-def write() -> None:
-    """Fill every template and copy the figures that the pages show."""
+def write(pages: Sequence[str] = ()) -> None:
+    """Fill the templates of some pages, or of all, and copy the figures that they show."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE),
         undefined=jinja2.StrictUndefined,
@@ -106,7 +129,12 @@ def write() -> None:
     )
     for name, form in (("digits", ".{}g"), ("places", ".{}f"), ("signed", "+.{}f")):
         environment.filters[name] = partial(_formatted, form)
+    environment.filters["digits_or_dash"] = lambda value, digits: (
+        "–" if pd.isna(value) else format(value, f".{digits}g")
+    )
     for template in sorted(HERE.glob("*.md.j2")):
+        if pages and template.name.removesuffix(".md.j2") not in pages:
+            continue
         text = environment.get_template(template.name).render(t=Tables())
         template.with_suffix("").write_text(text, encoding="utf-8")
     (HERE / "figures").mkdir(exist_ok=True)
@@ -115,4 +143,4 @@ def write() -> None:
 
 
 if __name__ == "__main__":
-    write()
+    write(sys.argv[1:])

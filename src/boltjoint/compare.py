@@ -250,6 +250,52 @@ def tabulate_accuracy(
     return table[[name for name in table if name != "reason"] + ["reason"]]
 
 
+def tabulate_models(
+    responses: Mapping[tuple[str, str, str, int], xr.Dataset],
+    timings: Mapping[tuple[str, str, str, int], pd.DataFrame],
+    converged: tuple[str, str, str, int],
+) -> pd.DataFrame:
+    """Every response of a case, in any basis, against the converged one, beside what it costs.
+
+    Parameters
+    ----------
+    responses, timings
+        ``response.nc`` and ``timing.csv`` by modal basis, joint, coordinates and resonance.
+    converged
+        Which of them the others are compared with.
+
+    Returns
+    -------
+    DataFrame
+        A row for each response and force level: errors of its peak, empty where the path broke off,
+        and the median processor time.
+    """
+    rows = []
+    for which, response in responses.items():
+        timing = timings[which]
+        cost = timing[timing["jacobian"] == "analytic"].groupby("force_N")["cpu_s"].median()
+        for level, force in enumerate(response["force_level"].to_numpy()):
+            found, truth = _peak(response, level), _peak(responses[converged], level)
+            whole = found["complete"] and truth["complete"]
+            errors = {
+                f"{name}_error_percent": _percent(found[column], truth[column]) if whole else np.nan
+                for name, column in (
+                    ("peak_frequency", "peak_frequency_Hz"),
+                    ("peak_amplitude", "peak_mm_per_N"),
+                )
+            }
+            rows.append(
+                {
+                    **dict(zip(("modes", "joint", "coordinates", "resonance"), which, strict=True)),
+                    "force_N": force,
+                    "complete": found["complete"],
+                    **errors,
+                    "cpu_s": cost.get(force, np.nan),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
 def curve_error(
     curve: tuple[NDArray[np.float64], NDArray[np.float64]],
     reference: tuple[NDArray[np.float64], NDArray[np.float64]],

@@ -559,11 +559,13 @@ class Enrichment(Entry):
     """Resonances whose motion the bases are to hold, from the first; at most free_modes."""
     levels: Count = 15
     """Steps by which the load that slips grows from none to all of it."""
+    most: Count = 80
+    """Vectors of the largest basis; enriched-N has the first N of them."""
 
     @property
     def options(self) -> dict[str, float]:
         """The parameters of ``structure.enrichment.Enrichment``."""
-        options = self.model_dump()
+        options = self.model_dump(exclude={"most"})
         return {"contact_stiffness": options.pop("contact_stiffness_N_per_m"), **options}
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
@@ -607,7 +609,7 @@ class Timing(Entry):
         """Repeats by way to the Jacobian: with forward differences, what the source solves."""
         if names.is_enriched(modes):
             return {"analytic": self.repeats_enriched}
-        if coordinates == "backbone":
+        if names.parse_coordinates(coordinates).kind in ("complex", "backbone"):
             return {"analytic": self.repeats}
         return {"analytic": self.repeats, "forward-difference": self.repeats_forward_difference}
 
@@ -700,6 +702,8 @@ def load_study(
             reader.check_regions(f"{CASE_FOLDER}/{name}.yaml", case, assembly)
         if case is not None and checked is not None:
             reader.check_options(f"{CASE_FOLDER}/{name}.yaml", case, checked)
+        if case is not None and checked is not None:
+            reader.check_bases(f"{CASE_FOLDER}/{name}.yaml", case, checked.enrichment.most)
         if case is not None and published is not None:
             reader.check_published(f"{CASE_FOLDER}/{name}.yaml", case, published)
 
@@ -802,6 +806,18 @@ class _Reader:
             if enriched and assembly and name not in used and assembly.preload_N is None:
                 sentence = f"is missing: {enriched[0]} is made from the contact under preload"
                 self._note(f"{ASSEMBLY_FOLDER}/{name}.yaml", ("preload_N",), None, sentence)
+
+    def check_bases(self, file: str, case: Case, most: int) -> None:
+        """Note each enriched basis of more vectors than are found."""
+        for family in case.bases:
+            if names.is_enriched(family) and names.parse_modes(family) > most:
+                key = next(
+                    ("modes",) if block.modes is None else ("solve", index, "modes")
+                    for index, block in enumerate(case.solve)
+                    if family in (block.modes or case.modes)
+                )
+                sentence = f"must have at most {most} vectors, as enrichment.most in {CONFIG_FILE}"
+                self._note(file, key, shown(family), sentence)
 
     def check_published(self, file: str, case: Case, published: Collection[str]) -> None:
         """Note a case study that the source does not have."""

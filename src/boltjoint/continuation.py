@@ -308,8 +308,8 @@ class _Tracer:
                     continue
                 solution = replace(solution, located=True)
             self.path.solutions.append(replace(solution, x=fixed))
-            self.behind = behind
-            self.came = way if behind == 0 else self.came
+            self.behind = behind if self.renewed else 0.0
+            self.came = way if self.behind == 0 else self.came
             recentred, station, step = False, onward, next_step
         return self._stop("the path has more solutions than allowed")
 
@@ -343,7 +343,7 @@ class _Tracer:
         fixed, p, last = self.equations.to_fixed(solution.x), solution.p, self.path.solutions[-1]
         fixed, p = fixed + further * (fixed - last.x), p + further * (p - last.p)
         renewed = self._renewed(station, way, (fixed, p))
-        self.renewed = renewed is not None
+        self.renewed = self.renewed or renewed is not None
         return renewed or station
 
     def _renewed(

@@ -1,13 +1,24 @@
-"""How fast do sampled forces approach the exact ones?"""
+"""How far is an answer from a converged one? By samples of a period, and by vectors of a basis."""
 
+import logging
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
+from boltjoint.continuation import StepControl
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
+from boltjoint.response import Branch, frequency_window, solve_branch
+from boltjoint.structure.patterns import resonances_in
+
+logger = logging.getLogger(__name__)
+
+#: size of the motion, over that at the peak, between which a response is followed; the next where
+#: the peak is not inside
+_AROUND_PEAK = (0.9, 0.6, 0.3)
 
 
 def tabulate_sampling(
@@ -58,3 +69,157 @@ def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarr
         q = amplitude.isel(solution=at).transpose("mode", "component").to_numpy()
         found[float(force)] = np.hstack([row @ q for row in joint.rows])
     return found
+
+
+def peaks_near(
+    joint: Joint,
+    forces: Sequence[float],
+    loss_factor: float,
+    resonance: int = 1,
+    control: StepControl | None = None,
+) -> pd.DataFrame:
+    """Peaks of the response that is followed only near where the joint's backbone expects them.
+
+    The response rebuilt from the backbone tells where to begin and end; the solutions between are
+    those of ``solve_branch`` in linear modes, and so is the maximum located among them. Where the
+    backbone shows no peak, or the response none near it, all of the response is followed.
+
+    Parameters
+    ----------
+    joint, loss_factor, resonance, control
+        As for ``response.solve_branch``.
+    forces
+        Amplitudes of the excitation [N].
+
+    Returns
+    -------
+    DataFrame
+        Columns ``force_N, peak_frequency_Hz, peak_mm_per_N``, by force; NaN where the response
+        shows no peak.
+    """
+    window = frequency_window(joint, resonance=resonance)
+    mode = ModeAtAmplitude(joint, loss_factor, resonance)
+    backbone = Backbone(mode, mode.amplitudes_for(forces, window), control)
+    rows = []
+    for force in forces:
+        branch = _near_peak(backbone, force, window, resonance, control)
+        if branch is None:
+            logger.info("%g N: no peak where the backbone expects it", force)
+            branch = solve_branch(
+                joint,
+                force,
+                loss_factor=loss_factor,
+                window=window,
+                resonance=resonance,
+                control=control,
+            )
+        row = {"force_N": force, "peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
+        if branch.peak is not None:
+            row["peak_frequency_Hz"] = branch.frequency[branch.peak]
+            row["peak_mm_per_N"] = 1e3 * branch.amplitude[branch.peak] / force
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def tabulate_basis_peaks(
+    joints: Mapping[str, Joint],
+    forces: Sequence[float],
+    loss_factor: float,
+    resonance: int = 1,
+) -> pd.DataFrame:
+    """Peaks of the same joint in several bases, against those in the last of them.
+
+    Parameters
+    ----------
+    joints
+        The joint by the name of its basis, the largest basis last.
+    forces, loss_factor, resonance
+        As for ``peaks_near``.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``basis, force_N, peak_frequency_Hz, peak_mm_per_N, peak_frequency_error_percent,
+        peak_amplitude_error_percent``.
+    """
+    peaks = {
+        basis: peaks_near(joint, forces, loss_factor, resonance) for basis, joint in joints.items()
+    }
+    table = pd.concat(peaks, names=["basis"]).reset_index(level="basis")
+    reference = peaks[list(peaks)[-1]].set_index("force_N").loc[table["force_N"]]
+    for what, of_peak in (("frequency", "peak_frequency_Hz"), ("amplitude", "peak_mm_per_N")):
+        ratio = table[of_peak].to_numpy() / reference[of_peak].to_numpy()
+        table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)
+    return table.reset_index(drop=True)
+
+
+def tabulate_patterns(modes: Mapping[str, xr.Dataset], patterns: xr.Dataset) -> pd.DataFrame:
+    """Resonances of bases while parts of the contact stick, against those of the full model.
+
+    Parameters
+    ----------
+    modes
+        ``modes.nc`` by the name of the basis.
+    patterns
+        As from ``structure.patterns.resonances``, for the same pairs.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``basis, vectors, springs, pattern, resonance`` (from 1), ``frequency_Hz,
+        error_percent``.
+    """
+    rows = []
+    for basis, of_basis in modes.items():
+        found = resonances_in(of_basis, patterns)
+        for pattern in found["pattern"].to_numpy():
+            for springs in found["springs"].to_numpy():
+                at = found.sel(pattern=pattern, springs=springs)
+                for i, (frequency, error) in enumerate(
+                    zip(at["frequency"].to_numpy(), at["error"].to_numpy(), strict=True)
+                ):
+                    rows.append(
+                        {
+                            "basis": basis,
+                            "vectors": of_basis.sizes["mode"],
+                            "springs": springs,
+                            "pattern": pattern,
+                            "resonance": i + 1,
+                            "frequency_Hz": frequency,
+                            "error_percent": 100 * error,
+                        }
+                    )
+    return pd.DataFrame(rows)
+
+
+def _near_peak(
+    backbone: Backbone,
+    force: float,
+    window: tuple[float, float],
+    resonance: int,
+    control: StepControl | None,
+) -> Branch | None:
+    """The response around the expected peak; None where it does not show the peak."""
+    expected = rebuild(backbone, force, window)
+    if expected.peak is None:
+        return None
+    balance = backbone.equations.balance
+    size = np.linalg.norm(expected.modal_coordinate, axis=1)
+    for share in _AROUND_PEAK:
+        outside = np.flatnonzero(size <= share * size[expected.peak])
+        before, after = outside[outside < expected.peak], outside[outside > expected.peak]
+        if not (before.size and after.size):
+            return None
+        first, last = before[-1], after[0]
+        branch = solve_branch(
+            balance.joint,
+            force,
+            loss_factor=balance.loss_factor,
+            window=(expected.frequency[first], expected.frequency[last]),
+            resonance=resonance,
+            control=control,
+            start=expected.modal_coordinate[first],
+        )
+        if branch.complete and branch.peak is not None:
+            return branch
+    return None

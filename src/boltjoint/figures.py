@@ -650,6 +650,55 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
 
 
 @_styled
+def plot_models(models: pd.DataFrame) -> Figure:
+    """Largest error of the peak amplitude of every model over its cost.
+
+    Parameters
+    ----------
+    models
+        As ``compare.tabulate_models`` gives it.
+    """
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    axes = figure.subplots()
+    bases = list(models["modes"].unique())
+    colours = dict(zip(bases, _REGIONS * len(bases), strict=False))
+    kinds = list(models["coordinates"].unique())
+    styles = dict(zip(kinds, _COORDINATES * len(kinds), strict=False))
+    for (basis, joint, coordinates), some in models.groupby(
+        ["modes", "joint", "coordinates"], sort=False
+    ):
+        error = some["peak_amplitude_error_percent"].abs().max()
+        if not error > 0:
+            continue
+        marker = styles[coordinates]["marker"] if some["complete"].all() else "X"
+        cost = some["cpu_s"].sum()
+        axes.loglog(cost, error, marker, color=colours[basis], markersize=7)
+        axes.annotate(
+            joint_in_words(joint),
+            (cost, error),
+            xytext=(6, 0),
+            textcoords="offset points",
+            fontsize=7,
+            va="center",
+        )
+    shown = [
+        *(Patch(color=colour, label=basis) for basis, colour in colours.items()),
+        *(
+            Line2D([], [], color="0.3", linestyle="none", marker=style["marker"], label=words)
+            for words, style in (
+                (coordinates_in_words(kind, short=True), style) for kind, style in styles.items()
+            )
+        ),
+    ]
+    axes.legend(handles=shown, fontsize=8)
+    axes.set_xlabel("processor time of all forces (s)")
+    axes.set_ylabel("largest error of the peak amplitude (%)")
+    axes.margins(x=0.15)
+    axes.grid(True)
+    return figure
+
+
+@_styled
 def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float]) -> Figure:
     """Natural frequency and damping ratio over amplitude, by joint.
 

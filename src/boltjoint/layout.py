@@ -7,7 +7,14 @@ a new stiffness never touches the mesh.
 from collections.abc import Iterator
 
 from boltjoint.config import Study
-from boltjoint.names import PAGES, REFERENCE, parse_coordinates, parse_joint
+from boltjoint.names import (
+    PAGES,
+    REFERENCE,
+    is_enriched,
+    parse_coordinates,
+    parse_joint,
+    parse_modes,
+)
 
 
 def assembly(name: str) -> str:
@@ -18,6 +25,11 @@ def assembly(name: str) -> str:
 def modes(name: str, family: str) -> str:
     """Linear modes of an assembly."""
     return f"results/assemblies/{name}/{family}/modes.nc"
+
+
+def principal(name: str) -> str:
+    """What the motions of an assembly have in common, of which its enriched bases are made."""
+    return f"results/assemblies/{name}/principal.nc"
 
 
 def preload(name: str, newton: float) -> str:
@@ -82,6 +94,29 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
             if which[1:3] == REFERENCE:
                 found.setdefault(case, which)
     return found
+
+
+def converged(study: Study) -> dict[str, tuple[str, str, str, int]]:
+    """By case, the response that comes closest to the structure, if any.
+
+    That of the node-to-node joint in linear modes, around the first resonance, in the largest basis
+    that holds the contact.
+    """
+    found = {}
+    for case in study.cases:
+        bases = [
+            which[0]
+            for which in solved(study, case)
+            if which[1:] == (*REFERENCE, 1) and is_enriched(which[0])
+        ]
+        if bases:
+            found[case] = (max(bases, key=parse_modes), *REFERENCE, 1)
+    return found
+
+
+def compared(study: Study, case: str) -> list[tuple[str, str, str, int]]:
+    """The responses of a case that are around the same resonance as its converged one."""
+    return [which for which in solved(study, case) if which[3] == converged(study)[case][3]]
 
 
 def is_checked(study: Study, coordinates: str) -> bool:
@@ -152,6 +187,8 @@ def _shown(study: Study) -> list[str]:
     found = _table("contact")
     if references(study):
         found += [*_table("sampling"), "results/figures/sampling.svg"]
+    for case in converged(study):
+        found += [*_table(f"models_{case}"), f"results/figures/models_{case}.svg"]
     for family in families(study):
         found += _table(f"natural_frequencies_{family}")
         found += [f"results/figures/modes_{name}_{family}.svg" for name in study.assemblies]
@@ -206,6 +243,6 @@ def packed(name: str) -> str:
 
 
 def pages(study: Study) -> list[str]:
-    """The pages of the report: overview, structure, and one for each case."""
+    """The pages of the report: overview, accuracy, structure, and one for each case."""
     every = [*PAGES, *study.cases]
     return [*map(page, every), *map(packed, every)]

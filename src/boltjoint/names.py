@@ -11,7 +11,7 @@ JOINT = (
     r"(?:/(?:(elements|harmonic)=([1-9][0-9]*)|(table)))?)$"
 )
 #: pages of the report beside those of the cases
-PAGES = ("overview", "structure")
+PAGES = ("overview", "accuracy", "structure")
 
 #: the patterns, in words
 PATTERNS = {

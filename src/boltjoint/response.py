@@ -118,6 +118,7 @@ def solve_branch(
     jacobian: Jacobian = "analytic",
     renewal: Renewal = "within",
     control: StepControl | None = None,
+    start: NDArray[np.float64] | None = None,
 ) -> Branch:
     """Frequency response of a joint at one force level, by harmonic balance and arc length.
 
@@ -146,14 +147,30 @@ def solve_branch(
         Of the modes ``rdnm-N``, as for ``coordinates.pose``.
     control
         Tolerance and step lengths.
+    start
+        A guess of the modal coordinates at the lower end of the window, shape (components *
+        modes,), as ``Branch`` holds them, so that the window may lie close around a peak: steps are
+        as long as in the default window, however narrow it is. Not for ``backbone``.
+
+    Raises
+    ------
+    ValueError
+        If a start is given for ``backbone``.
     """
     control = control or StepControl()
     window = window or frequency_window(joint, resonance=resonance)
     if coordinates == "backbone":
+        if start is not None:
+            raise ValueError("a response rebuilt from the backbone has no start")
         return _rebuilt(joint, force, loss_factor, window, resonance, control)
     balance = HarmonicBalance(joint, loss_factor, force)
     equations = pose(coordinates, balance, resonance, jacobian, renewal)
     low, high = (2 * np.pi * f for f in window)
+    if start is None:
+        start, width = _start(equations, balance, low, control), high - low
+    else:
+        whole = frequency_window(joint, resonance=resonance)
+        start, width = equations.from_fixed(start), 2 * np.pi * (whole[1] - whole[0])
     observe = _Observed(balance)
 
     def amplitude_slope(x: NDArray[np.float64], dx: NDArray[np.float64]) -> float:
@@ -162,10 +179,10 @@ def solve_branch(
 
     path = trace(
         equations,
-        _start(equations, balance, low, control),
+        start,
         (low, high),
         control,
-        scale=_WINDOW_SHARE * (high - low),
+        scale=_WINDOW_SHARE * width,
         event=amplitude_slope,
     )
     return _branch(force, path, observe)

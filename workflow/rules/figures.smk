@@ -140,6 +140,20 @@ rule plot_times:
         "../scripts/plot_times.py"
 
 
+rule plot_models:
+    input:
+        table="results/tables/models_{case}.csv",
+        library=library("plot_models.py"),
+    output:
+        figure="results/figures/models_{case}.svg",
+    log:
+        "results/logs/plot_models/{case}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    script:
+        "../scripts/plot_models.py"
+
+
 rule plot_backbones:
     input:
         backbones=lambda w: [

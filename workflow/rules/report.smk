@@ -25,13 +25,32 @@ rule write_overview:
         "../envs/boltjoint.yaml"
     params:
         study=study.model_dump(),
-        shown=[
-            path
-            for page in ("overview", "structure", *study.cases)
-            for path in shown_on(page)
-        ],
+        shown=[path for page in (*PAGES, *study.cases) for path in shown_on(page)],
     script:
         "../scripts/write_overview.py"
+
+
+rule write_page_of_accuracy:
+    input:
+        shown=shown_on("accuracy"),
+        published=published,
+        library=library("write_page_of_accuracy.py"),
+    output:
+        page="results/report/accuracy.html",
+        packed=report(
+            "results/report/packed/accuracy.html",
+            caption="../report/accuracy.rst",
+            category="1. Overview",
+            labels={"page": "Accuracy"},
+        ),
+    log:
+        "results/logs/write_page_of_accuracy.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        cases=list(study.cases),
+    script:
+        "../scripts/write_page_of_accuracy.py"
 
 
 rule write_page_of_structure:

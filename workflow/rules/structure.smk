@@ -37,10 +37,32 @@ rule apply_preload:
         "../scripts/apply_preload.py"
 
 
+rule find_principal_motions:
+    input:
+        assembly="results/assemblies/{assembly}/assembly.nc",
+        preload=lambda w: layout.contact_of_basis(study, w.assembly),
+        library=library("find_principal_motions.py"),
+    output:
+        principal="results/assemblies/{assembly}/principal.nc",
+    log:
+        "results/logs/find_principal_motions/{assembly}.log",
+    benchmark:
+        "results/benchmarks/find_principal_motions/{assembly}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        enrichment=study.enrichment.options,
+        most=study.enrichment.most,
+    script:
+        "../scripts/find_principal_motions.py"
+
+
 rule find_modes:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
-        preload=contact_of_basis,
+        principal=lambda w: (
+            layout.principal(w.assembly) if is_enriched(w.modes) else []
+        ),
         library=library("find_modes.py"),
     output:
         modes="results/assemblies/{assembly}/{modes}/modes.nc",
@@ -53,8 +75,5 @@ rule find_modes:
         "../envs/boltjoint.yaml"
     params:
         family="{modes}",
-        enrichment=lambda w: (
-            study.enrichment.options if is_enriched(w.modes) else None
-        ),
     script:
         "../scripts/find_modes.py"

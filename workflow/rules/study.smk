@@ -6,7 +6,7 @@ from pathlib import Path
 from boltjoint import environment, layout
 from boltjoint.config import ConfigError, load_study
 from boltjoint.layout import targets
-from boltjoint.names import REFERENCE, is_enriched
+from boltjoint.names import PAGES, REFERENCE, is_enriched
 from boltjoint.pages import shown as pages
 from boltjoint.published import Published
 from boltjoint.sources import library_sources
@@ -44,13 +44,6 @@ published = sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
 
 def case_of(wildcards):
     return study.case(wildcards.case)
-
-
-def contact_of_basis(wildcards):
-    """The contact of an assembly by which its basis is enriched, where it is."""
-    if not is_enriched(wildcards.modes):
-        return []
-    return layout.contact_of_basis(study, wildcards.assembly)
 
 
 def source_of(wildcards):

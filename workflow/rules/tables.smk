@@ -140,6 +140,34 @@ rule compare_times:
         "../scripts/compare_times.py"
 
 
+rule compare_models:
+    input:
+        responses=lambda w: [
+            layout.response(w.case, *which) for which in layout.compared(study, w.case)
+        ],
+        timings=lambda w: [
+            layout.timing(w.case, *which) for which in layout.compared(study, w.case)
+        ],
+        library=library("compare_models.py"),
+    output:
+        csv=report(
+            "results/tables/models_{case}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "all models against the converged response"},
+        ),
+        html="results/tables/models_{case}.html",
+    log:
+        "results/logs/compare_models/{case}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        compared=lambda w: layout.compared(study, w.case),
+        converged=lambda w: layout.converged(study)[w.case],
+    script:
+        "../scripts/compare_models.py"
+
+
 rule tabulate_states:
     input:
         joints=lambda w: [
@@ -171,9 +199,7 @@ rule tabulate_states:
 rule march_in_time:
     input:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
-        response=lambda w: layout.response(
-            w.case, *layout.references(study)[w.case]
-        ),
+        response=lambda w: layout.response(w.case, *layout.references(study)[w.case]),
         library=library("march_in_time.py"),
     output:
         csv=report(

@@ -4,12 +4,8 @@ from boltjoint import dataset, logs
 from boltjoint.structure import export, modes
 
 logs.write_to(snakemake.log[0])
-params = snakemake.params
 assembly = dataset.load(snakemake.input.assembly)
-contact = {}
-if params.enrichment is not None:
-    contact["preload"] = dataset.load(snakemake.input.preload)
-    contact["enrichment"] = modes.Enrichment(**params.enrichment)
-found = modes.find_modes(assembly, params.family, **contact)
-dataset.save(found, snakemake.output.modes, params)
+principal = dataset.load(snakemake.input.principal) if snakemake.input.principal else None
+found = modes.find_modes(assembly, snakemake.params.family, principal)
+dataset.save(found, snakemake.output.modes, snakemake.params)
 export.write_modes(assembly, found, snakemake.output.view)

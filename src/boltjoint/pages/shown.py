@@ -32,6 +32,7 @@ _OF_CASES = {
     "accuracy": _FAMILY,
     "backbone": _FAMILY + _RESONANCE,
     "harmonics": _FAMILY,
+    "models": "",
     "states": rf"{_FAMILY}(?:{_SOLVED})?",
     "times": rf"{_FAMILY}(?:{_RESONANCE})?",
     "regions": rf"{_FAMILY}_(?P<joint>{_REGIONS})",
@@ -115,10 +116,13 @@ class Shown:
         return self.path.endswith(".svg")
 
     def page(self, cases: Collection[str]) -> str:
-        """The name of the page that shows it: of one of the cases, ``structure`` or ``overview``.
+        """The name of the page that shows it: of one of the cases, or one of ``names.PAGES``.
 
-        The structure has what is about assemblies, the overview what is about all cases.
+        The structure has what is about assemblies, the overview what is about all cases, accuracy
+        what compares all models of a case.
         """
+        if self.kind == "models":
+            return "accuracy"
         if self.kind in _OF_ASSEMBLIES or self.kind in _OF_ALL_ASSEMBLIES:
             return "structure"
         return self.subject if self.subject in cases else "overview"
@@ -163,7 +167,7 @@ def shown_on(page: str, files: Sequence[str], cases: Collection[str]) -> list[st
     Parameters
     ----------
     page
-        ``overview``, ``structure``, or the name of a case.
+        One of ``names.PAGES``, or the name of a case.
     files
         Such as ``layout.targets`` lists them.
     cases
@@ -257,6 +261,7 @@ def menu(cases: Sequence[str]) -> dict[str, str]:
     """What the pages of a report are called, by their files, in their order."""
     return {
         "overview.html": "Overview",
+        "accuracy.html": "Accuracy",
         "structure.html": "Structure",
         **{f"{name}.html": name for name in cases},
     }

@@ -20,7 +20,9 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_limits
 
+from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
     factorise,
@@ -40,6 +42,9 @@ _DEPENDENT = 1e-12
 _CORRECTIONS = 2
 #: amplitudes at which the contact has long slipped, over that at which nearly all of it does
 _MACROSLIP = (2.0, 4.0, 8.0, 16.0, 32.0)
+#: levels from one to the next at which single bolts stick, or one side of each: enough to hold them
+#: without crowding out the rest
+_STRIDE = 3
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,12 @@ class SymmetricHalf:
     stiffness: sparse.csc_array
     mass: sparse.csc_array
 
+    def unknowns(self, displacement: Array) -> Array:
+        """The unknowns of symmetric displacements, shape (3 * nodes, motions)."""
+        first = self.displacement.indptr[:-1]
+        sign = self.displacement.data[first]
+        return sign[:, None] * displacement[self.displacement.indices[first]]
+
     def modes(
         self, factors: SuperLU, stiffness: sparse.csc_array, count: int
     ) -> tuple[Array, Array]:
@@ -119,10 +130,21 @@ def symmetric_half(assembly: xr.Dataset) -> SymmetricHalf:
     ValueError
         If the mesh is not symmetric about y = 0.
     """
-    T = free_displacements(assembly, tightened=False)
-    T = (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc()
+    T = symmetric_displacements(assembly)
     K, M = assemble_assembly(assembly)
     return SymmetricHalf(T, (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc())
+
+
+def symmetric_displacements(assembly: xr.Dataset) -> sparse.csc_array:
+    """The matrix T of ``u = T q`` whose motions are symmetric about the width.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0.
+    """
+    T = free_displacements(assembly, tightened=False)
+    return (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc()
 
 
 @dataclass(frozen=True)
@@ -231,19 +253,84 @@ class SpringContact:
         return 1 / ratio[order], a[:, order]
 
 
-def enriched_basis(
-    assembly: xr.Dataset, preload: xr.Dataset, number: int, enrichment: Enrichment
-) -> tuple[Array, Array]:
-    """Vectors that hold the motion of an assembly whose contact sticks, slips or opens.
+# one thread: sums in another order would change the last digits from machine to machine
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def find_principal_motions(
+    assembly: xr.Dataset,
+    preload: xr.Dataset,
+    enrichment: Enrichment | None = None,
+    most: int = 80,
+) -> xr.Dataset:
+    """Vectors that an assembly's motions have most in common while its contact sticks and slips.
+
+    Any first N of them make a basis ``enriched-N``, so they are found once for all N.
 
     Parameters
     ----------
     assembly, preload
-        As from ``build_assembly`` and ``apply_preload``.
+        As from ``build_assembly`` and ``apply_preload``. Only the ratios of the loads matter, not
+        how tight the bolts are.
+    enrichment
+        What they are made for; the defaults of ``Enrichment`` if left out.
+    most
+        Vectors kept, or as many as the motions span if those are fewer.
+
+    Returns
+    -------
+    Dataset
+        ``principal_motion`` (node, axis, motion) [m J^-1/2], the most common first, orthonormal in
+        strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
+        (motion): energy that all motions have along it, over all of theirs; ``position`` (pair,
+        axis) [m].
+
+    Raises
+    ------
+    ValueError
+        If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
+        symmetric about y = 0, or ``most`` is not positive.
+    """
+    if most < 1:
+        raise ValueError(f"most is {most}: it must be positive")
+    enrichment = enrichment or Enrichment()
+    half = symmetric_half(assembly)
+    candidates = find_candidates(assembly, preload, half, enrichment.free_modes)
+    motion = np.concatenate(
+        [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)], axis=1
+    )
+    kept, share = principal_motions(candidates, motion, most, enrichment.contact_stiffness)
+    logger.info(
+        "enrichment: %d candidates, %d motions, %d principal ones",
+        len(candidates.mass),
+        motion.shape[1],
+        len(share),
+    )
+    vector = half.displacement @ (candidates.vector @ (candidates.coordinate @ kept))
+    return xr.Dataset(
+        {
+            "principal_motion": quantity(
+                ("node", "axis", "motion"),
+                vector.reshape(-1, 3, len(share)),
+                "m J^-1/2",
+                "principal motion, of unit strain energy with the contact stuck",
+            ),
+            "energy_share": quantity(
+                "motion", share, "1", "strain energy of all motions along it, over all of theirs"
+            ),
+            "position": assembly["position"].variable,
+        },
+        coords={"axis": assembly["axis"].variable},
+    )
+
+
+def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> tuple[Array, Array]:
+    """The first principal motions of an assembly as vectors that can be used like modes.
+
+    Parameters
+    ----------
+    assembly, principal
+        As from ``build_assembly`` and, for the same assembly, ``find_principal_motions``.
     number
         Vectors in all.
-    enrichment
-        What they are made for.
 
     Returns
     -------
@@ -254,17 +341,21 @@ def enriched_basis(
     Raises
     ------
     ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
-        symmetric about y = 0, or the motions span fewer vectors.
+        If assembly and principal motions do not belong together, or there are fewer of them.
     """
+    position = principal["position"].transpose("pair", "axis").to_numpy()
+    if principal.sizes["node"] != assembly.sizes["node"] or not np.array_equal(
+        position, assembly["position"].to_numpy()
+    ):
+        raise ValueError("the principal motions were found on a different mesh")
+    if number > principal.sizes["motion"]:
+        raise ValueError(
+            f"enriched-{number}: there are {principal.sizes['motion']} principal motions; keep "
+            "more of them, or find them for more levels if they span no more"
+        )
     half = symmetric_half(assembly)
-    candidates = find_candidates(assembly, preload, half, enrichment.free_modes)
-    motion = np.concatenate(
-        [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)], axis=1
-    )
-    logger.info("enrichment: %d candidates, %d motions", len(candidates.mass), motion.shape[1])
-    kept = principal_motions(candidates, motion, number, enrichment.contact_stiffness)
-    vector = candidates.vector @ (candidates.coordinate @ kept)
+    motion = principal["principal_motion"].transpose("node", "axis", "motion")[..., :number]
+    vector = half.unknowns(motion.to_numpy().reshape(-1, number))
     squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
     shape = half.displacement @ (vector @ share)
     return np.sqrt(squared) / (2 * np.pi), shape.reshape(-1, 3, number)
@@ -303,19 +394,25 @@ def find_candidates(
     C = C[np.concatenate([3 * pair, 3 * pair + 2])]
 
     factors = factorise(K)
-    _, mode = half.modes(factors, K, free_modes)
+    squared, mode = half.modes(factors, K, free_modes)
     vector = np.empty((K.shape[0], free_modes + C.shape[0]), order="F")
     vector[:, :free_modes] = mode
     for first in range(0, C.shape[0], _BLOCK):
         force = C[first : first + _BLOCK].T.toarray()
         vector[:, free_modes + first :][:, : force.shape[1]] = factors.solve(force)
 
-    stiffness, mass = _projected(K, vector), _projected(M, vector)
+    # K times a static shape is its force, and modes are orthogonal
+    moved = C @ vector
+    stiffness = np.empty((vector.shape[1], vector.shape[1]))
+    stiffness[:free_modes, :free_modes] = np.diag(squared)
+    stiffness[free_modes:] = moved
+    stiffness[:free_modes, free_modes:] = moved[:, :free_modes].T
+    stiffness, mass = _symmetric(stiffness), _projected(M, vector)
     scale = 1 / np.sqrt(np.diag(stiffness))
     share, turn = eigh(scale[:, None] * stiffness * scale)
     independent = share > _DEPENDENT * share[-1]
     coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
-    tangential, normal = np.split((C @ vector) @ coordinate, 2)
+    tangential, normal = np.split(moved @ coordinate, 2)
     load = preload["normal_load"].to_numpy()[pair]
     return Candidates(
         vector=vector,
@@ -336,7 +433,8 @@ def stuck_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Ar
     """Modes while a part of the loaded pairs sticks and the others bear nothing.
 
     The part shrinks towards the bolts, once by pressure and once by distance, on the whole lap and
-    on either half of it, with springs along x only and along x and z.
+    on either half of it, and in fewer steps around one bolt alone and on one side of each bolt,
+    with springs along x only and along x and z.
 
     Yields
     ------
@@ -348,15 +446,21 @@ def stuck_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Ar
     x = candidates.position[:, 0]
     middle = (x.min() + x.max()) / 2
     to_bolts = candidates.position[:, None, :2] - candidates.bolt_position[:, :2]
-    distance = np.linalg.norm(to_bolts, axis=-1).min(axis=1)
+    distances = np.linalg.norm(to_bolts, axis=-1)
+    nearest, distance = np.argmin(distances, axis=1), distances.min(axis=1)
+    beside = to_bolts[np.arange(len(x)), nearest, 0]
+    halves = [np.ones(len(x), dtype=bool), x < middle, x > middle]
+    around = [nearest == bolt for bolt in range(distances.shape[1])]
+    sides = [beside < 0, beside > 0]
     none = np.zeros(len(x))
     yield SpringContact(candidates, none, none).modes(count, start)[1]
     for grade in (-candidates.pressure, distance):
-        # the pairs on the rim of the pressure are many and carry little
-        for share in 1 - (np.arange(enrichment.levels) / enrichment.levels) ** 2:
+        for level in range(enrichment.levels):
+            # the pairs on the rim of the pressure are many and carry little
+            share = 1 - (level / enrichment.levels) ** 2
             inside = candidates.loaded & (grade <= _load_quantile(candidates, grade, share))
-            for side in (np.ones(len(x), dtype=bool), x < middle, x > middle):
-                spring = k * (inside & side)
+            for part in [*halves, *(around + sides if level % _STRIDE == 0 else [])]:
+                spring = k * (inside & part)
                 for normal in (none, spring):
                     yield SpringContact(candidates, spring, normal).modes(count, start)[1]
 
@@ -421,8 +525,8 @@ def _growing_slip(
 
 
 def principal_motions(
-    candidates: Candidates, motion: Array, number: int, contact_stiffness: float
-) -> Array:
+    candidates: Candidates, motion: Array, most: int, contact_stiffness: float
+) -> tuple[Array, Array]:
     """The vectors that many motions have most in common, by proper orthogonal decomposition.
 
     The norm is the strain energy with springs on all loaded pairs: an error in a resonance is the
@@ -434,31 +538,24 @@ def principal_motions(
         The space of the motions.
     motion
         Shape (candidates, motions).
-    number
-        Vectors kept.
+    most
+        Vectors kept, or as many as the motions span if those are fewer.
     contact_stiffness
         Of the springs, along x and z [N/m].
 
     Returns
     -------
-    ndarray
-        Orthonormal in that norm, the most common first, shape (candidates, number).
-
-    Raises
-    ------
-    ValueError
-        If the motions span fewer vectors.
+    tuple
+        The vectors, orthonormal in that norm, the most common first, shape (candidates, vectors);
+        and the energy of the motions along each over that of them all, shape (vectors,).
     """
     spring = np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
     moved = candidates.rows @ motion
     energy, turn = eigh(motion.T @ motion + moved.T @ (spring[:, None] * moved))
     energy, turn = energy[::-1], turn[:, ::-1]
-    rank = np.count_nonzero(energy > _DEPENDENT * energy[0])
-    if number > rank:
-        raise ValueError(
-            f"enriched-{number}: the motions span {rank} vectors; more levels would span more"
-        )
-    return motion @ (turn[:, :number] / np.sqrt(energy[:number]))
+    number = min(most, np.count_nonzero(energy > _DEPENDENT * energy[0]))
+    vector = motion @ (turn[:, :number] / np.sqrt(energy[:number]))
+    return vector, energy[:number] / energy.sum()
 
 
 def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:
@@ -475,7 +572,7 @@ def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:
         node = np.flatnonzero(body == each)
         distance, nearest = cKDTree(coordinate[node]).query(coordinate[node] * [1, -1, 1])
         if distance.max() > 1e-9 * np.ptp(coordinate[:, 1]):
-            raise ValueError("the mesh is not symmetric about y = 0, as an enriched basis needs")
+            raise ValueError("the mesh is not symmetric about y = 0")
         mirrored[node] = node[nearest]
     return mirrored
 
@@ -504,13 +601,14 @@ def _symmetric_unknowns(T: sparse.csc_array, mirrored_node: NDArray[np.int64]) -
 
 
 def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
-    """V^T A V, a block of columns at a time, since A V is as large as V."""
+    """V^T A V of symmetric A, a block of columns at a time, since A V is as large as V."""
     count = vector.shape[1]
-    found = np.empty((count, count))
+    found = np.zeros((count, count))
     for first in range(0, count, _BLOCK):
         block = slice(first, first + _BLOCK)
-        found[:, block] = vector.T @ (matrix @ vector[:, block])
-    return _symmetric(found)
+        found[: first + _BLOCK, block] = vector[:, : first + _BLOCK].T @ (matrix @ vector[:, block])
+    upper = np.triu(found)
+    return upper + np.triu(upper, 1).T
 
 
 def _symmetric(matrix: Array) -> Array:

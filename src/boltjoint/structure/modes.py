@@ -23,12 +23,15 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.enrichment import Enrichment, enriched_basis
+from boltjoint.structure.enrichment import enriched_basis, symmetric_displacements
 from boltjoint.structure.mesh import FIRST_BOLT
 
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
+
+#: modes without contact that are looked for in the whole model; more, in its symmetric half
+_MOST_OF_WHOLE = 12
 
 
 @dataclass(frozen=True)
@@ -52,8 +55,7 @@ class Modes:
 def find_modes(
     assembly: xr.Dataset,
     family: str,
-    preload: xr.Dataset | None = None,
-    enrichment: Enrichment | None = None,
+    principal: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Modal basis of an assembly, as ``modes.nc`` holds it.
 
@@ -65,11 +67,9 @@ def find_modes(
         ``free-N``: the first N bending modes with the contact removed. ``enriched-N``: N vectors
         that also hold the motion while the contact sticks, slips or opens, orthonormal in mass and
         diagonal in stiffness as modes are.
-    preload
-        As from ``apply_preload``; ``enriched-N`` needs it, ``free-N`` has no use for it. Only the
-        ratios of its loads matter, not how tight the bolts are.
-    enrichment
-        What ``enriched-N`` is made for; the defaults of ``Enrichment`` if left out.
+    principal
+        As from ``find_principal_motions``, for the same assembly; ``enriched-N`` takes the first N
+        of them, ``free-N`` has no use for any.
 
     Returns
     -------
@@ -77,7 +77,8 @@ def find_modes(
         ``natural_frequency`` (mode) [Hz]; mass-normalised [kg^-1/2]: ``mode_shape`` (node, axis,
         mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
         (mode), positive where it does not vanish, ``excitation_mode`` (mode); ``position`` (pair,
-        axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode the search met:
+        axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode the search met, which were
+        the symmetric ones only if N is large:
         ``candidate_frequency`` (candidate) [Hz], ``candidate_family`` (candidate), and the shares
         of kinetic energy that decided it, ``energy_share`` (candidate, axis) and
         ``symmetric_share`` (candidate).
@@ -85,8 +86,9 @@ def find_modes(
     Raises
     ------
     ValueError
-        If there is no such family, the mesh has not as many modes, or ``enriched-N`` gets no
-        preload or one that does not fit (see ``enriched_basis``).
+        If there is no such family, the mesh has not as many modes or, for many, is not symmetric
+        about y = 0; or if ``enriched-N`` gets no principal motions, too few, or those of another
+        mesh.
     """
     kind, number = _parse(family)
     if kind == "free":
@@ -94,13 +96,12 @@ def find_modes(
         candidates = _candidates(met)
         frequency, shape = met.frequency[chosen], met.shape[..., chosen]
     else:
-        if preload is None:
+        if principal is None:
             raise ValueError(
-                f"{family} needs a preload: where the bars press on one another decides how the "
-                "contact slips"
+                f"{family} needs principal motions, which tell how the contact sticks and slips"
             )
         candidates = {}
-        frequency, shape = enriched_basis(assembly, preload, number, enrichment or Enrichment())
+        frequency, shape = enriched_basis(assembly, principal, number)
     response = _at_point(assembly, "response", shape)
     sign = _signs(response, shape)
     shape = shape * sign
@@ -170,7 +171,8 @@ def classify(
 
 def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
     """Modes with the contact removed up to the N-th bending one, and which of them bend."""
-    T = free_displacements(assembly, tightened=False)
+    many = number > _MOST_OF_WHOLE
+    T = symmetric_displacements(assembly) if many else free_displacements(assembly, tightened=False)
     K, M = assemble_assembly(assembly)
     K_free, M_free = (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc()
     factors = factorise(K_free)
