@@ -1,16 +1,24 @@
-"""Sampled forces against exact ones."""
+"""Sampled forces against exact ones; peaks and resonances of bases against the largest."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from small_joint import make_joint
 
+from boltjoint import convergence
 from boltjoint.balance import HarmonicBalance
-from boltjoint.convergence import tabulate_sampling
+from boltjoint.convergence import (
+    peaks_near,
+    tabulate_basis_peaks,
+    tabulate_patterns,
+    tabulate_sampling,
+)
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.states import STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.response import solve_response
+from boltjoint.response import solve_branch, solve_response
+from boltjoint.structure.patterns import resonances_in
 
 LOSS = 0.01
 FORCES = [1.0, 20.0]
@@ -76,3 +84,142 @@ def test_sampling_a_joint_that_sticks_errs_by_rounding_only(solved):
     error = tabulate_sampling({"joint": (joint, response)}, (64,))["error_relative"].item()
     # rounding of the normal loads, of which the forces are more than 1e-4
     assert error < 1e-11
+
+
+@pytest.fixture
+def followed(monkeypatch):
+    """The branches that are solved while a test runs."""
+    branches = []
+
+    def solve(*args, **options):
+        branches.append(solve_branch(*args, **options))
+        return branches[-1]
+
+    monkeypatch.setattr(convergence, "solve_branch", solve)
+    return branches
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_peaks_are_those_of_the_whole_response(law, followed):
+    joint, forces = make_joint(law=law), [0.001, 1.0, 5.0, 20.0, 100.0]
+    peaks = peaks_near(joint, forces, LOSS)
+    assert list(peaks) == ["force_N", "peak_frequency_Hz", "peak_mm_per_N"]
+    response = solve_response(joint, forces, loss_factor=LOSS)
+    # a maximum is located within 1e-6 of a step of some 1e-2 of the frequency
+    np.testing.assert_allclose(peaks["peak_frequency_Hz"], response["peak_frequency"], rtol=1e-8)
+    expected = 1e3 * response["peak_amplitude"] / forces
+    np.testing.assert_allclose(peaks["peak_mm_per_N"], expected, rtol=1e-8)
+    # and with a few of the solutions: one stretch for each force
+    assert len(followed) == len(forces)
+    assert sum(branch.frequency.size for branch in followed) < 0.3 * response.sizes["solution"]
+
+
+def test_peaks_of_a_higher_resonance(joint):
+    peaks = peaks_near(joint, [1.0], LOSS, resonance=2).iloc[0]
+    branch = solve_branch(joint, 1.0, loss_factor=LOSS, resonance=2)
+    assert peaks["peak_frequency_Hz"] == pytest.approx(branch.frequency[branch.peak], rel=1e-8)
+    assert peaks["peak_mm_per_N"] == pytest.approx(1e3 * branch.amplitude[branch.peak], rel=1e-8)
+
+
+def test_a_peak_that_is_not_inside_is_looked_for_further_out(joint, followed, monkeypatch):
+    expected = peaks_near(joint, [5.0], LOSS)
+
+    def misled(*args):
+        """The rebuilt response, its frequencies too high for the nearest stretch."""
+        found = rebuild(*args)
+        near = np.linalg.norm(found.modal_coordinate, axis=1)
+        first = np.flatnonzero(near <= 0.9 * near[found.peak])
+        width = np.ptp(found.frequency[[first[first < found.peak][-1], found.peak]])
+        return replace(found, frequency=found.frequency + 1.2 * width)
+
+    rebuild = convergence.rebuild
+    followed.clear()
+    monkeypatch.setattr(convergence, "rebuild", misled)
+    found = peaks_near(joint, [5.0], LOSS)
+    assert len(followed) > 1
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize("shift", [0.0, 30.0])
+def test_without_a_peak_where_it_is_expected_all_of_the_response_is_followed(
+    joint, followed, monkeypatch, shift
+):
+    expected = peaks_near(joint, [5.0], LOSS)
+    rebuild = convergence.rebuild
+
+    def misled(*args):
+        found = rebuild(*args)
+        peak = found.peak if shift else None
+        return replace(found, peak=peak, frequency=found.frequency + shift)
+
+    followed.clear()
+    monkeypatch.setattr(convergence, "rebuild", misled)
+    np.testing.assert_allclose(peaks_near(joint, [5.0], LOSS), expected, rtol=1e-8)
+    whole = solve_branch(joint, 5.0, loss_factor=LOSS)
+    np.testing.assert_array_equal(followed[-1].frequency, whole.frequency)
+
+
+def test_a_response_without_a_peak_has_none(joint):
+    rigid = replace(joint, response_mode=np.zeros(3))
+    peaks = peaks_near(rigid, [1.0], LOSS)
+    assert peaks.iloc[0, 1:].isna().all()
+
+
+def test_bases_are_against_the_last_at_each_force(joint):
+    fewer = replace(
+        joint,
+        **{
+            name: getattr(joint, name)[..., :2]
+            for name in ("natural_frequency", "excitation_mode", "response_mode", "tangential_mode")
+        },
+    )
+    table = tabulate_basis_peaks({"two": fewer, "three": joint}, FORCES, LOSS)
+    assert list(table["basis"]) == ["two", "two", "three", "three"]
+    assert list(table["force_N"]) == FORCES * 2
+    errors = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
+    np.testing.assert_array_equal(table.loc[table["basis"] == "three", errors], 0)
+    alone = peaks_near(fewer, FORCES, LOSS)
+    of_two = table[table["basis"] == "two"].reset_index()
+    np.testing.assert_array_equal(of_two[list(alone)], alone)
+    last = peaks_near(joint, FORCES, LOSS)
+    for name, error in zip(("peak_frequency_Hz", "peak_mm_per_N"), errors, strict=True):
+        np.testing.assert_allclose(last[name] * (1 + of_two[error] / 100), alone[name], rtol=1e-12)
+
+
+def test_patterns_have_a_row_for_every_resonance():
+    rng = np.random.default_rng(4)
+    position = (("pair", "axis"), rng.random((5, 3)))
+    coords = {"axis": ["x", "y", "z"]}
+
+    def basis(vectors):
+        return xr.Dataset(
+            {
+                "natural_frequency": ("mode", np.linspace(50, 500, vectors)),
+                "relative_mode": (("pair", "axis", "mode"), rng.random((5, 3, vectors))),
+                "position": position,
+            },
+            coords=coords,
+        )
+
+    patterns = xr.Dataset(
+        {
+            "frequency": (
+                ("pattern", "springs", "resonance"),
+                rng.uniform(60, 90, (2, 2, 2)),
+            ),
+            "stuck": (("pattern", "pair"), np.array([[1, 1, 1, 1, 1], [1, 0, 1, 0, 0]])),
+            "stiffness": 1e4,
+            "position": position,
+        },
+        coords={"pattern": ["all", "two"], "springs": ["x", "xz"], **coords},
+    )
+    modes = {"small": basis(3), "large": basis(6)}
+    table = tabulate_patterns(modes, patterns)
+    keys = ["basis", "springs", "pattern", "resonance"]
+    assert len(table) == len(table[keys].drop_duplicates()) == 2 * 8
+    assert list(table.groupby("basis")["vectors"].first()[["small", "large"]]) == [3, 6]
+    for name, of_basis in modes.items():
+        found = resonances_in(of_basis, patterns).sel(pattern="two", springs="xz")
+        row = table.set_index(keys).loc[name, "xz", "two", 2]
+        assert row["frequency_Hz"] == found["frequency"][1].item()
+        assert row["error_percent"] == pytest.approx(100 * found["error"][1].item(), rel=1e-12)

@@ -62,6 +62,22 @@ def test_search_goes_on_until_enough_bending_modes_are_found(assembly, modes):
     np.testing.assert_allclose(many["response_mode"][:3], modes["response_mode"], rtol=1e-6)
 
 
+def test_many_are_found_in_the_symmetric_half_as_in_the_whole(assembly, monkeypatch):
+    of_half = find_modes(assembly, "free-13")
+    monkeypatch.setattr("boltjoint.structure.modes._MOST_OF_WHOLE", 13)
+    of_whole = find_modes(assembly, "free-13")
+    np.testing.assert_allclose(
+        of_half["natural_frequency"], of_whole["natural_frequency"], rtol=1e-8
+    )
+    np.testing.assert_allclose(of_half["mode_shape"], of_whole["mode_shape"], atol=1e-6)
+    # it has met the symmetric ones, and not one of the others
+    symmetric = of_whole["candidate_frequency"][of_whole["symmetric_share"] > 0.5]
+    np.testing.assert_allclose(
+        of_half["candidate_frequency"][: len(symmetric)], symmetric, rtol=1e-8
+    )
+    np.testing.assert_allclose(of_half["symmetric_share"], 1, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("energy_share", "symmetric", "family"),
     [
