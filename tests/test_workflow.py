@@ -1,4 +1,4 @@
-"""The workflow itself, on a study small enough to run in a minute."""
+"""The workflow itself, on a study small enough to run in two minutes."""
 
 import os
 import shutil
@@ -10,7 +10,9 @@ from small_study import CASE, SETTINGS, SOLVED, SOLVED_VARIABLE, VARIABLE, snake
 
 CASES = {"small": CASE, "variable": VARIABLE}
 SOLVED_OF = {"small": SOLVED, "variable": SOLVED_VARIABLE}
-JOINTS = 3  # of either case
+BASES_OF = {"small": ("free-2", "enriched-8"), "variable": ("free-2",)}
+#: responses in linear modes, which are checked in time: five joints and one in the enriched basis
+CHECKED_OF = {"small": 6, "variable": 3}
 
 
 @pytest.fixture(scope="module")
@@ -52,12 +54,20 @@ def planned(folder, *options):
 def test_every_result_is_there_and_nothing_is_left_to_do(finished):
     results = finished / "results"
     tables = {path.name for path in (results / "tables").iterdir()}
-    assert {"contact.csv", "accuracy_small_free-2.csv", "times_small_free-2.html"} <= tables
+    assert {
+        "contact.csv",
+        "accuracy_small_free-2.csv",
+        "times_small_free-2.html",
+        "accuracy_small_enriched-8.csv",
+        "regions_small_free-2_clusters=2.csv",
+        "elements_small_free-2_clusters=2_harmonic=2.csv",
+        "harmonics_small_free-2.csv",
+    } <= tables
     for case, solved in SOLVED_OF.items():
         assert len(list((results / "cases" / case).rglob("response.nc"))) == solved
         assert len(list((results / "cases" / case).rglob("timing.csv"))) == solved
         # of linear coordinates only
-        assert len(list((results / "cases" / case).rglob("check.csv"))) == JOINTS
+        assert len(list((results / "cases" / case).rglob("check.csv"))) == CHECKED_OF[case]
     assert (results / "assemblies/two_bolt/preload=10000/preload.nc").exists()
     assert list((results / "figures").glob("response_small_*.svg"))
     assert planned(finished) == {}
@@ -65,8 +75,13 @@ def test_every_result_is_there_and_nothing_is_left_to_do(finished):
 
 @pytest.mark.parametrize("case", CASES)
 def test_tables_hold_the_responses(finished, case):
-    table = pd.read_csv(finished / f"results/tables/accuracy_{case}_free-2.csv")
-    assert len(table) == SOLVED_OF[case] * len(CASES[case]["forces_N"])
+    tables = {
+        path.stem: pd.read_csv(path)
+        for path in (finished / "results/tables").glob(f"accuracy_{case}_*.csv")
+    }
+    rows = SOLVED_OF[case] * len(CASES[case]["forces_N"])
+    assert sum(map(len, tables.values())) == rows
+    table = tables[f"accuracy_{case}_free-2"]
     where = finished / f"results/cases/{case}/free-2/regions=2/linear/resonance=1/response.nc"
     with xr.open_dataset(where) as response:
         row = table.query("joint == 'regions=2' and coordinates == 'linear' and force_N == 20")
@@ -74,6 +89,29 @@ def test_tables_hold_the_responses(finished, case):
         assert row["peak_frequency_Hz"].item() == pytest.approx(
             float(response["peak_frequency"][-1]), rel=1e-8
         )
+
+
+def test_ways_to_the_same_answer_agree(finished):
+    def peaks(table, joint, coordinates):
+        found = pd.read_csv(finished / f"results/tables/accuracy_small_{table}.csv")
+        rows = found.query("joint == @joint and coordinates == @coordinates")
+        assert rows["complete"].all()
+        return rows[["peak_frequency_Hz", "peak_mm_per_N"]].to_numpy()
+
+    # the table is interpolated to 1e-6 of the force
+    every, tabulated = (
+        peaks("free-2", joint, "linear") for joint in ("regions=2", "regions=2/table")
+    )
+    assert tabulated == pytest.approx(every, rel=1e-5)
+    # one complex mode leaves out what the others do dynamically, the backbone what they do at all
+    linear, complex_mode, backbone = (
+        peaks("enriched-8", "node-to-node", coordinates)
+        for coordinates in ("linear", "complex-rdnm-1", "backbone")
+    )
+    assert complex_mode == pytest.approx(linear, rel=0.01)
+    assert backbone == pytest.approx(linear, rel=0.01)
+    # two modes without contact are too stiff for it
+    assert (linear[:, 0] < 0.96 * peaks("free-2", "clusters=2/harmonic=2", "linear")[:, 0]).any()
 
 
 def test_files_tell_their_units_and_parameters(finished):
@@ -111,7 +149,7 @@ def test_a_new_force_runs_only_solves_and_what_follows(finished):
     write(case, CASE)
     assert counts["solve_response"] == counts["time_solver"] == SOLVED
     assert not {"build_assembly", "apply_preload", "find_modes", "connect_nodes"} & set(counts)
-    assert not {"partition_regions", "fit_reduced_joint"} & set(counts)
+    assert not {"partition_regions", "fit_reduced_joint", "tabulate_joint"} & set(counts)
     assert planned(finished) == {}
 
 
@@ -127,9 +165,33 @@ def test_a_new_stiffness_leaves_the_structure_alone(finished, case, key, value):
     write(path, content | {"contact": content["contact"] | {key: value}})
     counts = planned(finished)
     write(path, content)
-    assert counts["connect_nodes"] == 1
+    assert counts["connect_nodes"] == len(BASES_OF[case])
     assert counts["solve_response"] == SOLVED_OF[case]
     assert not {"build_assembly", "apply_preload", "find_modes"} & set(counts)
+
+
+def test_another_enrichment_leaves_other_bases_alone(finished):
+    counts = planned(finished, "--config", "enrichment={levels: 6}")
+    assert counts["find_principal_motions"] == 1
+    assert counts["find_modes"] == counts["connect_nodes"] == 1
+    assert counts["solve_response"] == 3
+    assert not {"apply_preload", "partition_regions"} & set(counts)
+
+
+def test_another_tolerance_or_fit_leaves_joints_of_a_number_alone(finished):
+    path = finished / "config/cases/small.yaml"
+    write(path, CASE | {"regions": {"tolerance": 0.02}})
+    # only pages tell of it
+    assert not {"partition_regions", "solve_response"} & set(planned(finished))
+    write(path, CASE | {"regions": {"motion": "load-weighted"}})
+    counts = planned(finished)
+    write(path, CASE)
+    # clusters move as they did
+    assert counts["partition_regions"] == 1
+    assert counts["tabulate_joint"] == counts["fit_reduced_joint"] == 1
+    # the source's fit, not the harmonic one
+    counts = planned(finished, "--config", "fitting={starts: 3}")
+    assert counts["fit_reduced_joint"] == len(CASES)
 
 
 def test_another_division_leaves_the_nodes_alone(finished):
@@ -146,18 +208,20 @@ def test_another_division_leaves_the_nodes_alone(finished):
 def test_sampled_friction_solves_anew_and_leaves_the_joints_alone(finished):
     counts = planned(finished, "--config", "solver={friction: sampled}")
     assert counts["solve_response"] == counts["time_solver"] == sum(SOLVED_OF.values())
-    joints = {"connect_nodes", "partition_regions", "fit_reduced_joint"}
+    joints = {"connect_nodes", "partition_regions", "fit_reduced_joint", "tabulate_joint"}
     assert not (joints | {"build_assembly", "apply_preload", "find_modes"}) & set(counts)
     # a march in time checks exact forces only, of which it checks those of linear coordinates
     assert "check_solutions" not in counts
     counts = planned(finished, "--config", "solver={largest_step: 0.06}")
-    assert counts["check_solutions"] == len(CASES) * JOINTS
+    assert counts["check_solutions"] == sum(CHECKED_OF.values())
 
 
 def test_sampled_friction_has_as_many_harmonics_as_are_asked_for(finished, tmp_path):
     where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
     shutil.copytree(finished, tmp_path / "project")
-    options = ["--config", "solver={friction: sampled, harmonics: 3, samples: 64}"]
+    # the backbone and the complex mode of the other case have one harmonic
+    options = ["--config", "cases=[variable]"]
+    options += ["solver={friction: sampled, harmonics: 3, samples: 64}"]
     table = "results/tables/accuracy_variable_free-2.csv"
     assert "check_solutions" not in planned(tmp_path / "project", table, *options)
     ran = snakemake(tmp_path / "project", where, *options)
@@ -189,7 +253,8 @@ def test_another_description_runs_nothing(finished):
     ("module", "runs", "rests"),
     [
         ("fitting.py", "fit_reduced_joint", "partition_regions"),
-        ("structure/statics.py", "apply_preload", "find_modes"),
+        ("structure/statics.py", "apply_preload", "build_assembly"),
+        ("structure/enrichment.py", "find_principal_motions", "apply_preload"),
         ("continuation.py", "solve_response", "connect_nodes"),
         ("tables.py", "compare_accuracy", "solve_response"),
     ],
@@ -221,6 +286,7 @@ def test_a_lost_result_is_made_again(finished):
         ("forces", [1], ["config/cases/small.yaml", "forces: is not a known key", "forces_N"]),
         ("assembly", "six_bolt", ['"six_bolt"', "config/assemblies", "two_bolt"]),
         ("published", "five_bolt", ["published", '"five_bolt"', "three_bolt_constant"]),
+        ("coordinates", ["rdnm-3"], ["coordinates[0]", "must not have more modes", "free-2"]),
     ],
 )
 def test_bad_input_stops_before_any_job(finished, key, value, words):
@@ -236,8 +302,8 @@ def test_bad_input_stops_before_any_job(finished, key, value, words):
 
 
 def test_a_solve_that_breaks_off_is_flagged_and_the_study_goes_on(finished):
-    options = ["--config", "cases=[small]", "solver={most_solutions: 3}"]
-    table = finished / "results/tables/accuracy_small_free-2.csv"
+    options = ["--config", "cases=[variable]", "solver={most_solutions: 3}"]
+    table = finished / "results/tables/accuracy_variable_free-2.csv"
     ran = snakemake(finished, str(table.relative_to(finished)), *options)
     assert ran.returncode == 0, ran.stderr
     broken = pd.read_csv(table)
