@@ -133,7 +133,7 @@ def test_two_runs_give_the_same_bytes(finished, tmp_path):
     timed = ("timing.csv", "environment.json")
     for path in sorted((finished / "results").rglob("*")):
         where = path.relative_to(finished)
-        if path.is_dir() or path.name in timed or path.name.startswith("times_"):
+        if path.is_dir() or path.name in timed or path.name.startswith(("times_", "models_")):
             continue
         if where.parts[1] in ("logs", "benchmarks"):
             continue
