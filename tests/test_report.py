@@ -8,7 +8,7 @@ from urllib.parse import unquote
 import pytest
 from small_study import snakemake
 
-PAGES = ("overview", "structure", "small")
+PAGES = ("overview", "accuracy", "structure", "small")
 #: what a reader's screen is wide, in pixels
 SCREEN = (1400, 900)
 OPTIONS = (
@@ -105,11 +105,12 @@ def test_report_opens_without_errors(browser, report):
 def test_front_page_opens_every_page(browser, report):
     browser.get(report.as_uri())
     opened = []
-    for name in ("Overview", "Structure", "small"):
+    for name in ("Overview", "Accuracy", "Structure", "small"):
         named(browser, name, ".prose a").click()
         opened.append(page_in_frame(browser)[0])
         browser.get(report.as_uri())
-    assert opened == ["Nonlinear vibration of bolted lap joints", "Structure", "small"]
+    titles = ["Nonlinear vibration of bolted lap joints", "Accuracy", "Structure", "small"]
+    assert opened == titles
     assert errors(browser) == []
 
 

@@ -541,7 +541,7 @@ def plot_response(
 
 @_styled
 def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
-    """Solution times over force of every joint and coordinates, in both ways to the Jacobian.
+    """Solution times over force of every joint and coordinates, by way to the Jacobian.
 
     Below the times stand their ratios to those of the node-to-node joint in linear modes. Published
     ratios are drawn beside those with finite differences, which the source uses.
@@ -567,8 +567,9 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     colours = dict(zip(times["joint"].unique(), ("0.15", *_REGIONS) * len(times), strict=False))
     styles = dict(zip(times["coordinates"].unique(), _COORDINATES * len(times), strict=False))
     figure = Figure(figsize=(8, 6.4), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey="row")
-    ways = (("analytic", ""), ("forward-difference", "_forward_difference"))
+    ways = [("analytic", ""), ("forward-difference", "_forward_difference")]
+    ways = [(way, ending) for way, ending in ways if times[f"cpu{ending}_s"].notna().any()]
+    panels = figure.subplots(2, len(ways), sharex=True, sharey="row", squeeze=False)
     for (seconds, ratios), (way, ending) in zip(panels.T, ways, strict=True):
         for (joint, coordinates), of_one in times.groupby(["joint", "coordinates"], sort=False):
             of_one = of_one.sort_values("force_N")

@@ -53,6 +53,7 @@ rule time_solver:
             "resonance": int(w.resonance),
             "forces": case_of(w).forces_N,
             "loss_factor": case_of(w).loss_factor,
+            "renewal": study.solver.renewal,
             "repeats": study.timing.by_jacobian(w.modes, w.coordinates),
         },
         sampling=study.solver.sampling,

@@ -66,8 +66,10 @@ _TRUST = """
 (<i>free-4</i>) repeat its study; they do not endorse it. Such modes cannot show the local
 compliance around the bolts: for the three-bolt assembly with the contact stuck, they put the first
 resonance about a third above that of the full finite-element model, and they understate peaks
-severalfold. <i>Accuracy</i> on these pages therefore means agreement with the node-to-node joint in
-the same modes: it tells what a reduction costs, not how close the answer is to the structure.</p>
+severalfold. <i>Accuracy</i> on the pages of the cases therefore means agreement with the
+node-to-node joint in the same modes: it tells what a reduction costs, not how close the answer is
+to the structure. That is what the page <a href="accuracy.html">Accuracy</a> tells: it sets every
+model beside the converged answer, in a basis that holds the contact, and beside its cost.</p>
 <p>What the source does not say had to be chosen: the loss factor, the dimensions (calibrated to the
 published frequencies), the frequency windows, the excited and observed points, and the amplitudes
 of the fit. The clamping force of 10 kN per bolt is what the source states; the slip forces in its
