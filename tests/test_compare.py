@@ -16,7 +16,7 @@ from boltjoint.response import solve_response
 from boltjoint.timing import time_solver
 
 SOURCE = Path(__file__).parents[1] / "resources" / "source"
-ONCE = {"analytic": 1, "forward-difference": 1}
+ONCE = {"jacobians": ["analytic", "forward-difference"], "repeats": 1}
 FORCES = [0.001, 1.0, 5.0]
 
 
@@ -141,7 +141,7 @@ def test_times_stand_beside_the_published_ones(study):
     found, _ = study
     timings = {
         (name, coordinates, 1): time_solver(
-            one, FORCES, repeats=ONCE, loss_factor=0.01, coordinates=coordinates
+            one, FORCES, **ONCE, loss_factor=0.01, coordinates=coordinates
         )
         for name, one in found.items()
         for coordinates in ("linear", "rdnm-1")
@@ -352,7 +352,7 @@ def test_table_on_paper(tmp_path):
 
 def test_times_of_a_case_that_was_not_published_stand_alone(study):
     found, _ = study
-    times = time_solver(found["node-to-node"], [1.0], repeats=ONCE, loss_factor=0.01)
+    times = time_solver(found["node-to-node"], [1.0], **ONCE, loss_factor=0.01)
     table = compare.tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
     assert table["published_s"].isna().all()
     assert table["cpu_s"].item() > 0

@@ -364,11 +364,20 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
 
 
 def test_timing_has_a_row_for_every_run(joint):
-    repeats = {"analytic": 2, "forward-difference": 1}
-    times = time_solver(joint, [1.0, 5.0], repeats=repeats, loss_factor=LOSS)
+    both = ["analytic", "forward-difference"]
+    times = time_solver(
+        joint, [1.0, 5.0], jacobians=both, repeats=2, enough_s=1e3, loss_factor=LOSS
+    )
     assert list(times) == [
         *("force_N", "repeat", "wall_s", "cpu_s", "solutions", "iterations"),
         *("jacobian", "complete"),
     ]
-    assert times["jacobian"].value_counts().to_dict() == {"analytic": 4, "forward-difference": 2}
+    assert times["jacobian"].value_counts().to_dict() == dict.fromkeys(both, 4)
     assert (times["cpu_s"] > 0).all()
+
+
+def test_what_took_long_enough_is_not_timed_again(joint):
+    times = time_solver(
+        joint, [1.0, 5.0], jacobians=["analytic"], repeats=3, enough_s=1e-9, loss_factor=LOSS
+    )
+    assert times["force_N"].tolist() == [1.0, 5.0]

@@ -599,19 +599,9 @@ class Timing(Entry):
     """How the solver is timed."""
 
     repeats: Count = 3
-    """Times that each frequency response is computed while the clock runs."""
-    repeats_enriched: Count = 1
-    """The same in enriched bases, which take several times as long too."""
-    repeats_forward_difference: Count = 1
-    """The same with forward differences, which take several times as long."""
-
-    def by_jacobian(self, modes: str, coordinates: str) -> dict[str, int]:
-        """Repeats by way to the Jacobian: with forward differences, what the source solves."""
-        if names.is_enriched(modes):
-            return {"analytic": self.repeats_enriched}
-        if names.parse_coordinates(coordinates).kind in ("complex", "backbone"):
-            return {"analytic": self.repeats}
-        return {"analytic": self.repeats, "forward-difference": self.repeats_forward_difference}
+    """Times that each frequency response is computed while the clock runs, at most."""
+    enough_s: Positive = 2.0
+    """It is not computed again once all computations of it took so long, in s."""
 
 
 class Settings(Entry):

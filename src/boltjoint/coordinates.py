@@ -402,22 +402,10 @@ class ComplexModes(LinearModes):
 
     def _contact_jacobian(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """What the contact adds to the Jacobian, bias and harmonics apart."""
-        rows, bias, n = self.balance.rows, self._bias, len(self.balance.components)
-        tangent = tangent.reshape(-1, len(rows), n, len(rows), n)
-        found = np.zeros((self._to_points.shape[-1],) * 2)
-        for d, B in enumerate(rows):
-            back = self._from_points[:, d, -2:, bias:]
-            for e, C in enumerate(rows):
-                forth = self._to_points[:, e, -2:, bias:]
-                moved = np.einsum("pij,pjk->pik", tangent[:, d, -2:, e, -2:], forth)
-                found[bias:, bias:] += np.tensordot(back, moved, ([0, 1], [0, 1]))
-                if bias:
-                    of_bias = tangent[:, d, 0, e]
-                    found[:bias, :bias] += B.T @ (of_bias[:, :1] * C)
-                    found[:bias, bias:] += B.T @ np.einsum("pj,pjk->pk", of_bias[:, -2:], forth)
-                    by_bias = np.einsum("pik,pi->pk", back, tangent[:, d, -2:, e, 0])
-                    found[bias:, :bias] += by_bias.T @ C
-        return found
+        points, size = len(tangent), self._to_points.shape[-1]
+        forth, back = (of.reshape(points, -1, size) for of in (self._to_points, self._from_points))
+        changes = tangent.reshape(points, forth.shape[1], -1) @ forth
+        return np.tensordot(back, changes, ([0, 1], [0, 1]))
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""

@@ -124,6 +124,12 @@ def is_checked(study: Study, coordinates: str) -> bool:
     return parse_coordinates(coordinates).kind == "linear" and study.solver.sampling is None
 
 
+def jacobians(family: str, coordinates: str) -> list[str]:
+    """Ways to the Jacobian that are timed: forward differences too for what the source solves."""
+    in_source = parse_coordinates(coordinates).kind in ("linear", "real")
+    return ["analytic", *(["forward-difference"] if in_source and not is_enriched(family) else [])]
+
+
 def flat(joint_name: str) -> str:
     """A joint's name without folders, for names of tables and figures."""
     return joint_name.replace("/", "_")

@@ -1,8 +1,9 @@
 """How long does a frequency response take? Wall and processor time, repeated."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -17,7 +18,9 @@ def time_solver(
     joint: Joint,
     forces: Sequence[float],
     *,
-    repeats: Mapping[Jacobian, int],
+    jacobians: Sequence[Jacobian],
+    repeats: int = 3,
+    enough_s: float = 2.0,
     **options: object,
 ) -> pd.DataFrame:
     """Time the frequency response at every force level, on one thread.
@@ -29,8 +32,12 @@ def time_solver(
     ----------
     joint, forces, **options
         As for ``response.solve_response``.
+    jacobians
+        Ways to the Jacobian, each of them timed.
     repeats
-        How often each force level is solved, by way to the Jacobian.
+        How often each force level is solved at most.
+    enough_s
+        It is not solved again once all solutions of it took so long [s].
 
     Returns
     -------
@@ -39,25 +46,26 @@ def time_solver(
     """
     rows = []
     brief = replace(options.get("control") or StepControl(), most_solutions=2)
+    spent = dict.fromkeys(product(jacobians, forces), 0.0)
     with threadpool_limits(limits=1):
-        for jacobian in repeats:
+        for jacobian in jacobians:
             solve_branch(joint, forces[0], jacobian=jacobian, **options | {"control": brief})
-        for repeat in range(max(repeats.values())):
-            for jacobian in (name for name, times in repeats.items() if repeat < times):
-                for force in forces:
-                    wall, cpu = time.perf_counter(), time.process_time()
-                    branch = solve_branch(joint, force, jacobian=jacobian, **options)
-                    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
-                    rows.append(
-                        {
-                            "force_N": force,
-                            "repeat": repeat,
-                            "wall_s": wall,
-                            "cpu_s": cpu,
-                            "solutions": branch.frequency.size,
-                            "iterations": int(branch.iterations.sum()),
-                            "jacobian": jacobian,
-                            "complete": int(branch.complete),
-                        }
-                    )
+        for repeat in range(repeats):
+            for jacobian, force in (which for which, wall in spent.items() if wall < enough_s):
+                wall, cpu = time.perf_counter(), time.process_time()
+                branch = solve_branch(joint, force, jacobian=jacobian, **options)
+                cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+                spent[jacobian, force] += wall
+                rows.append(
+                    {
+                        "force_N": force,
+                        "repeat": repeat,
+                        "wall_s": wall,
+                        "cpu_s": cpu,
+                        "solutions": branch.frequency.size,
+                        "iterations": int(branch.iterations.sum()),
+                        "jacobian": jacobian,
+                        "complete": int(branch.complete),
+                    }
+                )
     return pd.DataFrame(rows)

@@ -208,12 +208,17 @@ class Shelf:
         which
             What else must be the same: ``modes``, ``joint``, ``coordinates`` and so on.
         """
-        return "".join(self._drawn(each, title, notes) for each in self._take(kind, True, which))
+        found = self._find(kind, True, which)
+        self._left = [each for each in self._left if each not in found]
+        return "".join(self._drawn(each, title, notes) for each in found)
 
     def table(self, kind: str, **which: object) -> tuple[Shown, pd.DataFrame] | None:
-        """A table that is still on the shelf, and its content."""
-        found = self._take(kind, False, which)
-        return (found[0], _read(found[0].path)) if found else None
+        """The first such table that is still on the shelf, and its content."""
+        found = self._find(kind, False, which)
+        if not found:
+            return None
+        self._left.remove(found[0])
+        return found[0], _read(found[0].path)
 
     def rest(self) -> list[Section]:
         """A section of what has found no place, so that nothing is out of reach."""
@@ -227,16 +232,14 @@ class Shelf:
                 body += table(_read(each.path), title, (), each.anchor, each.from_page)
         return [Section("further", "Further figures and tables", body)] if body else []
 
-    def _take(self, kind: str, figure: bool, which: dict[str, object]) -> list[Shown]:
-        found = [
+    def _find(self, kind: str, figure: bool, which: dict[str, object]) -> list[Shown]:
+        return [
             each
             for each in self._left
             if each.kind == kind
             and each.is_figure == figure
             and all(getattr(each, name) == value for name, value in which.items())
         ]
-        self._left = [each for each in self._left if each not in found]
-        return found
 
     def _drawn(self, shown: Shown, title: str, notes: Sequence[str]) -> str:
         filled = title.format(subject=shown.subject, newton=f"{shown.newton or 0:.15g}")
