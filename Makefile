@@ -2,17 +2,15 @@
 CORES ?= 2
 PYTHON ?= python3
 BIN = .venv/bin
-# cases to run in place of those of config.yaml: make reproduce CASES="one another"
-CASES ?=
-comma := ,
-space := $(subst ,, )
-STUDY = $(if $(CASES),--config "cases=[$(subst $(space),$(comma),$(strip $(CASES)))]")
+# a file whose keys replace those of config.yaml: make reproduce STUDY=config/short.yaml
+STUDY ?=
+CONFIG = $(if $(STUDY),--configfile $(STUDY))
 
 .PHONY: reproduce test lint docs verify clean
 
 reproduce: .venv/ready
-	$(BIN)/snakemake --cores $(CORES) $(STUDY)
-	$(BIN)/snakemake --cores $(CORES) $(STUDY) --report results/report.html
+	$(BIN)/snakemake --cores $(CORES) $(CONFIG)
+	$(BIN)/snakemake --cores $(CORES) $(CONFIG) --report results/report.html
 
 test: .venv/ready
 	$(BIN)/python -m pytest

@@ -3,6 +3,7 @@
 Where a template quotes a result it names table, row and column, or what is computed from results.
 """
 
+import re
 import shutil
 import sys
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ import pandas as pd
 
 from boltjoint import joint
 from boltjoint.config import load_study
+from boltjoint.names import MODES
 from boltjoint.pages import accuracy
 
 HERE = Path(__file__).parent
@@ -87,10 +89,44 @@ class Tables:
         frame = pd.read_csv(self._path("harmonics", case))
         return frame.pivot_table(index="force_N", columns="harmonics", values="difference_percent")
 
+    def assemblies(self) -> list[str]:
+        """The assemblies whose resonances are compared with the full model."""
+        study = load_study(HERE.parent)
+        return [name for name in study.assemblies if self._path("patterns", name).exists()]
+
+    def patterns(self, assembly: str) -> pd.DataFrame:
+        """Largest error of a resonance [%] by basis, and by springs and resonance."""
+        frame = pd.read_csv(self._path("patterns", assembly))
+        keys = {"index": "basis", "columns": ["springs", "resonance"], "values": "error_percent"}
+        return frame.pivot_table(**keys, aggfunc="max", sort=False)
+
+    def bases(self, case: str) -> pd.DataFrame:
+        """Largest errors of the peaks [%] by basis."""
+        return _largest(pd.read_csv(self._path("bases", case)), ["basis"])
+
+    def divisions(self, case: str) -> pd.DataFrame:
+        """Largest errors of frequency and amplitude [%], as text, by way and number of regions."""
+        found = _largest(
+            pd.read_csv(self._path("divisions", case)), ["division", "motion", "regions"]
+        )
+        texts = found.apply(lambda errors: " / ".join(f"{e:.2g}" for e in errors), axis=1)
+        return texts.unstack(fill_value="–")  # noqa: PD010 - texts cannot be aggregated
+
+    def fits(self) -> list[dict[str, object]]:
+        """What fitted elements cost and how far they are from their regions, in all cases."""
+        study = load_study(HERE.parent)
+        parts = []
+        for case in study.cases:
+            for path in sorted(RESULTS.glob(f"tables/fits_{case}_*-*.csv"), reverse=True):
+                basis = path.stem.removeprefix(f"fits_{case}_")
+                if re.fullmatch(MODES, basis):
+                    parts.append(pd.read_csv(path).assign(case=case, basis=basis))
+        return pd.concat(parts).to_dict("records")
+
     @staticmethod
-    def _path(kind: str, case: str) -> Path:
-        basis = "" if kind == "models" else "_free-4"
-        return RESULTS / f"tables/{kind}_{case}{basis}.csv"
+    def _path(kind: str, subject: str) -> Path:
+        basis = {"harmonics": "_free-4", "divisions": "_enriched-40"}.get(kind, "")
+        return RESULTS / f"tables/{kind}_{subject}{basis}.csv"
 
     def stuck_error_of_loaded_means(self, case: str, regions: str) -> float:
         """Error of the first stuck frequency [%] if regions moved as the mean of loaded pairs."""
@@ -111,6 +147,12 @@ class Tables:
             np.sqrt(np.linalg.eigvalsh(L + one.stuck_stiffness())[0]) for one in (nodes, by_loaded)
         )
         return 100 * (reduced / whole - 1)
+
+
+def _largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
+    """The largest errors of peaks over all forces."""
+    errors = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
+    return frame.assign(**frame[errors].abs()).groupby(by, sort=False)[errors].max()
 
 
 def _formatted(form: str, value: float, digits: int) -> str:

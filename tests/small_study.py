@@ -81,6 +81,7 @@ SETTINGS = {
     "enrichment": {"contact_stiffness_N_per_m": 1e9, "resonances": 1, "levels": 5, "most": 8},
     "timing": {"repeats": 1},
     "fitting": {"starts": 2},
+    "convergence": {"bases": ["free-2", "enriched-8"], "regions": [2]},
 }
 
 COMMAND = [sys.executable, "-m", "snakemake", "--cores", "2"]

@@ -243,7 +243,7 @@ def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
     y = share / (state.eigenvalue - w**2)
     assert abs(y) == pytest.approx(state.amplitude, rel=1e-12)
 
-    one = ComplexModes(HarmonicBalance(any_joint, LOSS, force), 1, with_rest=False)
+    one = ComplexModes(HarmonicBalance(any_joint, LOSS, force), 1, static_share=False)
     one.basis = state.mode[:, None], np.zeros(3, dtype=complex)
     x = np.concatenate([state.bias, [y.real, y.imag]])
     q = one.to_fixed(x)

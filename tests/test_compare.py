@@ -137,6 +137,58 @@ def test_accuracy_table_has_the_largest_energy_error_of_what_converged(study):
     assert found.drop(FORCES[1]).max() < 1e-6
 
 
+def test_models_of_any_basis_are_against_the_converged_one(study):
+    _, solved = study
+    converged = ("enriched-40", "node-to-node", "linear", 1)
+    broken = solved["regions=6", "linear", 1].copy(deep=True)
+    broken["complete"][2] = 0
+    responses = {
+        ("free-4", "regions=6", "linear", 1): broken,
+        converged: solved["node-to-node", "linear", 1],
+    }
+    jacobians = ["analytic"] * 3 + ["forward-difference"]
+    timing = pd.DataFrame({"force_N": 1.0, "jacobian": jacobians, "cpu_s": [1, 2, 6, 100.0]})
+    table = compare.tabulate_models(responses, dict.fromkeys(responses, timing), converged)
+    table = table.set_index(["modes", "force_N"])
+    assert list(table.index) == [(name, f) for name in ("free-4", "enriched-40") for f in FORCES]
+    own = table.loc["enriched-40"].filter(like="error")
+    assert (own == 0).all(axis=None)
+    peaks = (found["peak_amplitude"][1].item() for found in responses.values())
+    row = table.loc["free-4", 1.0]
+    assert row["peak_amplitude_error_percent"] == pytest.approx(
+        100 * (next(peaks) / next(peaks) - 1)
+    )
+    assert row["cpu_s"] == 2
+    assert table["complete"].tolist() == [True, True, False, True, True, True]
+    assert table.loc["free-4", 5.0].filter(like="error").isna().all()
+
+
+def test_fits_are_compared_with_their_own_regions(study):
+    found, solved = study
+    fits, timings = {}, {}
+    methods = {"regions=6/elements=4": "loops", "regions=6/harmonic=4": "describing-function"}
+    for name, method in methods.items():
+        _, fits[name] = fit_reduced_joint(found["regions=6"], 4, method=method)
+        timings[name] = pd.DataFrame({"cpu_s": [0.5]})
+    names = ("regions=6", "regions=6/elements=4")
+    responses = {name: solved[name, "linear", 1] for name in names}
+    table = compare.tabulate_fits(fits, timings, responses).set_index("joint")
+    for name, fit in fits.items():
+        row = table.loc[name]
+        assert row["cpu_s"] == 0.5
+        assert row["cost_N2"] == pytest.approx(fit["fit_cost"].sum().item())
+        largest = fit["largest_loop_error"].max().item()
+        assert row["largest_loop_error_percent"] == pytest.approx(100 * largest)
+    # the source's cost is what its method minimises
+    assert table["cost_N2"].idxmin() == "regions=6/elements=4"
+    ratio = np.divide(*(responses[name]["peak_amplitude"].to_numpy() for name in reversed(names)))
+    row = table.loc["regions=6/elements=4"]
+    expected = 100 * np.abs(ratio - 1).max()
+    assert row["peak_amplitude_error_percent"] == pytest.approx(expected)
+    # what is not solved has no peak to compare
+    assert table.loc["regions=6/harmonic=4"].filter(like="peak").isna().all()
+
+
 def test_times_stand_beside_the_published_ones(study):
     found, _ = study
     timings = {

@@ -503,6 +503,16 @@ def test_what_is_solved_is_shown_in_its_own_basis():
         f"figures/backbone_{where}_resonance=1.svg",
     ):
         assert f"results/{path}" in targets, path
+    for path in (
+        "tables/bases_three_bolt_constant.csv",
+        "figures/bases_four_bolt_variable.svg",
+        f"tables/divisions_{where}.csv",
+        f"figures/divisions_{where}.svg",
+        "figures/patterns_four_bolt.svg",
+        f"tables/fits_{where}.csv",
+        "tables/fits_three_bolt_constant_free-4.csv",
+    ):
+        assert f"results/{path}" in targets, path
     # no states are drawn of what is rebuilt
     assert f"results/figures/states_{where}_node-to-node_backbone_resonance=1.svg" not in targets
     # resonance 2 is solved in the source's basis only
@@ -513,6 +523,16 @@ def test_what_is_solved_is_shown_in_its_own_basis():
     assert f"results/figures/response_{case}_linear_resonance=1.svg" in targets
     assert not [path for path in targets if path.startswith((f"results/tables/elements_{case}",))]
     assert not [path for path in targets if path.startswith((f"results/figures/loops_{case}",))]
+
+
+def test_nothing_is_compared_with_converged_bases_unless_asked_for(study):
+    edit(study, CONFIG, "\nconvergence:", "\nconvergence: {}\n#")
+    edit(study, CONFIG, "  bases: [", "#")
+    edit(study, CONFIG, "  regions: [2", "#")
+    targets = layout.targets(load_study(study))
+    assert "results/tables/models_three_bolt_constant.csv" in targets
+    for kind in ("bases", "divisions", "patterns"):
+        assert not [path for path in targets if f"/{kind}_" in path]
 
 
 def test_a_march_in_time_checks_responses_in_all_modes_of_the_basis(study):
@@ -633,6 +653,31 @@ A_JOINT = (
             "[1, 2, 3]",
             "bar.free_length_mm: [1, 2, 3] must have at most 2 entries",
         ),
+        # bases and regions that are compared
+        (
+            CONFIG,
+            "enriched-80]",
+            "enriched-81]",
+            'convergence.bases[6]: "enriched-81" must have at most 80 vectors, as enrichment.most',
+        ),
+        (
+            CONFIG,
+            "enriched-40, enriched-80]",
+            "free-80]",
+            'convergence.bases[5]: "free-80" must be enriched-N: all are compared with it',
+        ),
+        (
+            CONFIG,
+            "bases: [free-4",
+            "bases: [free-1",
+            'convergence.bases[0]: "free-1" must have at least 2 vectors, for as many resonances',
+        ),
+        (
+            CONFIG,
+            "regions: [2, 4",
+            "regions: [4, 4",
+            "convergence.regions[1]: 4 must not appear twice",
+        ),
         # single values
         (CASE, "preload_N: 10000", "preload_N: 0", "preload_N: 0 must be greater than 0"),
         (
@@ -736,6 +781,12 @@ A_JOINT = (
             "friction: exact ",
             "friction: marched ",
             'solver.friction: "marched" must be exact or sampled',
+        ),
+        (
+            CONFIG,
+            "static_share: true",
+            "static_share: yes",
+            'solver.static_share: "yes" must be true or false',
         ),
         (
             CONFIG,
@@ -1361,6 +1412,7 @@ TABLES = {
     ("config.yaml", "solver"): config.Solver,
     ("config.yaml", "fitting"): config.Fitting,
     ("config.yaml", "timing"): config.Timing,
+    ("config.yaml", "convergence"): config.Convergence,
     ("assemblies/*.yaml", ""): config.Assembly,
     ("assemblies/*.yaml", "bar"): config.Bar,
     ("assemblies/*.yaml", "material"): config.Material,
@@ -1391,7 +1443,7 @@ def test_readme_has_every_key_and_its_default(place):
 
 @pytest.mark.parametrize("place", TABLES, ids="-".join)
 def test_readme_has_the_unit_in_the_key_and_every_word_to_choose_from(place):
-    units = {"_mm": "mm", "_N": "N", "_Hz": "Hz", "_GPa": "GPa", "_N_per_m": "N/m"}
+    units = {"_mm": "mm", "_N": "N", "_s": "s", "_Hz": "Hz", "_GPa": "GPa", "_N_per_m": "N/m"}
     units |= {"_N_per_m3": "N/m³", "_kg_per_m3": "kg/m³"}
     for key, (_, unit, _, allowed) in readme_tables()[place].items():
         ends = [end for end in units if key.endswith(end)]

@@ -9,7 +9,7 @@ class Curve:
 
     residual_scale = 1.0
     basis = None
-    looks_ahead = False
+    looks_ahead = repeats_steps = False
 
     def __init__(self, residual, by_x, by_p):
         self._residual, self._by_x, self._by_p = residual, by_x, by_p
@@ -230,7 +230,8 @@ class Expecting(Curve):
     """
 
     def __init__(self, share, looks_ahead):
-        self._share, self.looks_ahead, self.basis = share, looks_ahead, 1.0
+        self._share, self.basis = share, 1.0
+        self.looks_ahead = self.repeats_steps = looks_ahead
 
     @staticmethod
     def f(p):

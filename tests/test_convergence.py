@@ -5,23 +5,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from small_joint import make_joint
+from small_joint import make_joint, make_preload
 
 from boltjoint import convergence
 from boltjoint.balance import HarmonicBalance
 from boltjoint.convergence import (
     peaks_near,
     tabulate_basis_peaks,
+    tabulate_divisions,
     tabulate_patterns,
     tabulate_sampling,
 )
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.states import STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.partition import partition_regions, region_error
 from boltjoint.response import solve_branch, solve_response
 from boltjoint.structure.patterns import resonances_in
 
 LOSS = 0.01
 FORCES = [1.0, 20.0]
+PEAK = ["peak_frequency_Hz", "peak_mm_per_N"]
+ERRORS = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
 SAMPLES = (64, 128, 256, 512, 1024)
 
 
@@ -173,17 +177,41 @@ def test_bases_are_against_the_last_at_each_force(joint):
             for name in ("natural_frequency", "excitation_mode", "response_mode", "tangential_mode")
         },
     )
-    table = tabulate_basis_peaks({"two": fewer, "three": joint}, FORCES, LOSS)
-    assert list(table["basis"]) == ["two", "two", "three", "three"]
+    alone, last = (peaks_near(each, FORCES, LOSS) for each in (fewer, joint))
+    table = tabulate_basis_peaks({"free-2": alone, "enriched-3": last})
+    assert list(table["basis"]) == ["free-2"] * 2 + ["enriched-3"] * 2
+    assert list(table["vectors"]) == [2, 2, 3, 3]
     assert list(table["force_N"]) == FORCES * 2
-    errors = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
-    np.testing.assert_array_equal(table.loc[table["basis"] == "three", errors], 0)
-    alone = peaks_near(fewer, FORCES, LOSS)
-    of_two = table[table["basis"] == "two"].reset_index()
+    np.testing.assert_array_equal(table.loc[table["basis"] == "enriched-3", ERRORS], 0)
+    of_two = table[table["basis"] == "free-2"].reset_index()
     np.testing.assert_array_equal(of_two[list(alone)], alone)
-    last = peaks_near(joint, FORCES, LOSS)
-    for name, error in zip(("peak_frequency_Hz", "peak_mm_per_N"), errors, strict=True):
+    for name, error in zip(PEAK, ERRORS, strict=True):
         np.testing.assert_allclose(last[name] * (1 + of_two[error] / 100), alone[name], rtol=1e-12)
+
+
+def test_regions_are_against_all_pairs_in_every_way_that_there_is():
+    joint = make_joint(pairs=12)
+    reference = peaks_near(joint, FORCES, LOSS)
+    table = tabulate_divisions(joint, make_preload(joint), [3, 4, 12], reference, LOSS)
+    ways = table.drop_duplicates(["division", "motion", "regions"])
+    made = [("equal-load", motion) for motion in ("mean", "load-weighted", "linear")]
+    every = [(*way, count) for way in [*made, ("clusters", "mean")] for count in (3, 4, 12)]
+    # neither three nor twelve regions are an inner and an outer one in every band of these pairs
+    every.insert(-3, ("inner-outer", "mean", 4))
+    assert list(ways[["division", "motion", "regions"]].itertuples(False, None)) == every
+    assert list(table["force_N"]) == FORCES * len(ways)
+    # a region for every pair is the joint itself
+    whole = table[table["regions"] == 12]
+    np.testing.assert_allclose(whole[[*ERRORS, "region_error_percent"]], 0, atol=1e-6)
+    few = table[(table["regions"] == 3) & (table["motion"] == "load-weighted")]
+    regions = partition_regions(joint, make_preload(joint), 3, motion="load-weighted")
+    assert few["region_error_percent"].to_numpy() == pytest.approx(
+        100 * region_error(joint, regions)
+    )
+    found = peaks_near(regions, FORCES, LOSS)
+    for name, error in zip(PEAK, ERRORS, strict=True):
+        expected = 100 * (found[name] / reference[name] - 1)
+        np.testing.assert_allclose(few[error], expected, rtol=1e-9)
 
 
 def test_patterns_have_a_row_for_every_resonance():

@@ -295,9 +295,9 @@ def test_loading_has_the_derivative_by_the_logarithm_of_the_share(either, name):
     np.testing.assert_array_equal(equations.evaluate(x, W)[0], whole)
 
 
-def complex_at(balance, x, count, with_rest=True):
+def complex_at(balance, x, count, static_share=True):
     """Complex modes renewed at a state, and their unknown there."""
-    equations = ComplexModes(balance, count, with_rest=with_rest)
+    equations = ComplexModes(balance, count, static_share=static_share)
     unknown = equations.from_fixed(x)
     return equations, equations.renew(unknown, W, unknown, (x, W))[0]
 
@@ -320,18 +320,18 @@ def test_complex_modes_are_eigenvectors_orthogonal_without_conjugation(either, c
     assert (matrix - lossy)[0, 0].imag > 0.1 * matrix[0, 0].real
 
 
-@pytest.mark.parametrize("with_rest", [True, False])
+@pytest.mark.parametrize("static_share", [True, False])
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_derivatives_in_complex_modes_equal_differences(either, count, with_rest):
+def test_derivatives_in_complex_modes_equal_differences(either, count, static_share):
     balance, x = moved(either)
-    equations, y = complex_at(balance, x, count, with_rest)
+    equations, y = complex_at(balance, x, count, static_share)
     exact = equations.evaluate(y, W)[1]
     near = differences(lambda y: equations.evaluate(y, W)[0], y, 1e-9)
     np.testing.assert_allclose(near, exact, atol=1e-8 * np.abs(exact).max())
     near = (equations.evaluate(y, W + 0.1)[0] - equations.evaluate(y, W - 0.1)[0]) / 0.2
     by_frequency = equations.parameter_derivative(y, W)
     np.testing.assert_allclose(near, by_frequency, atol=1e-9 * np.linalg.norm(near))
-    forward = ComplexModes(balance, count, jacobian="forward-difference", with_rest=with_rest)
+    forward = ComplexModes(balance, count, jacobian="forward-difference", static_share=static_share)
     forward.basis = equations.basis
     np.testing.assert_allclose(forward.evaluate(y, W)[1], exact, atol=1e-5 * np.abs(exact).max())
 
@@ -381,8 +381,8 @@ def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(ei
     one, _ = newton(real, x, w, StepControl())
     assert one.converged
     found = {}
-    for with_rest in (True, False):
-        equations = ComplexModes(balance, 1, with_rest=with_rest)
+    for static_share in (True, False):
+        equations = ComplexModes(balance, 1, static_share=static_share)
         # not there, but at the real mode's, so that repeating has a way to go
         at = one.x
         for _ in range(40):
@@ -391,7 +391,7 @@ def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(ei
             solution, _ = newton(equations, y, w, StepControl())
             assert solution.converged
             at = (at + equations.to_fixed(solution.x)) / 2
-        found[with_rest] = at
+        found[static_share] = at
     # the sum of all modes of the matrix that the motion itself makes
     assert distance(found[True], x) < 1e-7
     assert distance(one.x, x) > 1e-4

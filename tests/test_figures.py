@@ -634,6 +634,83 @@ def test_errors_of_sampling_fall_beside_a_line_of_second_order():
         assert axes.get_xscale() == axes.get_yscale() == "log"
 
 
+@pytest.fixture
+def by_basis():
+    """Errors of two free and two enriched bases at two levels; the last is without error."""
+    bases = {"free-4": 4, "free-8": 8, "enriched-8": 8, "enriched-16": 16}
+    rows = [
+        {"basis": basis, "vectors": vectors, "level": level, "error": level * (16 - vectors)}
+        for basis, vectors in bases.items()
+        for level in (1.0, 5.0)
+    ]
+    return pd.DataFrame(rows)
+
+
+def lines_of_bases(axes, label):
+    """What is drawn of enriched bases under a label, and of free ones in the same colour."""
+    (enriched,) = (line for line in axes.get_lines() if line.get_label() == label)
+    (free,) = (
+        line
+        for line in axes.get_lines()
+        if line is not enriched and np.array_equal(line.get_color(), enriched.get_color())
+    )
+    assert enriched.get_linestyle() != free.get_linestyle()
+    return enriched.get_xydata(), free.get_xydata()
+
+
+def test_peaks_of_bases_are_drawn_over_their_size(by_basis):
+    names = {"level": "force_N", "error": "peak_frequency_error_percent"}
+    table = by_basis.rename(columns=names)
+    # signs are left out, as a logarithm has none
+    table["peak_amplitude_error_percent"] = -10 * table["peak_frequency_error_percent"]
+    for axes, scale in zip(figures.plot_bases(table).axes, (1, 10), strict=True):
+        for label, force in (("1 N", 1), ("5 N", 5)):
+            enriched, free = lines_of_bases(axes, label)
+            np.testing.assert_allclose(enriched, [[8, scale * force * 8]])
+            np.testing.assert_allclose(free, [[4, scale * force * 12], [8, scale * force * 8]])
+
+
+def test_patterns_are_drawn_by_the_worst_of_them(by_basis):
+    table = by_basis.rename(columns={"level": "resonance", "error": "error_percent"})
+    table["resonance"] = table["resonance"].astype(int)
+    less = table.assign(error_percent=table["error_percent"] / 3)
+    parts = [
+        some.assign(springs=springs, pattern=pattern)
+        for springs in ("x", "xz")
+        for pattern, some in (("all", less), ("left", table))
+    ]
+    for axes in figures.plot_patterns(pd.concat(parts)).axes:
+        enriched, free = lines_of_bases(axes, "resonance 5")
+        np.testing.assert_allclose(enriched, [[8, 40]])
+        np.testing.assert_allclose(free, [[4, 60], [8, 40]])
+
+
+def test_divisions_are_drawn_by_their_largest_error():
+    rows = [
+        {
+            "division": division,
+            "motion": "mean",
+            "regions": count,
+            "region_error_percent": 2.0 / count,
+            "force_N": force,
+            "peak_frequency_error_percent": -force / count,
+            "peak_amplitude_error_percent": 3 * force / count,
+        }
+        for division in ("equal-load", "clusters")
+        for count in (2, 4)
+        for force in (1.0, 5.0)
+    ]
+    figure = figures.plot_divisions(pd.DataFrame(rows))
+    for axes, scale in zip(figure.axes, (1, 3), strict=True):
+        drawn = curves(axes)
+        for label in ("equal load, mean", "clusters, mean"):
+            np.testing.assert_allclose(drawn[label], [[2, scale * 2.5], [4, scale * 1.25]])
+    dotted = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == ":"]
+    for line in dotted:
+        np.testing.assert_allclose(line.get_xydata(), [[2, 1], [4, 0.5]])
+    assert len(dotted) == 2
+
+
 def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, bolted, tmp_path):
     for name in ("first", "second"):
         figures.save(figures.plot_modes(assembly, modes), tmp_path / name / "modes.svg")

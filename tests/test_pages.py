@@ -11,8 +11,8 @@ import xarray as xr
 from boltjoint import dataset, layout
 from boltjoint.config import Case, Solver, load_study
 from boltjoint.names import PAGES
+from boltjoint.pages import accuracy, markup, overview, structure
 from boltjoint.pages import case as page_of_case
-from boltjoint.pages import markup, overview, structure
 from boltjoint.pages.shown import Shown, figures_and_tables, shown_on
 from boltjoint.published import Published
 
@@ -187,6 +187,10 @@ def figure(page, anchor):
         ("states_a_free-4", ("states", "a", "free-4", None, "a")),
         ("modes_enriched-8_enriched-40", ("modes", "enriched-8", "enriched-40", None, "structure")),
         ("accuracy_a_enriched-40", ("accuracy", "a", "enriched-40", None, "a")),
+        ("patterns_four_bolt", ("patterns", "four_bolt", None, None, "accuracy")),
+        ("bases_a_free-4_b", ("bases", "a_free-4_b", None, None, "accuracy")),
+        ("divisions_a_enriched-40", ("divisions", "a", "enriched-40", None, "accuracy")),
+        ("fits_a_enriched-40", ("fits", "a", "enriched-40", None, "a")),
         ("backbone_a_free-4_resonance=2", ("backbone", "a", "free-4", None, "a")),
         ("harmonics_a_free-4", ("harmonics", "a", "free-4", None, "a")),
         (
@@ -585,6 +589,91 @@ def test_index_says_where_the_source_stands_and_why_not(files):
     text = overview.page(alone, [], shown_on("mine", files, ["mine"]), Published(SOURCE))
     assert "no case of this study is compared with it" in text
     assert "not computed in this study" in text
+
+
+@pytest.fixture
+def page_of_accuracy(tmp_path):
+    """The page of one case that has everything and of another that has nothing."""
+    peak = {"peak_frequency_error_percent": -0.5, "peak_amplitude_error_percent": 2.0}
+    rows = {
+        "patterns_three_bolt": {
+            "basis": ["free-4", "free-4", "enriched-8", "enriched-8"],
+            "vectors": [4, 4, 8, 8],
+            "springs": "x",
+            "pattern": ["all", "left", "all", "left"],
+            "resonance": 1,
+            "frequency_Hz": 100.0,
+            "error_percent": [51.5, 3.0, 0.25, 0.125],
+        },
+        "models_mine": {
+            "modes": ["free-4", "enriched-8"],
+            "joint": "node-to-node",
+            "coordinates": ["rdnm-1", "linear"],
+            "resonance": 1,
+            "force_N": 5.0,
+            "complete": [False, True],
+            **peak,
+            "cpu_s": 1.0,
+        },
+        "bases_mine": {
+            "basis": ["free-4", "free-4", "enriched-8"],
+            "vectors": [4, 4, 8],
+            "force_N": [1.0, 5.0, 1.0],
+            **peak,
+            "peak_amplitude_error_percent": [-77.0, 12.0, 0.0],
+        },
+        "divisions_mine_enriched-8": {
+            "division": "clusters",
+            "motion": "mean",
+            "regions": [2, 2, 4],
+            "region_error_percent": 1.5,
+            "force_N": [1.0, 5.0, 1.0],
+            **peak,
+        },
+    }
+    for folder in ("tables", "figures"):
+        (tmp_path / folder).mkdir()
+    for stem, content in rows.items():
+        pd.DataFrame(content).to_csv(tmp_path / f"tables/{stem}.csv", index=False)
+        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    files = sorted(str(path) for path in tmp_path.rglob("*.*"))
+    return accuracy.page(files, Published(SOURCE), ["mine", "other"])
+
+
+def test_page_of_accuracy_has_structure_models_bases_and_regions(page_of_accuracy):
+    sections = re.findall('<section id="([^"]+)"', page_of_accuracy)
+    assert sections == [
+        "how",
+        "patterns",
+        *("case-mine", "models-mine", "bases-mine", "divisions-mine"),
+    ]
+    assert len(re.findall("<svg", page_of_accuracy)) == 4
+    assert page_of_accuracy.count('href="../tables/') == 4
+    assert not repeated_ids(page_of_accuracy)
+
+
+def test_page_of_accuracy_sums_up_by_the_largest_errors(page_of_accuracy):
+    tables = {
+        re.search("<strong>(.*?)</strong>", each)[1]: [
+            [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", row)]
+            for row in re.findall("<tr.*?</tr>", each)
+        ][-2:]
+        for each in re.findall('<figure class="tabular".*?</figure>', page_of_accuracy, re.S)
+        if "Every" not in each
+    }
+    assert tables["Largest errors in three_bolt, over all patterns"] == [
+        ["free-4", "4", "51.50"],
+        ["enriched-8", "8", "0.25"],
+    ]
+    # that of the models, of the bases and of the regions; the last one stands here
+    assert tables["Largest errors over all forces"] == [
+        ["clusters", "mean", "2", "1.50", "0.50", "2.00"],
+        ["", "", "4", "1.50", "0.50", "2.00"],
+    ]
+    assert ["free-4", "4", "0.50", "77.00"] in [
+        [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", row)]
+        for row in re.findall("<tr.*?</tr>", page_of_accuracy)
+    ]
 
 
 def test_drawing_keeps_only_what_it_needs():

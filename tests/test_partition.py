@@ -7,6 +7,7 @@ from small_joint import make_joint, make_preload
 from boltjoint.joint import merge_points
 from boltjoint.partition import (
     choose_count,
+    inner_and_outer_regions,
     partition_regions,
     region_error,
     regions_of_equal_load,
@@ -64,6 +65,24 @@ def test_a_pair_with_most_of_the_load_leaves_no_region_empty():
         region = regions_of_equal_load(position, load, count)
         np.testing.assert_array_equal(np.unique(region), np.arange(count))
         assert np.all(np.diff(region) >= 0)
+
+
+def test_bands_are_divided_into_equal_loads_near_and_far_from_the_middle():
+    joint = make_joint(pairs=2000)
+    position, load = joint.position[:, :2], joint.law.slip_force
+    region = inner_and_outer_regions(position, load, 6)
+    bands = regions_of_equal_load(position, load, 3)
+    np.testing.assert_array_equal(region // 2, bands)
+    share = np.bincount(region, load) / load.sum()
+    np.testing.assert_allclose(share, 1 / 6, rtol=0, atol=3 * load.max() / load.sum())
+    from_middle = np.abs(position[:, 1])
+    for inner in (0, 2, 4):
+        assert from_middle[region == inner].max() <= from_middle[region == inner + 1].min()
+
+
+def test_an_odd_number_is_no_inner_and_outer_regions(joint):
+    with pytest.raises(ValueError, match="3 regions are not an inner and an outer one"):
+        inner_and_outer_regions(joint.position[:, :2], joint.law.slip_force, 3)
 
 
 # equal shares of the pressure along the middle
@@ -316,6 +335,27 @@ def test_load_weighted_regions_keep_the_friction_of_a_contact_that_slips_all_ove
         np.abs(plain.law.slip_force @ plain.tangential_mode[plain.law.point_of_element] - of_pairs)
         > 1e-3 * np.abs(of_pairs)
     )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_region_may_move_as_the_nearest_straight_line(law):
+    joint = make_joint(law=law, pairs=40)
+    count = 2
+    lines = partition_regions(joint, make_preload(joint), count, motion="linear")
+    region = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
+    for B, on_line in zip(joint.rows, lines.rows, strict=True):
+        for each in range(count):
+            x = joint.position[region == each, 0]
+            for mode in range(B.shape[1]):
+                line = np.polynomial.Polynomial.fit(x, B[region == each, mode], 1)
+                np.testing.assert_allclose(
+                    on_line[region == each, mode], line(x), atol=1e-12 * np.abs(B).max()
+                )
+    # what already lies on lines stays as it is, and nothing else of the joint changes
+    again = partition_regions(lines, make_preload(joint), count, motion="linear")
+    np.testing.assert_allclose(again.tangential_mode, lines.tangential_mode, rtol=1e-10)
+    assert lines.law is joint.law
+    assert lines.points == joint.points
 
 
 def test_a_region_without_load_moves_as_the_mean():

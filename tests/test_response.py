@@ -7,7 +7,7 @@ from small_joint import make_joint
 from boltjoint import dataset
 from boltjoint.balance import HarmonicBalance
 from boltjoint.continuation import StepControl, newton
-from boltjoint.coordinates import pose
+from boltjoint.coordinates import LinearModes, pose
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import merge_points
 from boltjoint.partition import regions_of_equal_load
@@ -130,6 +130,8 @@ def test_one_response_dependent_mode_is_close_while_little_slips(joint):
         ("rdnm-1", "within", (1e-8, 1e-8)),
         # renewed at the maximum until that changes the motion by 1e-6, from steps whose lag varies
         ("complex-rdnm-1", "within", (1e-7, 1e-6)),
+        # not repeated on the way, but renewed at the maximum all the same
+        ("complex-rdnm-1", "after", (1e-7, 1e-6)),
         # renewed between solutions, within an arc of 1e-3, over which the mode lags behind
         ("rdnm-1", "after", (1e-4, 1e-3)),
     ],
@@ -160,6 +162,43 @@ def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
     assert coarse.amplitude[coarse.peak] == pytest.approx(
         fine.amplitude[fine.peak], rel=by_amplitude
     )
+
+
+def test_modes_renewed_once_lag_more(joint):
+    options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1"}
+    within, after = (
+        solve_branch(joint, 5.0, renewal=renewal, **options) for renewal in ("within", "after")
+    )
+    equations = LinearModes(HarmonicBalance(joint, LOSS, 5.0))
+    left = [
+        np.median(
+            [
+                np.linalg.norm(equations.evaluate(q, 2 * np.pi * f)[0])
+                for q, f in zip(branch.modal_coordinate, branch.frequency, strict=True)
+            ]
+        )
+        for branch in (within, after)
+    ]
+    assert within.complete
+    assert after.complete
+    # most steps lead where they were expected to, and are not repeated
+    assert left[0] < left[1]
+
+
+def test_without_the_static_share_one_mode_is_all_that_there_is(joint):
+    options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1", "window": (90.0, 180.0)}
+    branch = solve_branch(joint, 1e-6, static_share=False, **options)
+    balance = HarmonicBalance(joint, LOSS, 1e-6)
+    sine, cosine = branch.modal_coordinate[branch.peak].reshape(2, -1)
+    motion = sine + 1j * cosine
+    # all sticks: the real mode of the stuck joint, of any phase
+    stuck = np.linalg.eigh(balance.stiffness + joint.stuck_stiffness())[1][:, 0]
+    share = abs(stuck @ motion) / np.linalg.norm(motion)
+    # but for what structural damping adds to it
+    assert share == pytest.approx(1, abs=1e-6)
+    other = solve_branch(joint, 1e-6, **options)
+    ratio = other.amplitude[other.peak] / branch.amplitude[branch.peak]
+    assert abs(ratio - 1) > 1e-6
 
 
 @pytest.mark.parametrize("law", ["constant", "variable"])

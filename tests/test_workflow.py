@@ -10,7 +10,8 @@ from small_study import CASE, SETTINGS, SOLVED, SOLVED_VARIABLE, VARIABLE, snake
 
 CASES = {"small": CASE, "variable": VARIABLE}
 SOLVED_OF = {"small": SOLVED, "variable": SOLVED_VARIABLE}
-BASES_OF = {"small": ("free-2", "enriched-8"), "variable": ("free-2",)}
+#: bases that are solved or compared
+BASES = SETTINGS["convergence"]["bases"]
 #: responses in linear modes, which are checked in time: five joints and one in the enriched basis
 CHECKED_OF = {"small": 6, "variable": 3}
 
@@ -25,7 +26,7 @@ def finished(finished, tmp_path_factory):
     write(folder / "config/config.yaml", SETTINGS | {"cases": list(CASES)})
     counts = planned(folder)
     assert counts["solve_response"] == counts["time_solver"] == SOLVED_VARIABLE
-    assert counts["connect_nodes"] == 1
+    assert counts["connect_nodes"] == counts["find_peaks"] == len(BASES)
     assert not {"build_assembly", "apply_preload", "find_modes"} & set(counts)
     ran = snakemake(folder)
     assert ran.returncode == 0, ran.stderr
@@ -62,6 +63,10 @@ def test_every_result_is_there_and_nothing_is_left_to_do(finished):
         "regions_small_free-2_clusters=2.csv",
         "elements_small_free-2_clusters=2_harmonic=2.csv",
         "harmonics_small_free-2.csv",
+        "patterns_two_bolt.csv",
+        "bases_variable.csv",
+        "divisions_small_enriched-8.csv",
+        "fits_small_free-2.csv",
     } <= tables
     for case, solved in SOLVED_OF.items():
         assert len(list((results / "cases" / case).rglob("response.nc"))) == solved
@@ -130,10 +135,11 @@ def test_two_runs_give_the_same_bytes(finished, tmp_path):
     ran = snakemake(tmp_path)
     assert ran.returncode == 0, ran.stderr
     # what depends on the clock, or records the machine
-    timed = ("timing.csv", "environment.json")
+    timed = ("timing.csv", "fit_timing.csv", "environment.json")
+    tables = ("times_", "models_", "fits_")
     for path in sorted((finished / "results").rglob("*")):
         where = path.relative_to(finished)
-        if path.is_dir() or path.name in timed or path.name.startswith(("times_", "models_")):
+        if path.is_dir() or path.name in timed or path.name.startswith(tables):
             continue
         if where.parts[1] in ("logs", "benchmarks"):
             continue
@@ -165,15 +171,22 @@ def test_a_new_stiffness_leaves_the_structure_alone(finished, case, key, value):
     write(path, content | {"contact": content["contact"] | {key: value}})
     counts = planned(finished)
     write(path, content)
-    assert counts["connect_nodes"] == len(BASES_OF[case])
+    assert counts["connect_nodes"] == len(BASES)
     assert counts["solve_response"] == SOLVED_OF[case]
     assert not {"build_assembly", "apply_preload", "find_modes"} & set(counts)
+
+
+def test_another_number_of_regions_to_compare_leaves_the_rest_alone(finished):
+    counts = planned(finished, "--config", "convergence={regions: [2, 3]}")
+    assert counts["tabulate_divisions"] == 1
+    assert not {"find_peaks", "find_patterns", "partition_regions", "solve_response"} & set(counts)
 
 
 def test_another_enrichment_leaves_other_bases_alone(finished):
     counts = planned(finished, "--config", "enrichment={levels: 6}")
     assert counts["find_principal_motions"] == 1
-    assert counts["find_modes"] == counts["connect_nodes"] == 1
+    assert counts["find_modes"] == 1
+    assert counts["connect_nodes"] == len(CASES)
     assert counts["solve_response"] == 3
     assert not {"apply_preload", "partition_regions"} & set(counts)
 

@@ -64,7 +64,7 @@ class ModeAtAmplitude:
 
     residual_scale = 1.0
     basis = None
-    looks_ahead = False
+    looks_ahead = repeats_steps = False
 
     def __init__(self, joint: Joint, loss_factor: float, resonance: int = 1) -> None:
         self.balance = HarmonicBalance(joint, loss_factor, 0.0)

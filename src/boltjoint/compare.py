@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from boltjoint import joint as joints
 from boltjoint.friction import states
-from boltjoint.names import REFERENCE
+from boltjoint.names import REFERENCE, parse_joint
 from boltjoint.published import Published
 
 
@@ -197,7 +197,11 @@ def tabulate_states(
 
 
 #: how far a response is from its reference
-_ERRORS = ("peak_frequency_error_percent", "peak_amplitude_error_percent", "curve_error_dB")
+#: errors of a peak, and what they are errors of
+_PEAK_ERRORS = {
+    "peak_frequency_error_percent": "peak_frequency_Hz",
+    "peak_amplitude_error_percent": "peak_mm_per_N",
+}
 
 
 def tabulate_accuracy(
@@ -224,15 +228,12 @@ def tabulate_accuracy(
     for (joint, coordinates, resonance), response in responses.items():
         reference = responses.get((*REFERENCE, resonance))
         for level, force in enumerate(response["force_level"].to_numpy()):
-            row = _peak(response, level) | dict.fromkeys(_ERRORS, np.nan)
-            truth = None if reference is None else _peak(reference, level)
-            if truth is not None and truth["complete"] and row["complete"]:
-                errors = (
-                    _percent(row["peak_frequency_Hz"], truth["peak_frequency_Hz"]),
-                    _percent(row["peak_mm_per_N"], truth["peak_mm_per_N"]),
-                    curve_error(_curve(response, level), _curve(reference, level)),
-                )
-                row |= dict(zip(_ERRORS, errors, strict=True))
+            row = _peak(response, level)
+            row |= dict.fromkeys((*_PEAK_ERRORS, "curve_error_dB"), np.nan)
+            if reference is not None and row["complete"] and _peak(reference, level)["complete"]:
+                row |= _peak_errors(response, reference, level)
+                curves = _curve(response, level), _curve(reference, level)
+                row["curve_error_dB"] = curve_error(*curves)
             mine = (response["excitation_force"] == force) & (response["converged"] == 1)
             row["energy_error"] = float(abs(response["energy_error"].where(mine)).max())
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
@@ -275,24 +276,58 @@ def tabulate_models(
         timing = timings[which]
         cost = timing[timing["jacobian"] == "analytic"].groupby("force_N")["cpu_s"].median()
         for level, force in enumerate(response["force_level"].to_numpy()):
-            found, truth = _peak(response, level), _peak(responses[converged], level)
-            whole = found["complete"] and truth["complete"]
-            errors = {
-                f"{name}_error_percent": _percent(found[column], truth[column]) if whole else np.nan
-                for name, column in (
-                    ("peak_frequency", "peak_frequency_Hz"),
-                    ("peak_amplitude", "peak_mm_per_N"),
-                )
-            }
             rows.append(
                 {
                     **dict(zip(("modes", "joint", "coordinates", "resonance"), which, strict=True)),
                     "force_N": force,
-                    "complete": found["complete"],
-                    **errors,
+                    "complete": _peak(response, level)["complete"],
+                    **_peak_errors(response, responses[converged], level),
                     "cpu_s": cost.get(force, np.nan),
                 }
             )
+    return pd.DataFrame(rows)
+
+
+def tabulate_fits(
+    fits: Mapping[str, xr.Dataset],
+    timings: Mapping[str, pd.DataFrame],
+    responses: Mapping[str, xr.Dataset],
+) -> pd.DataFrame:
+    """What fitted elements cost to find, and how far they are from those they stand for.
+
+    Parameters
+    ----------
+    fits, timings
+        ``joint.nc`` and ``fit_timing.csv`` by the joint's name.
+    responses
+        ``response.nc`` of these joints and of their regions with all elements, as far as there are.
+
+    Returns
+    -------
+    DataFrame
+        A row for each joint: ``cost_N2`` of eq. 3.3, whether it was minimised or not, summed over
+        regions; the largest errors of the loops of any region at any amplitude, in percent of its
+        slip force; the largest errors of a peak over all forces, against the same regions with
+        all elements, empty where either has none; and the processor time of the fit.
+    """
+    rows = []
+    for name, fit in fits.items():
+        worst = dict.fromkeys(_PEAK_ERRORS, np.nan)
+        regions = parse_joint(name).regions
+        if name in responses and regions in responses:
+            for level in range(responses[name].sizes["force"]):
+                errors = _peak_errors(responses[name], responses[regions], level)
+                worst = {key: np.fmax(worst[key], np.abs(errors[key])) for key in worst}
+        rows.append(
+            {
+                "joint": name,
+                "cpu_s": timings[name]["cpu_s"].sum(),
+                "cost_N2": float(fit["fit_cost"].sum()),
+                "largest_loop_error_percent": 100 * float(fit["largest_loop_error"].max()),
+                "rms_loop_error_percent": 100 * float(fit["rms_loop_error"].max()),
+                **worst,
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -402,6 +437,16 @@ def _peak(response: xr.Dataset, level: int) -> dict[str, object]:
         "peak_frequency_Hz": float(at["peak_frequency"]),
         "peak_mm_per_N": float(at["peak_amplitude"]) * 1e3 / force,
         "reason": str(at["reason"].item()),
+    }
+
+
+def _peak_errors(response: xr.Dataset, reference: xr.Dataset, level: int) -> dict[str, float]:
+    """Errors of a peak against the reference's [%], where both paths are complete."""
+    found, truth = _peak(response, level), _peak(reference, level)
+    whole = found["complete"] and truth["complete"]
+    return {
+        error: _percent(found[column], truth[column]) if whole else np.nan
+        for error, column in _PEAK_ERRORS.items()
     }
 
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import Field, StrictBool, ValidationError
 
 from boltjoint import names
 from boltjoint.entries import (
@@ -37,6 +37,9 @@ SCHEMA_FOLDER = "config/schemas"
 
 #: fewer samples a period for each harmonic cannot tell the harmonics of a force apart
 LEAST_SAMPLES = 8
+
+#: resonances of the structure by which bases are compared
+LEAST_VECTORS = 2
 
 #: more modes than a mesh of this kind resolves
 MOST_MODES = 100
@@ -501,7 +504,10 @@ class Solver(Entry):
     """Where the derivatives come from: analytic, or forward-difference as in the source study."""
     renewal: Literal["within", "after"] = "within"
     """Modes of rdnm-N: those of the solution itself, or of the one before, as in the source study,
-    which some paths do not survive; forward differences know the latter only."""
+    which some paths do not survive; forward differences know the latter only. Modes of
+    complex-rdnm-N: renewed until they belong to the solution, or once for each."""
+    static_share: StrictBool = True
+    """Whether what the excitation does to the modes left out is added to complex-rdnm-N."""
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-9
     """Residual at which a point is solved, relative to the modal force."""
     largest_step: Positive = 0.07
@@ -518,7 +524,7 @@ class Solver(Entry):
     @property
     def steps(self) -> dict[str, float]:
         """The options of ``continuation.StepControl``."""
-        others = {"friction", "harmonics", "samples", "jacobian", "renewal"}
+        others = {"friction", "harmonics", "samples", "jacobian", "renewal", "static_share"}
         return self.model_dump(exclude=others)
 
     @property
@@ -604,6 +610,27 @@ class Timing(Entry):
     """It is not computed again once all computations of it took so long, in s."""
 
 
+class Convergence(Entry):
+    """What is tabulated to show how far bases and regions are from converged ones."""
+
+    bases: tuple[ModesName, ...] = ()
+    """Bases in which the resonances of the structure and the peaks of every case are found; the
+    others are compared with the last, which is enriched-N. No table when left out."""
+    regions: tuple[Count, ...] = ()
+    """Numbers of regions whose peaks are compared with those of all pairs, in the basis of the
+    converged response of a case. No table when left out."""
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        for key in ("bases", "regions"):
+            yield from repeated(key, getattr(self, key))
+        for index, basis in enumerate(self.bases):
+            if names.parse_modes(basis) < LEAST_VECTORS:
+                sentence = f"must have at least {LEAST_VECTORS} vectors, for as many resonances"
+                yield ("bases", index), sentence
+        if self.bases and not names.is_enriched(self.bases[-1]):
+            yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"
+
+
 class Settings(Entry):
     """The file config.yaml: which cases run, and the numerical options."""
 
@@ -615,8 +642,14 @@ class Settings(Entry):
     solver: Solver = Solver()
     fitting: Fitting = Fitting()
     timing: Timing = Timing()
+    convergence: Convergence = Convergence()
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        most = self.enrichment.most
+        for index, basis in enumerate(self.convergence.bases):
+            if names.is_enriched(basis) and names.parse_modes(basis) > most:
+                sentence = f"must have at most {most} vectors, as enrichment.most"
+                yield ("convergence", "bases", index), sentence
         yield from repeated("cases", self.cases)
         for index, name in enumerate(self.cases):
             if name in names.PAGES:
@@ -635,6 +668,7 @@ class Study(Entry):
     solver: Solver
     fitting: Fitting
     timing: Timing
+    convergence: Convergence
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
@@ -709,6 +743,7 @@ def load_study(
         solver=checked.solver,
         fitting=checked.fitting,
         timing=checked.timing,
+        convergence=checked.convergence,
     )
 
 

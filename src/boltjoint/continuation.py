@@ -38,6 +38,9 @@ class Equations(Protocol):
     looks_ahead: bool
     """Whether a renewal makes use of where the path is expected to go."""
 
+    repeats_steps: bool
+    """Whether a step is made anew, in renewed terms, until it leads to where it was expected to."""
+
     def renew(
         self, x: Vector, p: float, along: Vector, ahead: tuple[Vector, float]
     ) -> tuple[Vector, Vector] | None:
@@ -266,7 +269,7 @@ class _Tracer:
             if step < self.control.smallest_step:
                 return self._stop(reason)
             found = self._correct(station, step)
-            if found is not None and self.equations.looks_ahead:
+            if found is not None and self.equations.repeats_steps:
                 station, found = self._agreed(station, step, found)
             if found is None:
                 reason = "no solution found near the last one"

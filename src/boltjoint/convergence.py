@@ -11,6 +11,8 @@ from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
 from boltjoint.continuation import StepControl
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
+from boltjoint.names import parse_modes
+from boltjoint.partition import Division, partition_regions, region_error
 from boltjoint.response import Branch, frequency_window, solve_branch
 from boltjoint.structure.patterns import resonances_in
 
@@ -121,34 +123,82 @@ def peaks_near(
     return pd.DataFrame(rows)
 
 
-def tabulate_basis_peaks(
-    joints: Mapping[str, Joint],
-    forces: Sequence[float],
-    loss_factor: float,
-    resonance: int = 1,
-) -> pd.DataFrame:
+def tabulate_basis_peaks(peaks: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Peaks of the same joint in several bases, against those in the last of them.
 
     Parameters
     ----------
-    joints
-        The joint by the name of its basis, the largest basis last.
-    forces, loss_factor, resonance
-        As for ``peaks_near``.
+    peaks
+        As from ``peaks_near``, of the same forces, by the name of the basis, the largest last.
 
     Returns
     -------
     DataFrame
-        Columns ``basis, force_N, peak_frequency_Hz, peak_mm_per_N, peak_frequency_error_percent,
-        peak_amplitude_error_percent``.
+        Columns ``basis, vectors, force_N, peak_frequency_Hz, peak_mm_per_N,
+        peak_frequency_error_percent, peak_amplitude_error_percent``.
     """
-    peaks = {
-        basis: peaks_near(joint, forces, loss_factor, resonance) for basis, joint in joints.items()
-    }
     table = pd.concat(peaks, names=["basis"]).reset_index(level="basis")
-    reference = peaks[list(peaks)[-1]].set_index("force_N").loc[table["force_N"]]
+    table.insert(1, "vectors", table["basis"].map(parse_modes))
+    return _against(table, peaks[list(peaks)[-1]])
+
+
+def tabulate_divisions(
+    joint: Joint,
+    preload: xr.Dataset,
+    counts: Sequence[int],
+    reference: pd.DataFrame,
+    loss_factor: float,
+    division: Division = "equal-load",
+) -> pd.DataFrame:
+    """Peaks of a joint's regions against those of its pairs, for several ways to make regions.
+
+    Bands of the division given, moving as the mean of their pairs, as that weighted by load, and as
+    straight lines; bands divided across the width; and clusters.
+
+    Parameters
+    ----------
+    joint, preload
+        Node-to-node joint and the contact it was made from.
+    counts
+        Numbers of regions; one that a division cannot have is left out.
+    reference
+        Peaks of the joint, as from ``peaks_near``: the forces are its own.
+    loss_factor
+        As for ``peaks_near``.
+    division
+        As for ``partition.partition_regions``.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``division, motion, regions, region_error_percent, force_N, peak_frequency_Hz,
+        peak_mm_per_N, peak_frequency_error_percent, peak_amplitude_error_percent``.
+    """
+    parts = []
+    ways = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
+    for how, motion in [*ways, ("inner-outer", "mean"), ("clusters", "mean")]:
+        for count in counts:
+            try:
+                regions = partition_regions(joint, preload, count, how, motion)
+            except ValueError as error:
+                logger.info("%s, %s: %s", how, motion, error)
+                continue
+            peaks = peaks_near(regions, reference["force_N"], loss_factor)
+            error = 100 * region_error(joint, regions)
+            made = {"division": how, "motion": motion, "regions": count}
+            for place, (column, value) in enumerate(
+                (made | {"region_error_percent": error}).items()
+            ):
+                peaks.insert(place, column, value)
+            parts.append(peaks)
+    return _against(pd.concat(parts), reference)
+
+
+def _against(table: pd.DataFrame, reference: pd.DataFrame) -> pd.DataFrame:
+    """The table with the errors of its peaks [%] against those at the same forces."""
+    truth = reference.set_index("force_N").loc[table["force_N"]]
     for what, of_peak in (("frequency", "peak_frequency_Hz"), ("amplitude", "peak_mm_per_N")):
-        ratio = table[of_peak].to_numpy() / reference[of_peak].to_numpy()
+        ratio = table[of_peak].to_numpy() / truth[of_peak].to_numpy()
         table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)
     return table.reset_index(drop=True)
 

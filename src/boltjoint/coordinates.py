@@ -36,7 +36,7 @@ class LinearModes:
         ``analytic``, or ``forward-difference`` as in eq. 2.38.
     """
 
-    looks_ahead = False
+    looks_ahead = repeats_steps = False
 
     def __init__(self, balance: HarmonicBalance, jacobian: Jacobian = "analytic") -> None:
         self.balance = balance
@@ -276,6 +276,7 @@ class Loading:
     def __init__(self, equations: LinearModes, w: float) -> None:
         self._equations, self._w = equations, w
         self.looks_ahead = equations.looks_ahead
+        self.repeats_steps = equations.repeats_steps
         self.residual_scale = equations.residual_scale
 
     @property
@@ -331,7 +332,10 @@ class ComplexModes(LinearModes):
         The modal equations, of one harmonic.
     count, target, jacobian
         As for ``ResponseDependentModes``.
-    with_rest
+    renewal
+        Whether a solution is sought again, in modes renewed where it was found, until they belong
+        to it (``within``), or the modes are renewed once for each solution (``after``).
+    static_share
         Whether q_rest is added, else it is zero.
 
     Raises
@@ -348,16 +352,18 @@ class ComplexModes(LinearModes):
         count: int,
         target: int = 0,
         jacobian: Jacobian = "analytic",
-        with_rest: bool = True,
+        renewal: Renewal = "within",
+        static_share: bool = True,
     ) -> None:
         super().__init__(balance, jacobian)
+        self.repeats_steps = renewal == "within"
         if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
             raise ValueError("complex response-dependent modes need a motion of one harmonic")
         self._modes = len(balance.stiffness)
         self._bias = self._modes * (balance.components[0] == "bias")
         self._excitation = balance.joint.excitation_mode * balance.excitation_force
         self._lossy = balance.stiffness * (1 + 1j * balance.loss_factor)
-        self._with_rest = with_rest
+        self._static_share = static_share
         real = _stuck_modes(balance, count, target)[1]
         self.basis = real.astype(complex), np.zeros(self._modes, dtype=complex)
 
@@ -425,7 +431,7 @@ class ComplexModes(LinearModes):
         vectors /= np.sqrt(np.sum(vectors * vectors, axis=0))
         kept = _like(vectors, self._phi)
         rest = np.zeros_like(self._rest)
-        if self._with_rest:
+        if self._static_share:
             others = np.delete(vectors, kept, axis=1)
             share = others.T @ self._excitation / (np.delete(squared, kept) - p**2)
             rest = others @ share
@@ -488,6 +494,7 @@ def pose(
     resonance: int,
     jacobian: Jacobian = "analytic",
     renewal: Renewal = "within",
+    static_share: bool = True,
 ) -> LinearModes:
     """Pose the balance in coordinates by their name: ``linear``, ``rdnm-N``, ``complex-rdnm-N``.
 
@@ -504,7 +511,9 @@ def pose(
     renewal
         Whether the modes of ``rdnm-N`` are those of the solution itself (``within``), or stay those
         of the last one (``after``). Forward differences, as the source takes them, know the latter
-        only.
+        only. As for ``ComplexModes`` for ``complex-rdnm-N``.
+    static_share
+        Of the modes left out, as for ``ComplexModes``.
 
     Raises
     ------
@@ -516,7 +525,7 @@ def pose(
     if kind == "linear":
         return LinearModes(balance, jacobian)
     if kind == "complex":
-        return ComplexModes(balance, count, target, jacobian)
+        return ComplexModes(balance, count, target, jacobian, renewal, static_share)
     if kind == "real" and renewal == "within" and jacobian == "analytic":
         return MovingModes(balance, count, target)
     if kind == "real":

@@ -176,6 +176,8 @@ def _must(kind: str, context: Mapping[str, Any]) -> str:
             return "must be a number"
         case "int_type":
             return "must be a whole number"
+        case "bool_type":
+            return "must be true or false"
         case "finite_number":
             return "must be a finite number"
         case "greater_than":

@@ -30,7 +30,7 @@ from scipy.spatial import ConvexHull, KDTree
 
 from boltjoint import joint as joints
 from boltjoint.friction import states
-from boltjoint.names import coordinates_in_words, joint_in_words
+from boltjoint.names import coordinates_in_words, is_enriched, joint_in_words
 from boltjoint.structure.mesh import FIRST_BOLT, HEXAHEDRON_FACES
 
 STYLE = {
@@ -697,6 +697,116 @@ def plot_models(models: pd.DataFrame) -> Figure:
     axes.margins(x=0.15)
     axes.grid(True)
     return figure
+
+
+@_styled
+def plot_patterns(table: pd.DataFrame) -> Figure:
+    """Errors of bases over their size: the largest over all patterns of sticking pairs.
+
+    Parameters
+    ----------
+    table
+        As ``convergence.tabulate_patterns`` gives it.
+    """
+    springs = {"x": "springs along the bar", "xz": "springs along the bar and across the contact"}
+    figure = Figure(figsize=(8, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(springs), sharex=True, sharey=True)
+    worst = table.groupby(["springs", "basis", "vectors", "resonance"], sort=False)[
+        "error_percent"
+    ].max()
+    for axes, (name, words) in zip(panels, springs.items(), strict=True):
+        _over_vectors(axes, worst[name].reset_index(), "error_percent", "resonance", "resonance {}")
+        axes.set_title(words)
+    _explain_bases(panels)
+    figure.supylabel("largest error of a resonance (%)", fontsize=9)
+    return figure
+
+
+@_styled
+def plot_bases(table: pd.DataFrame) -> Figure:
+    """Errors of the peaks found in bases over their size, by force.
+
+    Parameters
+    ----------
+    table
+        As ``convergence.tabulate_basis_peaks`` gives it.
+    """
+    figure = Figure(figsize=(8, 3.8), layout="constrained")
+    panels = figure.subplots(1, 2, sharex=True)
+    for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
+        _over_vectors(axes, table, f"peak_{what}_error_percent", "force_N", "{:g} N")
+        axes.set_ylabel(f"error of the peak's {what} (%)")
+    _explain_bases(panels)
+    return figure
+
+
+@_styled
+def plot_divisions(table: pd.DataFrame) -> Figure:
+    """Largest errors of peaks over the number of regions, by the way to make them.
+
+    Parameters
+    ----------
+    table
+        As ``convergence.tabulate_divisions`` gives it.
+    """
+    figure = Figure(figsize=(8, 4.4), layout="constrained")
+    panels = figure.subplots(1, 2, sharex=True)
+    ways = list(table.groupby(["division", "motion"], sort=False))
+    for ((division, motion), of_way), colour in zip(ways, _REGIONS, strict=False):
+        worst = of_way.drop(columns=["division", "motion"]).abs().groupby("regions").max()
+        look = {"color": colour, "linewidth": 1.2, "markersize": 4}
+        for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
+            error = worst[f"peak_{what}_error_percent"]
+            label = f"{division}, {motion}".replace("-", " ")
+            axes.loglog(worst.index, error, marker="o", label=label, **look)
+        look |= {"linestyle": ":", "marker": ".", "linewidth": 0.9}
+        panels[0].loglog(worst.index, worst["region_error_percent"], zorder=1, **look)
+    for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
+        axes.set_xticks(table["regions"].unique(), table["regions"].unique())
+        axes.minorticks_off()
+        axes.set_xlabel("regions")
+        axes.set_ylabel(f"largest error of a peak's {what} (%)")
+        axes.grid(True)
+    beforehand = Line2D([], [], color="0.3", linestyle=":", marker=".", linewidth=0.9)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(
+        [*handles, beforehand],
+        [*labels, "told before any response is solved"],
+        loc="outside lower center",
+        ncols=3,
+    )
+    return figure
+
+
+def _over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label: str) -> None:
+    """Size of an error over the vectors of a basis: a line for each level and kind of basis."""
+    levels = table[level].unique()
+    enriched = table["basis"].map(is_enriched)
+    for value, colour in zip(levels, _level_colours(len(levels)), strict=True):
+        for kind, style in zip((True, False), _COORDINATES, strict=False):
+            some = table[(table[level] == value) & (enriched == kind)].sort_values("vectors")
+            size = some[error].abs()
+            look = {"color": colour, "linewidth": 1.1, "markersize": 4, **style}
+            words = label.format(value) if kind else None
+            # the largest basis has no error but by definition
+            axes.loglog(some["vectors"][size > 0], size[size > 0], label=words, **look)
+    ticks = sorted(table["vectors"].unique())
+    axes.set_xticks(ticks, ticks)
+    axes.minorticks_off()
+    axes.set_xlabel("vectors of the basis")
+    axes.grid(True)
+
+
+def _explain_bases(panels: Sequence[Axes]) -> None:
+    """A legend below: levels by their colour, kinds of basis by their line."""
+    handles, labels = panels[0].get_legend_handles_labels()
+    kinds = [Line2D([], [], color="0.3", markersize=4, **style) for style in _COORDINATES[:2]]
+    panels[0].figure.legend(
+        [*handles, *kinds],
+        [*labels, "enriched", "free"],
+        loc="outside lower center",
+        ncols=min(len(handles) + 2, 6),
+    )
 
 
 @_styled

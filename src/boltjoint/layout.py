@@ -32,6 +32,11 @@ def principal(name: str) -> str:
     return f"results/assemblies/{name}/principal.nc"
 
 
+def patterns(name: str) -> str:
+    """Resonances of the full model of an assembly while parts of its contact stick."""
+    return f"results/assemblies/{name}/patterns.nc"
+
+
 def preload(name: str, newton: float) -> str:
     """Contact of an assembly under a preload per bolt [N]."""
     return f"results/assemblies/{name}/preload={newton:.15g}/preload.nc"
@@ -40,6 +45,16 @@ def preload(name: str, newton: float) -> str:
 def joint(case: str, family: str, name: str) -> str:
     """A joint in the modes of its assembly."""
     return f"results/cases/{case}/{family}/{name}/joint.nc"
+
+
+def peaks(case: str, family: str, name: str) -> str:
+    """Peaks of a joint around the first resonance, without the rest of its responses."""
+    return f"results/cases/{case}/{family}/{name}/peaks.csv"
+
+
+def fit_timing(case: str, family: str, name: str) -> str:
+    """How long the elements of a joint took to fit."""
+    return f"results/cases/{case}/{family}/{name}/fit_timing.csv"
 
 
 def response(case: str, family: str, name: str, coordinates: str, resonance: int) -> str:
@@ -112,6 +127,12 @@ def converged(study: Study) -> dict[str, tuple[str, str, str, int]]:
         if bases:
             found[case] = (max(bases, key=parse_modes), *REFERENCE, 1)
     return found
+
+
+def fitted(study: Study, case: str, family: str) -> list[str]:
+    """The joints of a case and basis whose elements are fitted."""
+    joints = study.case(case).joints(family)
+    return [name for name in joints if parse_joint(name).elements is not None]
 
 
 def compared(study: Study, case: str) -> list[tuple[str, str, str, int]]:
@@ -192,9 +213,16 @@ def _with_view(path: str) -> list[str]:
 def _shown(study: Study) -> list[str]:
     found = _table("contact")
     if references(study):
-        found += [*_table("sampling"), "results/figures/sampling.svg"]
-    for case in converged(study):
-        found += [*_table(f"models_{case}"), f"results/figures/models_{case}.svg"]
+        found += _table_and_figure("sampling")
+    for case, (family, *_) in converged(study).items():
+        found += _table_and_figure(f"models_{case}")
+        if study.convergence.regions:
+            found += _table_and_figure(f"divisions_{case}_{family}")
+    if study.convergence.bases:
+        for name in dict.fromkeys(case.assembly for case in study.cases.values()):
+            found += _table_and_figure(f"patterns_{name}")
+        for case in study.cases:
+            found += _table_and_figure(f"bases_{case}")
     for family in families(study):
         found += _table(f"natural_frequencies_{family}")
         found += [f"results/figures/modes_{name}_{family}.svg" for name in study.assemblies]
@@ -216,6 +244,8 @@ def _shown(study: Study) -> list[str]:
                 for resonance in case.resonances(family)
                 if backbones(study, case_name, family, resonance)
             ]
+            if fitted(study, case_name, family):
+                found += _table(f"fits_{where}")
             for joint_name in case.joints(family):
                 parsed = parse_joint(joint_name)
                 if parsed.elements is not None:
@@ -236,6 +266,10 @@ def _shown(study: Study) -> list[str]:
 
 def _table(name: str) -> list[str]:
     return [f"results/tables/{name}.csv", f"results/tables/{name}.html"]
+
+
+def _table_and_figure(name: str) -> list[str]:
+    return [*_table(name), f"results/figures/{name}.svg"]
 
 
 def page(name: str) -> str:

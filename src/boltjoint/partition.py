@@ -6,7 +6,7 @@ resonance while ever more of the contact slips (``region_error``).
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -23,10 +23,11 @@ from boltjoint.dataset import quantity
 from boltjoint.joint import Joint, merge_points
 
 #: how a contact surface is divided
-Division = Literal["equal-load", "equal-middle-load", "clusters"]
+Division = Literal["equal-load", "equal-middle-load", "inner-outer", "clusters"]
 
-#: how a region moves: as the mean of its pairs, or their mean weighted by the load they carry
-Motion = Literal["mean", "load-weighted"]
+#: how a region moves: as the mean of its pairs, as that weighted by the load they carry, or as a
+#: straight line along the bar
+Motion = Literal["mean", "load-weighted", "linear"]
 
 #: shares of the load that has let go in the states of slip by which regions are made and judged
 _LET_GO = np.arange(9) / 8
@@ -123,6 +124,41 @@ def regions_of_equal_middle_load(
     return region
 
 
+def inner_and_outer_regions(
+    position: NDArray[np.float64], load: NDArray[np.float64], count: int
+) -> NDArray[np.int64]:
+    """Divide pairs as ``regions_of_equal_load``, and each region across the width in two.
+
+    Parameters
+    ----------
+    position, load
+        As for ``regions_of_equal_load``.
+    count
+        Number of regions, even.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, shape (pairs,): the inner one of a band before the outer one.
+
+    Raises
+    ------
+    ValueError
+        If the number is odd, or there are fewer places than regions.
+    """
+    if count % 2:
+        raise ValueError(f"{count} regions are not an inner and an outer one in every band")
+    region = 2 * regions_of_equal_load(position, load, count // 2)
+    from_middle = _ranks(np.abs(position[:, 1]))
+    for band in range(0, count, 2):
+        mine = region == band
+        at_place = np.bincount(from_middle[mine], load[mine])
+        middle = np.cumsum(at_place) - at_place / 2
+        region[mine] += middle[from_middle[mine]] > at_place.sum() / 2
+    _refuse_empty(region, count)
+    return region
+
+
 def regions_of_like_motion(joint: Joint, count: int, *, resonances: int = 1) -> NDArray[np.int64]:
     """Gather the pairs that move alike while a resonance passes from stick to slip.
 
@@ -176,11 +212,14 @@ def partition_regions(
     division
         ``equal-load``: bands along the bar that carry equal shares of the normal load.
         ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
-        width. ``clusters``: pairs that move alike, wherever they are.
+        width. ``inner-outer``: half as many bands as for ``equal-load``, the pairs near the middle
+        of the width apart from those near the edges. ``clusters``: pairs that move alike, wherever
+        they are.
     motion
         ``mean``: as the mean of the pairs (eq. 3.1, 3.2). ``load-weighted``: as their mean weighted
         by the load they carry, which keeps the friction of a contact that slips all over; a region
-        without load moves as the mean.
+        without load moves as the mean. ``linear``: every pair on the straight line along the bar
+        that is nearest to the motion of its region; all points stay.
     tolerance
         As for ``choose_count``, where no number is given.
     resonances
@@ -383,6 +422,8 @@ class _Partition:
 
     def joint(self, count: int) -> Joint:
         joint, region = self._joint, self._regions(count)
+        if self._motion == "linear":
+            return _on_lines(joint, region)
         if self._motion == "mean":
             return merge_points(joint, region)
         load = np.bincount(joint.law.point_of_element, joint.law.slip_force, joint.points)
@@ -396,8 +437,8 @@ class _Partition:
         joint = self._joint
         if self._division == "clusters":
             return self._like_motion.regions(count)
-        if self._division == "equal-load":
-            return regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
+        if self._division in _BY_LOAD:
+            return _BY_LOAD[self._division](joint.position[:, :2], joint.law.slip_force, count)
         # of all pairs, since between those that a joint has elements on the surface may be open
         surface = self._preload["position"].transpose("pair", "axis").to_numpy()
         pressure = (self._preload["normal_load"] / self._preload["area"]).to_numpy()
@@ -405,6 +446,22 @@ class _Partition:
         region = region[KDTree(surface).query(joint.position)[1]]
         _refuse_empty(region, count)
         return region
+
+
+#: divisions by position and load alone
+_BY_LOAD = {"equal-load": regions_of_equal_load, "inner-outer": inner_and_outer_regions}
+
+
+def _on_lines(joint: Joint, region: NDArray[np.int64]) -> Joint:
+    """All points, each moving with the straight line along the bar nearest to its region."""
+    moved = [np.empty_like(B) for B in joint.rows]
+    for mine in (region == each for each in range(region.max() + 1)):
+        x = joint.position[mine, 0]
+        line = np.column_stack([np.ones(x.size), x - x.mean()])
+        for B, on_line in zip(joint.rows, moved, strict=True):
+            on_line[mine] = line @ np.linalg.lstsq(line, B[mine], rcond=None)[0]
+    names = ("tangential_mode", "normal_mode")
+    return replace(joint, **dict(zip(names, moved, strict=False)))
 
 
 def _slip_states(joint: Joint, resonances: int) -> _SlipStates:

@@ -117,6 +117,7 @@ def solve_branch(
     resonance: int = 1,
     jacobian: Jacobian = "analytic",
     renewal: Renewal = "within",
+    static_share: bool = True,
     control: StepControl | None = None,
     start: NDArray[np.float64] | None = None,
 ) -> Branch:
@@ -143,8 +144,8 @@ def solve_branch(
         Which resonance is followed, from 1: it sets the window and the mode ``rdnm-N`` must hold.
     jacobian
         ``analytic`` or ``forward-difference``.
-    renewal
-        Of the modes ``rdnm-N``, as for ``coordinates.pose``.
+    renewal, static_share
+        Of response-dependent modes, as for ``coordinates.pose``.
     control
         Tolerance and step lengths.
     start
@@ -164,7 +165,7 @@ def solve_branch(
             raise ValueError("a response rebuilt from the backbone has no start")
         return _rebuilt(joint, force, loss_factor, window, resonance, control)
     balance = HarmonicBalance(joint, loss_factor, force)
-    equations = pose(coordinates, balance, resonance, jacobian, renewal)
+    equations = pose(coordinates, balance, resonance, jacobian, renewal, static_share)
     low, high = (2 * np.pi * f for f in window)
     if start is None:
         start, width = _start(equations, balance, low, control), high - low
@@ -198,13 +199,14 @@ def solve_response(
     resonance: int = 1,
     jacobian: Jacobian = "analytic",
     renewal: Renewal = "within",
+    static_share: bool = True,
     control: StepControl | None = None,
 ) -> xr.Dataset:
     """Frequency responses at several force levels, as the result files keep them.
 
     Parameters
     ----------
-    joint, loss_factor, window, coordinates, resonance, jacobian, renewal, control
+    joint, loss_factor, window, coordinates, resonance, jacobian, renewal, static_share, control
         As for ``solve_branch``.
     forces
         Amplitudes of the excitation [N].
@@ -227,6 +229,7 @@ def solve_response(
             resonance=resonance,
             jacobian=jacobian,
             renewal=renewal,
+            static_share=static_share,
             control=control,
         )
         branches.append(branch)

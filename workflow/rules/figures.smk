@@ -140,20 +140,6 @@ rule plot_times:
         "../scripts/plot_times.py"
 
 
-rule plot_models:
-    input:
-        table="results/tables/models_{case}.csv",
-        library=library("plot_models.py"),
-    output:
-        figure="results/figures/models_{case}.svg",
-    log:
-        "results/logs/plot_models/{case}.log",
-    conda:
-        "../envs/boltjoint.yaml"
-    script:
-        "../scripts/plot_models.py"
-
-
 rule plot_backbones:
     input:
         backbones=lambda w: [
@@ -174,15 +160,17 @@ rule plot_backbones:
         "../scripts/plot_backbones.py"
 
 
-rule plot_sampling:
+rule plot_table:
     input:
-        table="results/tables/sampling.csv",
-        library=library("plot_sampling.py"),
+        table="results/tables/{drawn}.csv",
+        library=library("plot_table.py"),
     output:
-        figure="results/figures/sampling.svg",
+        figure="results/figures/{drawn}.svg",
     log:
-        "results/logs/plot_sampling.log",
+        "results/logs/plot_table/{drawn}.log",
+    wildcard_constraints:
+        drawn="(bases|divisions|models|patterns)_.+|sampling",
     conda:
         "../envs/boltjoint.yaml"
     script:
-        "../scripts/plot_sampling.py"
+        "../scripts/plot_table.py"

@@ -38,6 +38,7 @@ rule fit_reduced_joint:
         library=library("fit_reduced_joint.py"),
     output:
         joint="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
+        timing="results/cases/{case}/{modes}/{regions}/{fit}/fit_timing.csv",
     log:
         "results/logs/fit_reduced_joint/{case}_{modes}_{regions}_{fit}.log",
     benchmark:

@@ -23,6 +23,7 @@ rule solve_response:
             "loss_factor": case_of(w).loss_factor,
             "jacobian": study.solver.jacobian,
             "renewal": study.solver.renewal,
+            "static_share": study.solver.static_share,
         },
         sampling=study.solver.sampling,
         steps=study.solver.steps,
@@ -54,6 +55,7 @@ rule time_solver:
             "forces": case_of(w).forces_N,
             "loss_factor": case_of(w).loss_factor,
             "renewal": study.solver.renewal,
+            "static_share": study.solver.static_share,
             "jacobians": layout.jacobians(w.modes, w.coordinates),
             **study.timing.model_dump(),
         },
@@ -103,6 +105,28 @@ rule find_backbone:
         steps=study.solver.steps,
     script:
         "../scripts/find_backbone.py"
+
+
+rule find_peaks:
+    input:
+        joint="results/cases/{case}/{modes}/{joint}/joint.nc",
+        library=library("find_peaks.py"),
+    output:
+        peaks="results/cases/{case}/{modes}/{joint}/peaks.csv",
+    log:
+        "results/logs/find_peaks/{case}_{modes}_{joint}.log",
+    benchmark:
+        "results/benchmarks/find_peaks/{case}_{modes}_{joint}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        options=lambda w: {
+            "forces": case_of(w).forces_N,
+            "loss_factor": case_of(w).loss_factor,
+        },
+        steps=study.solver.steps,
+    script:
+        "../scripts/find_peaks.py"
 
 
 rule record_environment:

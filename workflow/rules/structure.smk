@@ -77,3 +77,22 @@ rule find_modes:
         family="{modes}",
     script:
         "../scripts/find_modes.py"
+
+
+rule find_patterns:
+    input:
+        assembly="results/assemblies/{assembly}/assembly.nc",
+        preload=lambda w: layout.contact_of_basis(study, w.assembly),
+        library=library("find_patterns.py"),
+    output:
+        patterns="results/assemblies/{assembly}/patterns.nc",
+    log:
+        "results/logs/find_patterns/{assembly}.log",
+    benchmark:
+        "results/benchmarks/find_patterns/{assembly}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        stiffness=study.enrichment.contact_stiffness_N_per_m,
+    script:
+        "../scripts/find_patterns.py"

@@ -6,7 +6,7 @@ from pathlib import Path
 from boltjoint import environment, layout
 from boltjoint.config import ConfigError, load_study
 from boltjoint.layout import targets
-from boltjoint.names import PAGES, REFERENCE, is_enriched
+from boltjoint.names import PAGES, REFERENCE, is_enriched, parse_joint
 from boltjoint.pages import shown as pages
 from boltjoint.published import Published
 from boltjoint.sources import library_sources
@@ -58,6 +58,17 @@ def solved(wildcards):
         for modes, joint, coordinates, resonance in layout.solved(study, wildcards.case)
         if modes == wildcards.modes
     ]
+
+
+def solved_to_compare_fits(wildcards):
+    """Fitted joints and their regions with all elements, as far as both are solved."""
+    there = {joint for joint, *how in solved(wildcards) if how == ["linear", 1]}
+    pairs = {
+        name: parse_joint(name).regions
+        for name in layout.fitted(study, wildcards.case, wildcards.modes)
+    }
+    both = [each for pair in pairs.items() if there.issuperset(pair) for each in pair]
+    return list(dict.fromkeys(both))
 
 
 def backbones(wildcards):

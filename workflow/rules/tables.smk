@@ -88,6 +88,120 @@ rule tabulate_elements:
         "../scripts/tabulate_elements.py"
 
 
+rule compare_fits:
+    input:
+        fits=lambda w: [
+            layout.joint(w.case, w.modes, name)
+            for name in layout.fitted(study, w.case, w.modes)
+        ],
+        timings=lambda w: [
+            layout.fit_timing(w.case, w.modes, name)
+            for name in layout.fitted(study, w.case, w.modes)
+        ],
+        responses=lambda w: [
+            layout.response(w.case, w.modes, name, "linear", 1)
+            for name in solved_to_compare_fits(w)
+        ],
+        library=library("compare_fits.py"),
+    output:
+        csv=report(
+            "results/tables/fits_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "fits of elements in {modes}"},
+        ),
+        html="results/tables/fits_{case}_{modes}.html",
+    log:
+        "results/logs/compare_fits/{case}_{modes}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        fitted=lambda w: layout.fitted(study, w.case, w.modes),
+        solved=solved_to_compare_fits,
+    script:
+        "../scripts/compare_fits.py"
+
+
+rule tabulate_patterns:
+    input:
+        modes=lambda w: [
+            layout.modes(w.assembly, family) for family in study.convergence.bases
+        ],
+        patterns="results/assemblies/{assembly}/patterns.nc",
+        library=library("tabulate_patterns.py"),
+    output:
+        csv=report(
+            "results/tables/patterns_{assembly}.csv",
+            category="4. Tables",
+            subcategory="Structure",
+            labels={"table": "resonances of {assembly} by basis"},
+        ),
+        html="results/tables/patterns_{assembly}.html",
+    log:
+        "results/logs/tabulate_patterns/{assembly}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        bases=study.convergence.bases,
+    script:
+        "../scripts/tabulate_patterns.py"
+
+
+rule tabulate_bases:
+    input:
+        peaks=lambda w: [
+            layout.peaks(w.case, family, REFERENCE[0])
+            for family in study.convergence.bases
+        ],
+        library=library("tabulate_bases.py"),
+    output:
+        csv=report(
+            "results/tables/bases_{case}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "peaks by basis"},
+        ),
+        html="results/tables/bases_{case}.html",
+    log:
+        "results/logs/tabulate_bases/{case}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        bases=study.convergence.bases,
+    script:
+        "../scripts/tabulate_bases.py"
+
+
+rule tabulate_divisions:
+    input:
+        joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        preload=lambda w: layout.preload_of_case(study, w.case),
+        peaks="results/cases/{case}/{modes}/node-to-node/peaks.csv",
+        library=library("tabulate_divisions.py"),
+    output:
+        csv=report(
+            "results/tables/divisions_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "regions, by way and number"},
+        ),
+        html="results/tables/divisions_{case}_{modes}.html",
+    log:
+        "results/logs/tabulate_divisions/{case}_{modes}.log",
+    benchmark:
+        "results/benchmarks/tabulate_divisions/{case}_{modes}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        options=lambda w: {
+            "counts": study.convergence.regions,
+            "loss_factor": case_of(w).loss_factor,
+            "division": case_of(w).regions.division,
+        },
+    script:
+        "../scripts/tabulate_divisions.py"
+
+
 rule compare_accuracy:
     input:
         responses=lambda w: [

@@ -13,11 +13,11 @@ from boltjoint.published import Published
 _MODEL = ["modes", "joint", "coordinates"]
 
 _HOW = """
-<p>Errors are those of the first resonance's peak, the largest over all forces, against the
-node-to-node joint in linear modes of the largest basis that holds the contact (<i>enriched</i>):
-the answer to which more vectors add nothing that matters (<i>docs/theory.md</i> says how such a
-basis is made). The time is that of all forces together, the solver alone, compiled, on one
-thread.</p>
+<p>Errors of models are those of the first resonance's peak, the largest over all forces, against
+the node-to-node joint in linear modes of the largest basis that holds the contact
+(<i>enriched</i>): the answer to which more vectors add nothing that matters, as the tables of bases
+show (<i>docs/theory.md</i> says how such a basis is made). The time is that of all forces together,
+the solver alone, compiled, on one thread.</p>
 <ul>
 <li>To <b>design a joint</b>, take an enriched basis, and the backbone where one resonance is of
 interest: it is as accurate as the full solution and gives damping over amplitude besides.</li>
@@ -31,12 +31,12 @@ pages of cases that were marched in time say by how much.</li>
 
 
 def page(files: Sequence[str], published: Published, cases: Sequence[str]) -> str:
-    """Errors of every model against the converged response, case by case.
+    """Errors of bases, models and regions against converged answers, case by case.
 
     Parameters
     ----------
     files
-        The tables (CSV) and figures of the models.
+        The tables (CSV) and figures to show.
     published
         The source.
     cases
@@ -44,25 +44,127 @@ def page(files: Sequence[str], published: Published, cases: Sequence[str]) -> st
     """
     shelf = Shelf(files, published)
     sections = [Section("how", "How to read it", _HOW)]
+    if body := _patterns(shelf):
+        sections.append(Section("patterns", "Bases and the structure", body))
     for name in cases:
-        if found := shelf.table("models", subject=name):
-            shown, frame = found
-            body = shelf.draw(
-                "models",
-                "Error against cost",
-                "Largest error of the peak amplitude over all forces, and time for all of them. "
-                "Models that broke off at a force are crosses.",
-                subject=name,
-            )
-            body += table(summary(frame), "Largest errors over all forces", groups=_MODEL[:1])
-            body += table(frame, "Every response", (), shown.anchor, shown.from_page, _MODEL)
-            sections.append(Section(f"models-{name}", name, body))
+        parts = {
+            "models": ("Models", _models(shelf, name)),
+            "bases": ("Size of the basis", _bases(shelf, name)),
+            "divisions": ("Number of regions", _divisions(shelf, name)),
+        }
+        if any(body for _, body in parts.values()):
+            sections.append(Section(f"case-{name}", name, ""))
+        sections += [
+            Section(f"{kind}-{name}", title, body, level=3)
+            for kind, (title, body) in parts.items()
+            if body
+        ]
     sections += shelf.rest()
     lead = (
         "<p>How far is each model from the converged answer, and what does it cost? For every case "
         "that is also solved in a basis that holds the contact.</p>"
     )
     return markup.page("Accuracy", "Models", lead, sections, menu(cases), "accuracy.html")
+
+
+def _patterns(shelf: Shelf) -> str:
+    body = ""
+    while found := shelf.table("patterns"):
+        shown, frame = found
+        body += shelf.draw(
+            "patterns",
+            "Resonances of {subject} in bases",
+            "Against the full finite-element model with the same springs on the pairs that stick: "
+            "the largest error over all patterns of such pairs. Modes without contact approach it "
+            "slowly; <i>enriched</i> bases are made for it.",
+            subject=shown.subject,
+        )
+        rows = []
+        for (basis, vectors), of_basis in frame.groupby(["basis", "vectors"], sort=False):
+            worst = of_basis.groupby(["springs", "resonance"])["error_percent"].max()
+            errors = {
+                (f"springs along {' and '.join(springs)}", f"resonance_{number}_percent"): error
+                for (springs, number), error in worst.items()
+            }
+            rows.append({("", "basis"): basis, ("", "vectors"): vectors, **errors})
+        title = f"Largest errors in {shown.subject}, over all patterns"
+        body += table(pd.DataFrame(rows), title)
+        title = f"Every pattern of {shown.subject}"
+        groups = ["basis", "vectors", "springs", "pattern"]
+        body += table(frame, title, (), shown.anchor, shown.from_page, groups)
+    return body
+
+
+def _models(shelf: Shelf, case: str) -> str:
+    found = shelf.table("models", subject=case)
+    if not found:
+        return ""
+    shown, frame = found
+    return (
+        shelf.draw(
+            "models",
+            "Error against cost",
+            "Largest error of the peak amplitude over all forces, and time for all of them. "
+            "Models that broke off at a force are crosses.",
+            subject=case,
+        )
+        + table(summary(frame), "Largest errors over all forces", groups=["basis"])
+        + table(frame, "Every response", (), shown.anchor, shown.from_page, _MODEL)
+    )
+
+
+def _bases(shelf: Shelf, case: str) -> str:
+    found = shelf.table("bases", subject=case)
+    if not found:
+        return ""
+    shown, frame = found
+    last = frame["basis"].iloc[-1]
+    return (
+        shelf.draw(
+            "bases",
+            "Error against the size of the basis",
+            f"Peaks of the node-to-node joint in linear modes, against those in {last}.",
+            subject=case,
+        )
+        + table(_largest(frame, ["basis", "vectors"]), "Largest errors over all forces")
+        + table(frame, "Every peak", (), shown.anchor, shown.from_page, ["basis", "vectors"])
+    )
+
+
+def _divisions(shelf: Shelf, case: str) -> str:
+    found = shelf.table("divisions", subject=case)
+    if not found:
+        return ""
+    shown, frame = found
+    ways = ["division", "motion", "regions"]
+    return (
+        shelf.draw(
+            "divisions",
+            "Error against the number of regions",
+            f"Peaks of regions in linear modes of {shown.modes}, against those of all pairs, the "
+            "largest error over all forces. Dotted: the error of the resonance that is found "
+            "without solving for a response, by which regions to a tolerance are chosen.",
+            subject=case,
+        )
+        + table(
+            _largest(frame, [*ways, "region_error_percent"]),
+            "Largest errors over all forces",
+            [
+                "Bands along the bar move as the mean of their pairs, as their mean weighted by "
+                "load, or as a straight line along the bar; <i>inner-outer</i> bands are divided "
+                "across the width too; <i>clusters</i> are pairs that move alike."
+            ],
+            groups=ways[:2],
+        )
+        + table(frame, "Every peak", (), shown.anchor, shown.from_page, ways)
+    )
+
+
+def _largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
+    """The largest errors of a peak over all forces; none where a response has no peak."""
+    errors = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
+    by_size = frame.assign(**frame[errors].abs()).groupby(by, sort=False)[errors]
+    return by_size.max().reset_index()
 
 
 def summary(frame: pd.DataFrame) -> pd.DataFrame:

@@ -253,6 +253,8 @@ class _Basis:
                 for joint in self._solved(resonance)
             )
             yield self._section(f"resonance-{resonance}", f"Resonance {resonance}", body)
+        if found := self.shelf.table("fits", modes=self.family):
+            yield self._section("fits", "Fits of elements", _fits(*found))
         if drawn := self._backbones():
             yield self._section("backbones", "Backbones", drawn)
         if found := self.shelf.table("harmonics", modes=self.family):
@@ -507,6 +509,18 @@ def _harmonics(shown: Shown, frame: pd.DataFrame) -> str:
         f"{largest[largest.index.min()]:.3g} %, at frequencies near resonance. Damping is viscous, "
         "of the same loss in the first harmonic.</p>\n"
         + table(frame, "First harmonic of the response", (), shown.anchor, shown.from_page)
+    )
+
+
+def _fits(shown: Shown, frame: pd.DataFrame) -> str:
+    frame = frame.assign(joint=frame["joint"].map(joint_in_words))
+    return (
+        "<p>What the elements of all regions cost to find, and how near they come. The cost is "
+        "that of the source (eq. 3.3), the squared force difference over three loops, which "
+        "harmonic fits do not minimise. Errors of the loops are those at any amplitude up to full "
+        "slip, the largest of all regions, over the slip force; those of peaks are against the "
+        "same regions with all their elements, the largest over all forces.</p>\n"
+        + table(frame, "Fits of elements", (), shown.anchor, shown.from_page)
     )
 
 

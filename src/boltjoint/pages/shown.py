@@ -26,11 +26,15 @@ _OF_ASSEMBLIES = {
     "modes": _FAMILY,
     "contact": _PRELOAD,
     "deformation": _PRELOAD,
+    "patterns": "",
 }
 #: what follows the name of a case; a table and a figure may be of one kind
 _OF_CASES = {
     "accuracy": _FAMILY,
     "backbone": _FAMILY + _RESONANCE,
+    "bases": "",
+    "divisions": _FAMILY,
+    "fits": _FAMILY,
     "harmonics": _FAMILY,
     "models": "",
     "states": rf"{_FAMILY}(?:{_SOLVED})?",
@@ -40,6 +44,8 @@ _OF_CASES = {
     "loops": _FAMILY + _FEW,
     "response": _FAMILY + _SOLVED,
 }
+#: how far models, bases and regions are from converged, whatever they are of
+_OF_ACCURACY = ("bases", "divisions", "models", "patterns")
 #: what follows the kind where all assemblies stand together
 _OF_ALL_ASSEMBLIES = {"natural_frequencies": _FAMILY, "contact": ""}
 
@@ -119,9 +125,9 @@ class Shown:
         """The name of the page that shows it: of one of the cases, or one of ``names.PAGES``.
 
         The structure has what is about assemblies, the overview what is about all cases, accuracy
-        what compares all models of a case.
+        how far models are from converged.
         """
-        if self.kind == "models":
+        if self.kind in _OF_ACCURACY:
             return "accuracy"
         if self.kind in _OF_ASSEMBLIES or self.kind in _OF_ALL_ASSEMBLIES:
             return "structure"

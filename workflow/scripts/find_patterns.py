@@ -1,0 +1,12 @@
+"""Find the resonances of the full model while parts of the contact stick."""
+
+from boltjoint import dataset, logs
+from boltjoint.structure import patterns
+
+logs.write_to(snakemake.log[0])
+found = patterns.resonances(
+    dataset.load(snakemake.input.assembly),
+    dataset.load(snakemake.input.preload),
+    snakemake.params.stiffness,
+)
+dataset.save(found, snakemake.output.patterns, snakemake.params)

@@ -1,0 +1,17 @@
+"""Draw a table."""
+
+import pandas as pd
+
+from boltjoint import figures, logs
+
+DRAW = {
+    "bases": figures.plot_bases,
+    "divisions": figures.plot_divisions,
+    "models": figures.plot_models,
+    "patterns": figures.plot_patterns,
+    "sampling": figures.plot_sampling,
+}
+
+logs.write_to(snakemake.log[0])
+kind = snakemake.wildcards.drawn.partition("_")[0]
+figures.save(DRAW[kind](pd.read_csv(snakemake.input.table)), snakemake.output.figure)

@@ -1,0 +1,15 @@
+"""Compare the peaks of a joint divided in several ways with those of all its pairs."""
+
+import pandas as pd
+
+from boltjoint import convergence, dataset, joint, logs, tables
+
+logs.write_to(snakemake.log[0])
+table = convergence.tabulate_divisions(
+    joint.load(snakemake.input.joint),
+    dataset.load(snakemake.input.preload),
+    reference=pd.read_csv(snakemake.input.peaks),
+    **snakemake.params.options,
+)
+title = f"{snakemake.wildcards.case}: regions, by way and number"
+tables.write(table, snakemake.output.csv, snakemake.output.html, title)
