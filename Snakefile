@@ -23,3 +23,10 @@ rule all:
     default_target: True
     input:
         targets(study),
+
+
+onstart:
+    # Every job that has finished would make Snakemake ask once a second, until the end, whether the
+    # limit of jobs a second allows another one (its issue 2967): after hundreds of jobs it does
+    # little else. Here cores are the limit.
+    workflow.scheduler.job_rate_limiter = None

@@ -6,6 +6,7 @@ stale; with these files among its inputs, the result is made anew.
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
@@ -40,7 +41,7 @@ def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[s
     waiting = [Path(script).resolve()]
     while waiting:
         file = waiting.pop()
-        for module in _imported_modules(file, package):
+        for module in _imported_modules(file.read_text(encoding="utf-8"), file, package):
             for source in _files_of(module, package, imported_in=file):
                 if source not in found:
                     found.add(source)
@@ -48,9 +49,11 @@ def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[s
     return sorted(str(path) for path in found)
 
 
-def _imported_modules(file: Path, package: Path) -> Iterator[str]:
-    """Dotted names of the package's modules that a file imports."""
-    for node in _statements(ast.parse(file.read_text(encoding="utf-8"), filename=str(file))):
+@cache  # most scripts lead to the same modules
+def _imported_modules(text: str, file: Path, package: Path) -> tuple[str, ...]:
+    """Dotted names of the package's modules that a file of this text imports."""
+    found: list[str] = []
+    for node in _statements(ast.parse(text, filename=str(file))):
         if isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -62,7 +65,8 @@ def _imported_modules(file: Path, package: Path) -> Iterator[str]:
                     modules.append(f"{base}.{alias.name}")
         else:
             continue
-        yield from (name for name in modules if name.split(".")[0] == package.name)
+        found += (name for name in modules if name.split(".")[0] == package.name)
+    return tuple(found)
 
 
 def _statements(tree: ast.AST) -> Iterator[ast.AST]:
