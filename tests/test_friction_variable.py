@@ -473,6 +473,19 @@ def test_the_assembled_load_that_is_lifted_off_is_missing_as_a_bias():
     assert state == SEPARATION
 
 
+@pytest.mark.parametrize("slips", [False, True])
+def test_a_change_far_smaller_than_the_load_keeps_its_digits(slips):
+    law = VariableLoad(np.array([0]), *(np.array([v]) for v in (1e8, 1e8, 1e3, 0.1)))
+    motion = np.zeros((1, 6))
+    motion[0, 3:] = 3e-23, 1e-23, -2e-23
+    motion[0, 1] = 2e-6 if slips else 0.0
+    assert (law.contact_state(motion)[0] == STICK_SLIP) == slips
+    force = law.force(motion)[0, 3:]
+    # as a difference of the loads nothing would be left of them
+    assert 1e3 + 1e8 * 3e-23 == 1e3
+    np.testing.assert_allclose(force, 1e8 * motion[0, 3:], rtol=1e-12)
+
+
 def test_always_stuck_around_the_assembled_state():
     x, n = [0.1, 0.2, -0.3], [3, -0.5, 0.5]
     force, state = force_of(x, n, 0.4)

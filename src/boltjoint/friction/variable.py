@@ -454,14 +454,23 @@ def _add_forces(
         for j in range(3):
             x[j] = k_u[e] * motion[p, j]
             n[j] = k_v[e] * motion[p, 3 + j]
+        above = n[0] + min(normal_load[e], 0.0)
         n[0] += normal_load[e]
-        force[p, 3] -= max(normal_load[e], 0.0)
-        if _find_secants(x, n, friction_coefficient[e], marks, secants) == SEPARATION:
+        state = _find_secants(x, n, friction_coefficient[e], marks, secants)
+        if state == SEPARATION or state == STICK_SLIP_SEPARATION:
+            force[p, 3] -= max(normal_load[e], 0.0)
+        if state == SEPARATION:
             continue
         for j in range(3):
             for k in range(3):
                 force[p, j] += secants[_OF_X, j, k] * x[k] + secants[_OF_N, j, k] * n[k]
-                force[p, 3 + j] += secants[_OF_LOAD, j, k] * n[k]
+                if state == STICK_SLIP_SEPARATION:
+                    force[p, 3 + j] += secants[_OF_LOAD, j, k] * n[k]
+        if state != STICK_SLIP_SEPARATION:
+            # a small change would lose its digits as a difference of the loads
+            force[p, 3] += above
+            force[p, 4] += n[1]
+            force[p, 5] += n[2]
         if tangent.size == 0:
             continue
         for j in range(3):
