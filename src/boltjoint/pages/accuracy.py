@@ -15,8 +15,9 @@ _MODEL = ["modes", "joint", "coordinates"]
 _HOW = """
 <p>Errors of models are those of the first resonance's peak, the largest over all forces, against
 the node-to-node joint in linear modes of the largest basis that holds the contact
-(<i>enriched</i>): the answer to which more vectors add nothing that matters, as the tables of bases
-show (<i>docs/theory.md</i> says how such a basis is made). The time is that of all forces together,
+(<i>enriched</i>; <i>docs/theory.md</i> says how it is made). How far that answer is from one in
+still more vectors the tables of bases show: frequencies settle first, amplitudes last, at forces
+under which the weakest pairs alone slip, or all of them. The time is that of all forces together,
 the solver alone, compiled, on one thread.</p>
 <ul>
 <li>To <b>design a joint</b>, take an enriched basis, and the backbone where one resonance is of
@@ -24,6 +25,8 @@ interest: it is as accurate as the full solution and gives damping over amplitud
 <li>Modes <b>without contact</b> (<i>free</i>), as the source takes them, put the resonance of a
 joint that sticks far too high and its peak too low, however the contact is reduced: they are for
 repeating the source.</li>
+<li>To <b>reduce the contact</b>, gather pairs that move alike (<i>clusters</i>), and replace the
+elements of each by a few with the same first harmonic at all amplitudes (<i>harmonic</i>).</li>
 <li>All of this has <b>one harmonic</b>. Where most of the contact slips, further ones matter: the
 pages of cases that were marched in time say by how much.</li>
 </ul>
