@@ -8,6 +8,9 @@ import pytest
 import xarray as xr
 from small_study import CASE, SETTINGS, SOLVED, SOLVED_VARIABLE, VARIABLE, snakemake, write
 
+from boltjoint import layout
+from boltjoint.config import load_study
+
 CASES = {"small": CASE, "variable": VARIABLE}
 SOLVED_OF = {"small": SOLVED, "variable": SOLVED_VARIABLE}
 #: bases that are solved or compared
@@ -281,6 +284,17 @@ def test_editing_a_library_module_runs_what_uses_it(finished, module, runs, rest
     os.utime(path, times)
     assert runs in counts
     assert rests not in counts
+
+
+def test_whatever_is_written_is_asked_for_so_that_it_is_made_again_once_lost(finished):
+    written = {
+        path.relative_to(finished).as_posix()
+        for path in (finished / "results").rglob("*")
+        if path.is_file() and path.relative_to(finished).parts[1] not in ("logs", "benchmarks")
+    }
+    # the report is asked for by another command
+    written.discard("results/report.html")
+    assert written == set(layout.targets(load_study(finished)))
 
 
 def test_a_lost_result_is_made_again(finished):

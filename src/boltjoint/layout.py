@@ -135,6 +135,11 @@ def fitted(study: Study, case: str, family: str) -> list[str]:
     return [name for name in joints if parse_joint(name).elements is not None]
 
 
+def compared_assemblies(study: Study) -> list[str]:
+    """The assemblies in whose resonances bases are compared: those that cases use."""
+    return list(dict.fromkeys(case.assembly for case in study.cases.values()))
+
+
 def compared(study: Study, case: str) -> list[tuple[str, str, str, int]]:
     """The responses of a case that are around the same resonance as its converged one."""
     return [which for which in solved(study, case) if which[3] == converged(study)[case][3]]
@@ -192,18 +197,46 @@ def targets(study: Study) -> list[str]:
 
 def _data(study: Study) -> list[str]:
     found = ["results/environment.json"]
+    compared_in = study.convergence.bases
+    compared_of = {case.assembly for case in study.cases.values()} if compared_in else set()
     for name in study.assemblies:
         found += [assembly(name), f"results/assemblies/{name}/mesh.vtu"]
-        for family in families(study):
+        bases = [*families(study), *(compared_in if name in compared_of else ())]
+        for family in bases:
             found += _with_view(modes(name, family))
+        if any(map(is_enriched, bases)):
+            found.append(principal(name))
+        if name in compared_of:
+            found.append(patterns(name))
     for which in preloads(study):
         found += _with_view(preload(*which))
     for case in study.cases:
-        for which in solved(study, case):
-            found += [joint(case, *which[:2]), response(case, *which), timing(case, *which)]
-            if is_checked(study, which[2]):
-                found.append(check(case, *which))
+        found += _data_of_case(study, case)
     return found
+
+
+def _data_of_case(study: Study, case: str) -> Iterator[str]:
+    compared_in = list(study.convergence.bases)
+    if study.convergence.regions and case in converged(study):
+        compared_in.append(converged(study)[case][0])
+    for family in compared_in:
+        yield peaks(case, family, REFERENCE[0])
+    for family in dict.fromkeys([*study.case(case).bases, *compared_in]):
+        yield joint(case, family, REFERENCE[0])
+    for family in study.case(case).bases:
+        for name in study.case(case).joints(family):
+            yield joint(case, family, name)
+            if parse_joint(name).division is not None:
+                yield joint(case, family, parse_joint(name).regions)
+        for name in fitted(study, case, family):
+            yield fit_timing(case, family, name)
+    for which in solved(study, case):
+        family, name, coordinates, resonance = which
+        yield from (response(case, *which), timing(case, *which))
+        if is_checked(study, coordinates):
+            yield check(case, *which)
+        if coordinates == "backbone":
+            yield backbone(case, family, name, resonance)
 
 
 def _with_view(path: str) -> list[str]:
@@ -219,7 +252,7 @@ def _shown(study: Study) -> list[str]:
         if study.convergence.regions:
             found += _table_and_figure(f"divisions_{case}_{family}")
     if study.convergence.bases:
-        for name in dict.fromkeys(case.assembly for case in study.cases.values()):
+        for name in compared_assemblies(study):
             found += _table_and_figure(f"patterns_{name}")
         for case in study.cases:
             found += _table_and_figure(f"bases_{case}")
