@@ -115,7 +115,7 @@ class Tables:
         found = _largest(
             pd.read_csv(self._path("divisions", case)), ["division", "motion", "regions"]
         )
-        texts = found.apply(lambda errors: " / ".join(f"{e:.2g}" for e in errors), axis=1)
+        texts = found.apply(lambda errors: " / ".join(_digits(e, 2) for e in errors), axis=1)
         return texts.unstack(fill_value="–")  # noqa: PD010 - texts cannot be aggregated
 
     def fits(self) -> list[dict[str, object]]:
@@ -161,10 +161,16 @@ def _largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
     return frame.assign(**frame[errors].abs()).groupby(by, sort=False)[errors].max()
 
 
+def _digits(value: float, digits: int) -> str:
+    """So many digits that count; never fewer than those before the point, and no powers of ten."""
+    text = format(value, f".{digits}g")
+    return format(value, ".0f") if "e+" in text else text
+
+
 def _formatted(form: str, value: float, digits: int) -> str:
     if pd.isna(value):
         raise ValueError("a page quotes a value that the study does not have")
-    return format(value, form.format(digits))
+    return format(value, form.format(digits)) if form else _digits(value, digits)
 
 
 def write(pages: Sequence[str] = ()) -> None:
@@ -175,10 +181,10 @@ def write(pages: Sequence[str] = ()) -> None:
         keep_trailing_newline=True,
         trim_blocks=True,
     )
-    for name, form in (("digits", ".{}g"), ("places", ".{}f"), ("signed", "+.{}f")):
+    for name, form in (("digits", ""), ("places", ".{}f"), ("signed", "+.{}f")):
         environment.filters[name] = partial(_formatted, form)
     environment.filters["digits_or_dash"] = lambda value, digits: (
-        "–" if pd.isna(value) else format(value, f".{digits}g")
+        "–" if pd.isna(value) else _digits(value, digits)
     )
     for template in sorted(HERE.glob("*.md.j2")):
         if pages and template.name.removesuffix(".md.j2") not in pages:
