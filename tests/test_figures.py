@@ -685,6 +685,42 @@ def test_patterns_are_drawn_by_the_worst_of_them(by_basis):
         np.testing.assert_allclose(free, [[4, 60], [8, 40]])
 
 
+def test_models_are_drawn_by_their_largest_errors_beside_their_cost():
+    rows = [
+        {
+            "modes": basis,
+            "joint": "node-to-node",
+            "coordinates": coordinates,
+            "force_N": force,
+            "complete": coordinates == "linear" or force < 5,
+            "peak_frequency_error_percent": -size * force,
+            "peak_amplitude_error_percent": 10 * size * force,
+            "cpu_s": 0.5 * force,
+        }
+        for basis, coordinates, size in (
+            ("free-4", "linear", 2.0),
+            ("free-4", "rdnm-1", 3.0),
+            ("enriched-8", "linear", 0.0),
+        )
+        for force in (1.0, 5.0)
+    ]
+    errors, costs = figures.plot_models(pd.DataFrame(rows)).axes
+    # enriched bases come first; the one that is compared with has no error
+    words = [label.get_text() for label in errors.get_yticklabels()]
+    assert words == [
+        "enriched-8, node-to-node, linear modes",
+        "free-4, node-to-node, linear modes",
+        "free-4, node-to-node, 1 RDNM",
+    ]
+    whole, broken = (
+        [line.get_xydata()[0] for line in errors.get_lines() if line.get_marker() == marker]
+        for marker in ("o", "X")
+    )
+    np.testing.assert_allclose(whole, [[10, 1], [100, 1]])
+    np.testing.assert_allclose(broken, [[15, 2], [150, 2]])
+    np.testing.assert_allclose([line.get_xydata()[0] for line in costs.get_lines()][2], [3, 2])
+
+
 def test_divisions_are_drawn_by_their_largest_error():
     rows = [
         {

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path as Shape
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, KDTree
 
@@ -652,50 +652,49 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
 
 @_styled
 def plot_models(models: pd.DataFrame) -> Figure:
-    """Largest error of the peak amplitude of every model over its cost.
+    """Largest errors of the peaks of every model, beside its cost.
 
     Parameters
     ----------
     models
         As ``compare.tabulate_models`` gives it.
     """
-    figure = Figure(figsize=(8, 5), layout="constrained")
-    axes = figure.subplots()
-    bases = list(models["modes"].unique())
-    colours = dict(zip(bases, _REGIONS * len(bases), strict=False))
-    kinds = list(models["coordinates"].unique())
-    styles = dict(zip(kinds, _COORDINATES * len(kinds), strict=False))
-    for (basis, joint, coordinates), some in models.groupby(
-        ["modes", "joint", "coordinates"], sort=False
-    ):
-        error = some["peak_amplitude_error_percent"].abs().max()
-        if not error > 0:
-            continue
-        marker = styles[coordinates]["marker"] if some["complete"].all() else "X"
-        cost = some["cpu_s"].sum()
-        axes.loglog(cost, error, marker, color=colours[basis], markersize=7)
-        axes.annotate(
-            joint_in_words(joint),
-            (cost, error),
-            xytext=(6, 0),
-            textcoords="offset points",
-            fontsize=7,
-            va="center",
-        )
-    shown = [
-        *(Patch(color=colour, label=basis) for basis, colour in colours.items()),
-        *(
-            Line2D([], [], color="0.3", linestyle="none", marker=style["marker"], label=words)
-            for words, style in (
-                (coordinates_in_words(kind, short=True), style) for kind, style in styles.items()
-            )
-        ),
+    groups = list(models.groupby(["modes", "joint", "coordinates"], sort=False))
+    groups.sort(key=lambda group: not is_enriched(group[0][0]))
+    figure = Figure(figsize=(8, 1.1 + 0.2 * len(groups)), layout="constrained")
+    errors, costs = figure.subplots(1, 2, sharey=True)
+    columns = {"frequency": _REGIONS[0], "amplitude": _REGIONS[1]}
+    for row, (_, some) in enumerate(groups):
+        for what, colour in columns.items():
+            error = some[f"peak_{what}_error_percent"].abs().max()
+            marker = "o" if some["complete"].all() else "X"
+            if error > 0:
+                errors.plot(error, row, marker, color=colour, markersize=5)
+        costs.plot(some["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
+    words = [
+        f"{basis}, {joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
+        for (basis, joint, coordinates), _ in groups
     ]
-    axes.legend(handles=shown, fontsize=8)
-    axes.set_xlabel("processor time of all forces (s)")
-    axes.set_ylabel("largest error of the peak amplitude (%)")
-    axes.margins(x=0.15)
-    axes.grid(True)
+    errors.set_yticks(range(len(groups)), words, fontsize=8)
+    errors.set_ylim(len(groups) - 0.5, -0.5)
+    errors.set_xlabel("largest error of a peak (%)")
+    costs.set_xlabel("processor time of all forces (s)")
+    for axes in (errors, costs):
+        axes.set_xscale("log")
+        # whole decades, so that at least two of them are labelled
+        low, high = np.log10(axes.get_xlim())
+        axes.set_xlim(10 ** np.floor(low), 10 ** np.ceil(high))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.tick_params(axis="y", length=0)
+        axes.grid(True)
+    shown = [
+        Line2D([], [], color=colour, marker="o", linestyle="none", label=what)
+        for what, colour in columns.items()
+    ]
+    broken = {"color": "0.3", "marker": "X", "linestyle": "none"}
+    if not models["complete"].all():
+        shown.append(Line2D([], [], label="where no path broke off", **broken))
+    figure.legend(handles=shown, loc="outside upper center", ncols=len(shown))
     return figure
 
 

@@ -107,8 +107,8 @@ def _models(shelf: Shelf, case: str) -> str:
         shelf.draw(
             "models",
             "Error against cost",
-            "Largest error of the peak amplitude over all forces, and time for all of them. "
-            "Models that broke off at a force are crosses.",
+            "Largest errors of the peak over all forces, and time for all of them. Where a path "
+            "broke off, a cross stands for the largest error of the others.",
             subject=case,
         )
         + table(summary(frame), "Largest errors over all forces", groups=["basis"])
