@@ -183,14 +183,14 @@ def tabulate_divisions(
             except ValueError as error:
                 logger.info("%s, %s: %s", how, motion, error)
                 continue
+            made = {
+                "division": how,
+                "motion": motion,
+                "regions": count,
+                "region_error_percent": 100 * region_error(joint, regions),
+            }
             peaks = peaks_near(regions, reference["force_N"], loss_factor)
-            error = 100 * region_error(joint, regions)
-            made = {"division": how, "motion": motion, "regions": count}
-            for place, (column, value) in enumerate(
-                (made | {"region_error_percent": error}).items()
-            ):
-                peaks.insert(place, column, value)
-            parts.append(peaks)
+            parts.append(pd.DataFrame({**made, **peaks}))
     return _against(pd.concat(parts), reference)
 
 
