@@ -149,6 +149,7 @@ def tabulate_divisions(
     reference: pd.DataFrame,
     loss_factor: float,
     division: Division = "equal-load",
+    control: StepControl | None = None,
 ) -> pd.DataFrame:
     """Peaks of a joint's regions against those of its pairs, for several ways to make regions.
 
@@ -163,7 +164,7 @@ def tabulate_divisions(
         Numbers of regions; one that a division cannot have is left out.
     reference
         Peaks of the joint, as from ``peaks_near``: the forces are its own.
-    loss_factor
+    loss_factor, control
         As for ``peaks_near``.
     division
         As for ``partition.partition_regions``.
@@ -189,7 +190,7 @@ def tabulate_divisions(
                 "regions": count,
                 "region_error_percent": 100 * region_error(joint, regions),
             }
-            peaks = peaks_near(regions, reference["force_N"], loss_factor)
+            peaks = peaks_near(regions, reference["force_N"], loss_factor, control=control)
             parts.append(pd.DataFrame({**made, **peaks}))
     return _against(pd.concat(parts), reference)
 

@@ -198,6 +198,7 @@ rule tabulate_divisions:
             "loss_factor": case_of(w).loss_factor,
             "division": case_of(w).regions.division,
         },
+        steps=study.solver.steps,
     script:
         "../scripts/tabulate_divisions.py"
 

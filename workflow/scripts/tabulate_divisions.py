@@ -3,12 +3,14 @@
 import pandas as pd
 
 from boltjoint import convergence, dataset, joint, logs, tables
+from boltjoint.continuation import StepControl
 
 logs.write_to(snakemake.log[0])
 table = convergence.tabulate_divisions(
     joint.load(snakemake.input.joint),
     dataset.load(snakemake.input.preload),
     reference=pd.read_csv(snakemake.input.peaks),
+    control=StepControl(**snakemake.params.steps),
     **snakemake.params.options,
 )
 title = f"{snakemake.wildcards.case}: regions, by way and number"
