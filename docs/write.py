@@ -118,6 +118,17 @@ class Tables:
         texts = found.apply(lambda errors: " / ".join(_digits(e, 2) for e in errors), axis=1)
         return texts.unstack(fill_value="–")  # noqa: PD010 - texts cannot be aggregated
 
+    def lost(self, case: str) -> str:
+        """How many of the peaks of regions were not found, and at which forces [N]; or nothing."""
+        frame = pd.read_csv(self._path("divisions", case))
+        found = frame[frame["peak_mm_per_N"].isna()]
+        if found.empty:
+            return ""
+        forces = ", ".join(f"{force:g}" for force in found["force_N"].unique())
+        return (
+            f"{len(found)} of {len(frame)} peaks, at {forces} N, were not found and do not count."
+        )
+
     def fits(self) -> list[dict[str, object]]:
         """What fitted elements cost and how far they are from their regions, in all cases."""
         study = load_study(HERE.parent)
