@@ -102,7 +102,7 @@ class Tables:
 
     def bases(self, case: str) -> pd.DataFrame:
         """Largest errors of the peaks [%] by basis."""
-        return _largest(pd.read_csv(self._path("bases", case)), ["basis"])
+        return accuracy.largest(pd.read_csv(self._path("bases", case)), ["basis"])
 
     def doubled(self, basis: str, what: str, how: str = "max") -> float:
         """How much a peak of any case and force changes [%] in the largest basis: most, or so."""
@@ -112,7 +112,7 @@ class Tables:
 
     def divisions(self, case: str) -> pd.DataFrame:
         """Largest errors of frequency and amplitude [%], as text, by way and number of regions."""
-        found = _largest(
+        found = accuracy.largest(
             pd.read_csv(self._path("divisions", case)), ["division", "motion", "regions"]
         )
         texts = found.apply(lambda errors: " / ".join(_digits(e, 2) for e in errors), axis=1)
@@ -164,12 +164,6 @@ class Tables:
             np.sqrt(np.linalg.eigvalsh(L + one.stuck_stiffness())[0]) for one in (nodes, by_loaded)
         )
         return 100 * (reduced / whole - 1)
-
-
-def _largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
-    """The largest errors of peaks over all forces."""
-    errors = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
-    return frame.assign(**frame[errors].abs()).groupby(by, sort=False)[errors].max()
 
 
 def _digits(value: float, digits: int) -> str:

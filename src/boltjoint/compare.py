@@ -196,7 +196,6 @@ def tabulate_states(
     return pd.DataFrame(rows)
 
 
-#: how far a response is from its reference
 #: errors of a peak, and what they are errors of
 _PEAK_ERRORS = {
     "peak_frequency_error_percent": "peak_frequency_Hz",

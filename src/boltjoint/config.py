@@ -38,8 +38,8 @@ SCHEMA_FOLDER = "config/schemas"
 #: fewer samples a period for each harmonic cannot tell the harmonics of a force apart
 LEAST_SAMPLES = 8
 
-#: resonances of the structure by which bases are compared
-LEAST_VECTORS = 2
+#: resonances of the structure by which bases are compared; none can have fewer vectors
+COMPARED_RESONANCES = 2
 
 #: more modes than a mesh of this kind resolves
 MOST_MODES = 100
@@ -624,8 +624,10 @@ class Convergence(Entry):
         for key in ("bases", "regions"):
             yield from repeated(key, getattr(self, key))
         for index, basis in enumerate(self.bases):
-            if names.parse_modes(basis) < LEAST_VECTORS:
-                sentence = f"must have at least {LEAST_VECTORS} vectors, for as many resonances"
+            if names.parse_modes(basis) < COMPARED_RESONANCES:
+                sentence = (
+                    f"must have at least {COMPARED_RESONANCES} vectors, for as many resonances"
+                )
                 yield ("bases", index), sentence
         if self.bases and not names.is_enriched(self.bases[-1]):
             yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"

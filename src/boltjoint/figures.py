@@ -693,7 +693,7 @@ def plot_models(models: pd.DataFrame) -> Figure:
     ]
     broken = {"color": "0.3", "marker": "X", "linestyle": "none"}
     if not models["complete"].all():
-        shown.append(Line2D([], [], label="where no path broke off", **broken))
+        shown.append(Line2D([], [], label="some paths broke off", **broken))
     figure.legend(handles=shown, loc="outside upper center", ncols=len(shown))
     return figure
 

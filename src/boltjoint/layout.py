@@ -136,8 +136,9 @@ def fitted(study: Study, case: str, family: str) -> list[str]:
 
 
 def compared_assemblies(study: Study) -> list[str]:
-    """The assemblies in whose resonances bases are compared: those that cases use."""
-    return list(dict.fromkeys(case.assembly for case in study.cases.values()))
+    """The assemblies in whose resonances bases are compared: those that cases use, if any are."""
+    used = [case.assembly for case in study.cases.values()]
+    return list(dict.fromkeys(used)) if study.convergence.bases else []
 
 
 def compared(study: Study, case: str) -> list[tuple[str, str, str, int]]:
@@ -198,7 +199,7 @@ def targets(study: Study) -> list[str]:
 def _data(study: Study) -> list[str]:
     found = ["results/environment.json"]
     compared_in = study.convergence.bases
-    compared_of = {case.assembly for case in study.cases.values()} if compared_in else set()
+    compared_of = compared_assemblies(study)
     for name in study.assemblies:
         found += [assembly(name), f"results/assemblies/{name}/mesh.vtu"]
         bases = [*families(study), *(compared_in if name in compared_of else ())]
@@ -251,9 +252,9 @@ def _shown(study: Study) -> list[str]:
         found += _table_and_figure(f"models_{case}")
         if study.convergence.regions:
             found += _table_and_figure(f"divisions_{case}_{family}")
+    for name in compared_assemblies(study):
+        found += _table_and_figure(f"patterns_{name}")
     if study.convergence.bases:
-        for name in compared_assemblies(study):
-            found += _table_and_figure(f"patterns_{name}")
         for case in study.cases:
             found += _table_and_figure(f"bases_{case}")
     for family in families(study):

@@ -93,6 +93,9 @@ rule find_patterns:
     conda:
         "../envs/boltjoint.yaml"
     params:
-        stiffness=study.enrichment.contact_stiffness_N_per_m,
+        options={
+            "stiffness": study.enrichment.contact_stiffness_N_per_m,
+            "number": COMPARED_RESONANCES,
+        },
     script:
         "../scripts/find_patterns.py"

@@ -4,9 +4,9 @@ import os
 from pathlib import Path
 
 from boltjoint import environment, layout
-from boltjoint.config import ConfigError, load_study
+from boltjoint.config import COMPARED_RESONANCES, ConfigError, load_study
 from boltjoint.layout import targets
-from boltjoint.names import PAGES, REFERENCE, is_enriched, parse_joint
+from boltjoint.names import PAGES, REFERENCE, is_enriched
 from boltjoint.pages import shown as pages
 from boltjoint.published import Published
 from boltjoint.sources import library_sources
@@ -60,15 +60,9 @@ def solved(wildcards):
     ]
 
 
-def solved_to_compare_fits(wildcards):
-    """Fitted joints and their regions with all elements, as far as both are solved."""
-    there = {joint for joint, *how in solved(wildcards) if how == ["linear", 1]}
-    pairs = {
-        name: parse_joint(name).regions
-        for name in layout.fitted(study, wildcards.case, wildcards.modes)
-    }
-    both = [each for pair in pairs.items() if there.issuperset(pair) for each in pair]
-    return list(dict.fromkeys(both))
+def solved_in_linear_modes(wildcards):
+    """The joints of a case and basis that are solved in linear modes around resonance 1."""
+    return [joint for joint, *how in solved(wildcards) if how == [REFERENCE[1], 1]]
 
 
 def backbones(wildcards):

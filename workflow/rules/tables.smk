@@ -99,8 +99,8 @@ rule compare_fits:
             for name in layout.fitted(study, w.case, w.modes)
         ],
         responses=lambda w: [
-            layout.response(w.case, w.modes, name, "linear", 1)
-            for name in solved_to_compare_fits(w)
+            layout.response(w.case, w.modes, name, REFERENCE[1], 1)
+            for name in solved_in_linear_modes(w)
         ],
         library=library("compare_fits.py"),
     output:
@@ -117,7 +117,7 @@ rule compare_fits:
         "../envs/boltjoint.yaml"
     params:
         fitted=lambda w: layout.fitted(study, w.case, w.modes),
-        solved=solved_to_compare_fits,
+        solved=solved_in_linear_modes,
     script:
         "../scripts/compare_fits.py"
 

@@ -7,6 +7,6 @@ logs.write_to(snakemake.log[0])
 found = patterns.resonances(
     dataset.load(snakemake.input.assembly),
     dataset.load(snakemake.input.preload),
-    snakemake.params.stiffness,
+    **snakemake.params.options,
 )
 dataset.save(found, snakemake.output.patterns, snakemake.params)

@@ -447,30 +447,27 @@ def _add_forces(
     tangent: Array,
 ) -> None:
     """Add forces, and tangents where there is room for them."""
-    x, n = np.empty(3), np.empty(3)
+    x, n, above = np.empty(3), np.empty(3), np.empty(3)
     marks, secants = np.empty((_MOST_MARKS, 8)), np.empty((3, 3, 3))
     for e in range(point_of_element.size):
         p = point_of_element[e]
+        # beside the load of the assembled state a small change of it would lose its digits
+        assembled = max(normal_load[e], 0.0)
         for j in range(3):
             x[j] = k_u[e] * motion[p, j]
-            n[j] = k_v[e] * motion[p, 3 + j]
-        above = n[0] + min(normal_load[e], 0.0)
-        n[0] += normal_load[e]
-        state = _find_secants(x, n, friction_coefficient[e], marks, secants)
-        if state == SEPARATION or state == STICK_SLIP_SEPARATION:
-            force[p, 3] -= max(normal_load[e], 0.0)
-        if state == SEPARATION:
+            above[j] = k_v[e] * motion[p, 3 + j]
+        above[0] += min(normal_load[e], 0.0)
+        n[:] = above
+        n[0] += assembled
+        if _find_secants(x, n, friction_coefficient[e], marks, secants) == SEPARATION:
+            force[p, 3] -= assembled
             continue
         for j in range(3):
+            missing = secants[_OF_LOAD, j, 0] - (1.0 if j == 0 else 0.0)
+            force[p, 3 + j] += missing * assembled
             for k in range(3):
                 force[p, j] += secants[_OF_X, j, k] * x[k] + secants[_OF_N, j, k] * n[k]
-                if state == STICK_SLIP_SEPARATION:
-                    force[p, 3 + j] += secants[_OF_LOAD, j, k] * n[k]
-        if state != STICK_SLIP_SEPARATION:
-            # a small change would lose its digits as a difference of the loads
-            force[p, 3] += above
-            force[p, 4] += n[1]
-            force[p, 5] += n[2]
+                force[p, 3 + j] += secants[_OF_LOAD, j, k] * above[k]
         if tangent.size == 0:
             continue
         for j in range(3):

@@ -129,7 +129,9 @@ def _bases(shelf: Shelf, case: str) -> str:
             f"Peaks of the node-to-node joint in linear modes, against those in {last}.",
             subject=case,
         )
-        + table(_largest(frame, ["basis", "vectors"]), "Largest errors over all forces")
+        + table(
+            largest(frame, ["basis", "vectors"]).reset_index(), "Largest errors over all forces"
+        )
         + table(frame, "Every peak", (), shown.anchor, shown.from_page, ["basis", "vectors"])
     )
 
@@ -150,7 +152,7 @@ def _divisions(shelf: Shelf, case: str) -> str:
             subject=case,
         )
         + table(
-            _largest(frame, [*ways, "region_error_percent"]),
+            largest(frame, [*ways, "region_error_percent"]).reset_index(),
             "Largest errors over all forces",
             [
                 "Bands along the bar move as the mean of their pairs, as their mean weighted by "
@@ -163,11 +165,18 @@ def _divisions(shelf: Shelf, case: str) -> str:
     )
 
 
-def _largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
-    """The largest errors of a peak over all forces; none where a response has no peak."""
+def largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
+    """The largest errors of a peak over all forces; a response without a peak does not count.
+
+    Parameters
+    ----------
+    frame
+        As ``convergence.tabulate_basis_peaks`` or ``tabulate_divisions`` gives it.
+    by
+        Columns that become the index.
+    """
     errors = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
-    by_size = frame.assign(**frame[errors].abs()).groupby(by, sort=False)[errors]
-    return by_size.max().reset_index()
+    return frame.assign(**frame[errors].abs()).groupby(by, sort=False)[errors].max()
 
 
 def summary(frame: pd.DataFrame) -> pd.DataFrame:
