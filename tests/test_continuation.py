@@ -72,6 +72,15 @@ def test_newton_without_a_root_says_so():
     assert not solution.converged
 
 
+def test_no_residual_is_asked_for_below_the_rounding_of_its_terms():
+    # forces ten orders above what excites, as at a sharp resonance
+    stiff = Curve(lambda x, p: 1e10 * (x**2 - p), lambda x, p: 2e10 * x, lambda x, p: -1e10)
+    path = trace(stiff, np.array([1.4]), (2.0, 3.0), StepControl(tolerance=1e-9), scale=1.0)
+    assert path.complete
+    for solution in path.solutions:
+        assert solution.x[0] == pytest.approx(np.sqrt(solution.p), rel=1e-12)
+
+
 @pytest.mark.parametrize("equations", [FOLDED, Turning()])
 def test_path_passes_both_turning_points(equations):
     start = np.array([-2.5]) if equations is FOLDED else np.array([-2.5, -1.5])

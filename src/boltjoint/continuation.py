@@ -61,6 +61,9 @@ _MOST_RENEWALS = 100
 _SETTLED = 1e-6
 
 
+#: a residual this small against the terms it is the sum of is their rounding
+_ROUNDING = 100 * np.finfo(float).eps
+
 #: a longer way [arc length] between two solutions is a jump to elsewhere
 _JUMP = 0.2
 
@@ -95,7 +98,7 @@ class StepControl:
     Parameters
     ----------
     tolerance
-        A residual below this times its scale is zero.
+        A residual below this times its scale is zero, and so is one that its terms' rounding hides.
     first_step, smallest_step, largest_step
         Arc lengths; the first step is no longer than the largest.
     target_iterations
@@ -162,10 +165,10 @@ def newton(
     jacobian : ndarray
         At the solution.
     """
-    limit = control.tolerance * equations.residual_scale
     residual, jacobian = equations.evaluate(x, p)
     size = np.linalg.norm(residual)
     for iteration in range(control.most_iterations):
+        limit = _smallest_residual(equations, control, x, jacobian)
         correction = _solve(jacobian, residual) if size > limit else None
         if correction is None:
             return Solution(x, p, iteration, bool(size <= limit)), jacobian
@@ -177,6 +180,7 @@ def newton(
                 break
         # a correction that does not help at any length may still lead out of a corner of the law
         x, size = trial, trial_size
+    limit = _smallest_residual(equations, control, x, jacobian)
     return Solution(x, p, control.most_iterations, bool(size <= limit)), jacobian
 
 
@@ -398,12 +402,12 @@ class _Tracer:
 
         None where the corrector fails, strays or turns back.
         """
-        limit = self.control.tolerance * self.equations.residual_scale
         offset = step * station.tangent
         for iteration in range(self.control.most_iterations + 1):
             x, p = station.at(offset)
             residual, jacobian = self.equations.evaluate(x, p)
             sphere = offset @ offset / step - step
+            limit = _smallest_residual(self.equations, self.control, x, jacobian)
             if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * step:
                 if offset @ station.tangent < 0.5 * step:
                     return None
@@ -470,11 +474,11 @@ class _Tracer:
 
         Without a renewal it is on the path already, and stays.
         """
-        limit = self.control.tolerance * self.equations.residual_scale
         offset = np.zeros_like(station.tangent)
         for _ in range(self.control.most_iterations):
             x, p = station.at(offset)
             residual, jacobian = self.equations.evaluate(x, p)
+            limit = _smallest_residual(self.equations, self.control, x, jacobian)
             if np.linalg.norm(residual) <= limit:
                 way = station.tangent / station.weights
                 tangent = self._tangent(x, p, jacobian, station.weights, way)
@@ -576,6 +580,17 @@ class _Tracer:
 
 class _Lost(Exception):
     """The corrector failed while an event was being located."""
+
+
+def _smallest_residual(
+    equations: Equations, control: StepControl, x: Vector, jacobian: NDArray[np.float64]
+) -> float:
+    """The residual that counts as zero: by the tolerance, or the rounding of its own terms.
+
+    At a sharp resonance the terms are orders of magnitude larger than what they balance.
+    """
+    terms = float(np.linalg.norm(abs(jacobian) @ abs(x)))
+    return max(control.tolerance * equations.residual_scale, _ROUNDING * terms)
 
 
 def _solve(matrix: NDArray[np.float64], right: Vector) -> Vector | None:
