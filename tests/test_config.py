@@ -796,10 +796,10 @@ A_JOINT = (
         ),
         (
             CONFIG,
-            "  levels: 15",
+            "  levels: 14",
             "  steps: 15",
             "enrichment.steps: is not a known key; there are: contact_stiffness_N_per_m, "
-            "friction_coefficient, free_modes, resonances, levels, most",
+            "friction_coefficient, loss_factor, free_modes, resonances, levels, most",
         ),
         (
             CONFIG,
@@ -807,7 +807,7 @@ A_JOINT = (
             "contact_stiffness_N_per_m: 0",
             "enrichment.contact_stiffness_N_per_m: 0 must be greater than 0",
         ),
-        (CONFIG, "  levels: 15", "  levels: 0", "enrichment.levels: 0 must be at least 1"),
+        (CONFIG, "  levels: 14", "  levels: 0", "enrichment.levels: 0 must be at least 1"),
         (
             CONFIG,
             "free_modes: 12",

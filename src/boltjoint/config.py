@@ -559,11 +559,13 @@ class Enrichment(Entry):
     """Stiffness of each contact pair, along the bar and across the contact, in N/m."""
     friction_coefficient: Positive = 0.1
     """Coulomb friction coefficient; it decides whether pairs slip before they open."""
+    loss_factor: Positive = 0.002
+    """Of the structure; friction counts by what it adds to that."""
     free_modes: Count = 12
     """Modes without contact among the candidates."""
     resonances: Count = 2
     """Resonances whose motion the bases are to hold, from the first; at most free_modes."""
-    levels: Count = 15
+    levels: Count = 14
     """Steps by which the load that slips grows from none to all of it."""
     most: Count = 80
     """Vectors of the largest basis; enriched-N has the first N of them."""

@@ -13,8 +13,10 @@ from boltjoint.structure.constraints import (
 from boltjoint.structure.enrichment import (
     Enrichment,
     SpringContact,
-    _clipped_load,
     _describing_function,
+    _NormalLoad,
+    _size,
+    _SlippingMode,
     find_candidates,
     find_principal_motions,
     principal_motions,
@@ -185,19 +187,74 @@ def test_the_size_of_the_preload_does_not_matter(assembly, preload, enriched):
     np.testing.assert_allclose(found["natural_frequency"], enriched["natural_frequency"], rtol=1e-6)
 
 
-def test_motions_are_of_unit_energy_or_follow_one_that_is(candidates):
-    loaded = candidates.loaded
+def test_motions_count_as_modes_of_the_first_resonance_do_or_less(candidates):
     stuck = list(stuck_motions(candidates, SMALL))
     # none stuck; by pressure and by distance, in five levels three parts of the lap, in two levels
     # two bolts and two sides, two sets of springs
     assert len(stuck) == 1 + 2 * (5 * 3 + 2 * (2 + 2)) * 2
-    np.testing.assert_allclose(stuck[0].T @ stuck[0], np.eye(2), atol=1e-8)
-    everywhere = stuck[2]
-    spring = np.tile(1e8 * loaded * candidates.weight, 2)
-    moved = candidates.rows @ everywhere
-    energy = everywhere.T @ everywhere + moved.T @ (spring[:, None] * moved)
-    np.testing.assert_allclose(energy, np.eye(2), atol=1e-8)
-    assert all(np.isfinite(motion).all() for motion in slipping_motions(candidates, SMALL))
+    slipping = list(slipping_motions(candidates, SMALL))
+    assert len(slipping) == 2 * 2 * (5 + 15)
+    for motion in stuck:
+        np.testing.assert_allclose(_size(candidates, motion, 1e8), [1.0, 0.2])
+    for i, motion in enumerate(slipping):
+        assert np.isfinite(motion).all()
+        expected = [1.0, 0.2][i // 20 % 2]
+        assert _size(candidates, motion[:, 0], 1e8) == pytest.approx(expected)
+    constant, variable = slipping[:40], slipping[40:]
+    assert all(not motion[:, [1, 3, 4]].any() for motion in constant)
+    assert all(motion.any(axis=0).all() for motion in variable[5:20])
+
+
+def _loss(candidates, slipping, mode, mean):
+    """Friction over a period, over pi and the squared amplitude, summed over the phase."""
+    k, mu, amplitude = 1e8, SMALL.friction_coefficient, slipping._amplitude
+    u, v = abs(candidates.tangential @ mode), abs(candidates.normal @ mode)
+    load = slipping._load + slipping._normal_stiffness * (candidates.normal @ mean)
+    phase = 2 * np.pi * (np.arange(4000) + 0.5) / 4000
+    swing = slipping._normal_stiffness * amplitude * v
+    pressed = np.maximum(load[:, None] + swing[:, None] * np.sin(phase), 0.0)
+    slip = mu * np.mean(pressed * abs(np.cos(phase)), axis=1) * np.pi / 2
+    lost = 4 * slip * np.maximum(u - slip / (k * amplitude), 0.0) / amplitude
+    return candidates.weight @ lost / np.pi
+
+
+@pytest.mark.parametrize("variable", [False, True])
+def test_gradients_of_the_loss_are_its_differences(candidates, variable):
+    slipping = _SlippingMode(candidates, SMALL, 0, variable)
+    slipping.slip(0.5)
+    for _ in range(4):
+        slipping.grow()
+    mode, mean = slipping._mode, slipping._mean
+    found = slipping._sensitivity()
+    along = np.random.default_rng(4).standard_normal(len(mode)) * abs(mode).max()
+    step = 1e-8
+
+    def change(by_mode, by_mean):
+        above, below = (
+            _loss(candidates, slipping, mode + sign * by_mode, mean + sign * by_mean)
+            for sign in (step, -step)
+        )
+        return (above - below) / (2 * step)
+
+    def force(shape, tangential, normal):
+        """What a static shape answers, under springs."""
+        springs = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
+        return shape + candidates.rows.T @ (springs * (candidates.rows @ shape))
+
+    assert found.loss == pytest.approx(_loss(candidates, slipping, mode, mean), rel=1e-5)
+    v = candidates.normal @ mode
+    load, kn = slipping._normal_load(v), slipping._normal_stiffness
+    stuck = slipping._in_phase
+    # the mean position follows the mode by its own balance of forces
+    swing = kn * slipping._amplitude * load.by_amplitude * np.sign(v) * (candidates.normal @ along)
+    follows = -SpringContact(candidates, stuck, kn * load.closed).displacement(
+        candidates.normal.T @ (candidates.weight * swing)
+    )
+    gradient = force(found.loss_by_mode, stuck, kn * load.secant)
+    assert gradient @ along == pytest.approx(change(along, follows), rel=1e-3)
+    gradient = force(found.loss_by_mean, stuck, kn * load.closed)
+    by_mean = change(0.0, slipping._amplitude * along)
+    assert gradient @ along == pytest.approx(by_mean, rel=1e-3, abs=1e-12)
 
 
 def test_the_motions_themselves_are_in_a_basis_of_their_rank(candidates):
@@ -227,7 +284,7 @@ def test_one_bolt_alone_or_one_side_of_each_may_stick(assembly, preload, princip
 
 def test_describing_function_is_the_first_harmonic_of_the_loop():
     k, slip, amplitude = 3.0, 1.0, np.array([0.2, 0.5, 2.0])
-    in_phase, quadrature = _describing_function(k, np.full(3, slip), amplitude)
+    in_phase = _describing_function(k, np.full(3, slip), amplitude)
     phase = 2 * np.pi * np.arange(20000) / 20000
     force, harmonic = np.zeros(3), []
     for angle in np.tile(phase, 2):
@@ -235,26 +292,40 @@ def test_describing_function_is_the_first_harmonic_of_the_loop():
         force = np.clip(force + k * step, -slip, slip)
         harmonic.append(force)
     steady = np.array(harmonic[20000:])
-    sine, cosine = (2 * np.mean(steady * wave(phase)[:, None], axis=0) for wave in (np.sin, np.cos))
+    sine = 2 * np.mean(steady * np.sin(phase)[:, None], axis=0)
     # the loop is sampled with first order in the step of 3e-4
     np.testing.assert_allclose(in_phase, sine / amplitude, atol=2e-3 * k)
-    np.testing.assert_allclose(quadrature, cosine / amplitude, atol=2e-3 * k)
 
 
 @pytest.mark.parametrize("load", [-3.0, -1.0, 0.0, 0.5, 4.0])
-def test_clipped_load_over_a_period(load):
-    sine = np.sin(2 * np.pi * (np.arange(4096) + 0.5) / 4096)
-    force = np.maximum(load + 2.0 * sine, 0.0)
-    mean, secant = _clipped_load(np.array([load]), np.array([2.0]))
+def test_normal_load_over_a_period(load):
+    phase = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
+    force = np.maximum(load + 2.0 * np.sin(phase), 0.0)
+    found = _NormalLoad(np.array([load]), np.array([2.0]))
     # sampled with second order in the step, for the kink where the pair opens
-    np.testing.assert_allclose(mean, force.mean(), atol=1e-5)
-    np.testing.assert_allclose(secant, 2 * np.mean(force * sine) / 2.0, atol=1e-5)
+    np.testing.assert_allclose(found.mean, force.mean(), atol=1e-5)
+    np.testing.assert_allclose(found.secant, 2 * np.mean(force * np.sin(phase)) / 2.0, atol=1e-5)
+    weighted = np.mean(force * abs(np.cos(phase))) * np.pi / 2
+    np.testing.assert_allclose(found.sliding, weighted, atol=1e-5)
+    step = 1e-6
+    for derivative, by in (
+        (("closed", "sliding_by_load"), (step, 0.0)),
+        (("by_amplitude", "sliding_by_amplitude"), (0.0, step)),
+    ):
+        above, below = (
+            _NormalLoad(np.array([load + sign * by[0]]), np.array([2.0 + sign * by[1]]))
+            for sign in (1, -1)
+        )
+        for name, of in zip(derivative, ("mean", "sliding"), strict=True):
+            slope = (getattr(above, of) - getattr(below, of)) / (2 * step)
+            np.testing.assert_allclose(getattr(found, name), slope, atol=1e-5)
 
 
 @pytest.mark.parametrize("load", [-1.0, 2.0])
 def test_a_pair_at_rest_keeps_its_state(load):
-    mean, secant = _clipped_load(np.array([load]), np.zeros(1))
-    assert (mean[0], secant[0]) == (max(load, 0.0), float(load > 0))
+    found = _NormalLoad(np.array([load]), np.zeros(1))
+    pressed = (max(load, 0.0), float(load > 0), max(load, 0.0))
+    assert (found.mean[0], found.secant[0], found.sliding[0]) == pressed
 
 
 def test_needs_a_preload_that_fits(assembly, preload):

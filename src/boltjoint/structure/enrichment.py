@@ -12,6 +12,7 @@ import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -39,12 +40,24 @@ _BLOCK = 64
 #: candidates, or snapshots, whose share of the largest is below this depend on the others
 _DEPENDENT = 1e-12
 #: corrections of stick and slip at each amplitude; the next amplitude goes on from there
-_CORRECTIONS = 2
-#: amplitudes at which the contact has long slipped, over that at which nearly all of it does
-_MACROSLIP = (2.0, 4.0, 8.0, 16.0, 32.0)
+_CORRECTIONS = 3
+#: by how much, and how often, the amplitude grows once most of the contact slips: under variable
+#: load it opens on until it rattles, and then changes no more
+_GROWTH, _GROWN = 1.5, 15
 #: levels from one to the next at which single bolts stick, or one side of each: enough to hold them
 #: without crowding out the rest
 _STRIDE = 3
+#: corrections of the mean position, and the change of it, over its size, that is none
+_MOST_MEANS, _MEAN_FOUND = 12, 1e-3
+
+# How much motions count, against a mode of the first resonance. Chosen for 40 vectors: with half or
+# twice as much of the last two, peaks or resonances of some case are worse.
+#: the motion of each resonance after the first, against the one before
+_LATER = 0.2
+#: mean positions, per amplitude
+_MEAN = 3.0
+#: what a change of the loss depends on, per relative change
+_LOSS = 0.02
 
 
 @dataclass(frozen=True)
@@ -57,6 +70,8 @@ class Enrichment:
         Of each contact pair, along the bar and across the contact [N/m].
     friction_coefficient
         mu [-]: decides whether pairs slip before they open.
+    loss_factor
+        Of the structure [-]: friction counts by what it adds to that.
     free_modes
         Symmetric modes without contact among the candidates.
     resonances
@@ -72,9 +87,10 @@ class Enrichment:
 
     contact_stiffness: float = 1e8
     friction_coefficient: float = 0.1
+    loss_factor: float = 0.002
     free_modes: int = 12
     resonances: int = 2
-    levels: int = 15
+    levels: int = 14
 
     def __post_init__(self) -> None:
         """Refuse sizes that make no basis."""
@@ -280,8 +296,8 @@ def find_principal_motions(
     Dataset
         ``principal_motion`` (node, axis, motion) [m J^-1/2], the most common first, orthonormal in
         strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
-        (motion): energy that all motions have along it, over all of theirs; ``position`` (pair,
-        axis) [m].
+        (motion): energy that all motions, as they count, have along it, over all of theirs;
+        ``position`` (pair, axis) [m].
 
     Raises
     ------
@@ -439,9 +455,10 @@ def stuck_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Ar
     Yields
     ------
     ndarray
-        Motions of unit strain energy, shape (candidates, resonances).
+        Motions, as they count, shape (candidates, resonances).
     """
     start = _start(candidates)
+    weight = _LATER ** np.arange(enrichment.resonances)
     count, k = enrichment.resonances, enrichment.contact_stiffness
     x = candidates.position[:, 0]
     middle = (x.min() + x.max()) / 2
@@ -453,7 +470,12 @@ def stuck_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Ar
     around = [nearest == bolt for bolt in range(distances.shape[1])]
     sides = [beside < 0, beside > 0]
     none = np.zeros(len(x))
-    yield SpringContact(candidates, none, none).modes(count, start)[1]
+
+    def counting(tangential: Array, normal: Array) -> Array:
+        mode = SpringContact(candidates, tangential, normal).modes(count, start)[1]
+        return mode * (weight / _size(candidates, mode, k))
+
+    yield counting(none, none)
     for grade in (-candidates.pressure, distance):
         for level in range(enrichment.levels):
             # the pairs on the rim of the pressure are many and carry little
@@ -462,66 +484,241 @@ def stuck_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Ar
             for part in [*halves, *(around + sides if level % _STRIDE == 0 else [])]:
                 spring = k * (inside & part)
                 for normal in (none, spring):
-                    yield SpringContact(candidates, spring, normal).modes(count, start)[1]
+                    yield counting(spring, normal)
 
 
 def slipping_motions(candidates: Candidates, enrichment: Enrichment) -> Iterator[Array]:
     """Motion at resonances while slip grows with the amplitude, under constant and variable load.
 
-    Each pair acts by its describing function: a spring of the mode's own motion, and in quadrature
-    the friction, whose static effect is added. Under variable load pairs open and close, and
-    their mean force moves the mean position. All of it scales with the load of the bolts.
+    With each comes what its loss depends on. The loss of a basis is wrong by the product, in strain
+    energy, of what the basis misses of the motion and of what it misses of the static shape of the
+    loss's gradient, so a few weak pairs count although their energy is small.
 
     Yields
     ------
     ndarray
-        Motions, shape (candidates, 2) under constant and (candidates, 4) under variable load.
+        Motions, as they count, shape (candidates, 5): as from ``_SlippingMode.motions``.
     """
+    # the first pairs that slip are few and weak
+    shares = (np.arange(1, enrichment.levels + 1) / (enrichment.levels + 1)) ** 3
     for variable in (False, True):
         for resonance in range(enrichment.resonances):
-            yield from _growing_slip(candidates, enrichment, resonance, variable)
+            mode = _SlippingMode(candidates, enrichment, resonance, variable)
+            for share in shares:
+                mode.slip(share)
+                yield mode.motions()
+            for _ in range(_GROWN):
+                mode.grow()
+                yield mode.motions()
 
 
-def _growing_slip(
-    candidates: Candidates, enrichment: Enrichment, resonance: int, variable: bool
-) -> Iterator[Array]:
-    k, mu = enrichment.contact_stiffness, enrichment.friction_coefficient
-    R, S, weight = candidates.tangential, candidates.normal, candidates.weight
-    at_rest = np.maximum(candidates.normal_load, 0.0)
-    # as the joint under variable load has it: a negative load is a gap
-    load = at_rest - k * candidates.gap if variable else at_rest
-    normal = k * candidates.loaded * variable
-    stuck = SpringContact(candidates, k * candidates.loaded, normal)
-    mode = stuck.modes(resonance + 1, _start(candidates))[1][:, resonance]
-    mean = np.zeros_like(mode)
+class _SlippingMode:
+    """A mode while the contact slips, and opens under variable load, at a growing amplitude.
 
-    shares = (np.arange(1, enrichment.levels) / enrichment.levels) ** 2
-    for share, factor in [*((s, 1.0) for s in shares), *((shares[-1], f) for f in _MACROSLIP)]:
+    Each pair acts by its describing function: a spring of the mode's own motion, and in quadrature
+    the friction. Under variable load the pairs' mean force moves the mean position. All of it
+    scales with the load of the bolts.
+    """
+
+    def __init__(
+        self, candidates: Candidates, enrichment: Enrichment, resonance: int, variable: bool
+    ) -> None:
+        self._candidates, self._enrichment, self._resonance = candidates, enrichment, resonance
+        k = enrichment.contact_stiffness
+        self._at_rest = np.maximum(candidates.normal_load, 0.0)
+        self._normal_stiffness = k * variable
+        # as the joint under variable load has it: a negative load is a gap
+        self._load = self._at_rest - self._normal_stiffness * candidates.gap
+        self._in_phase = k * candidates.loaded
+        self._contact = SpringContact(
+            candidates, self._in_phase, self._normal_stiffness * candidates.loaded
+        )
+        self._mode = self._found(_start(candidates))
+        self._mean = np.zeros_like(self._mode)
+        self._amplitude = 0.0
+
+    def slip(self, share: float) -> None:
+        """Settle where pairs that carry this share of the load slip."""
         for _ in range(_CORRECTIONS):
-            # a pair slips from the amplitude k |u| = mu n on
-            u = abs(R @ mode)
-            onset = np.full(len(u), np.inf)
-            np.divide(mu * at_rest, k * u, out=onset, where=candidates.loaded & (u > 0))
-            amplitude = factor * _load_quantile(candidates, onset, share)
-            pressed, shift = at_rest, np.zeros_like(at_rest)
-            if variable:
-                v_mean = S @ mean
-                pressed, secant = _clipped_load(load + k * v_mean, k * amplitude * abs(S @ mode))
-                # half of the change, since pairs that close take load from those that then open
-                normal = (normal + k * secant) / 2
-                shift = normal * v_mean - (pressed - at_rest)
-            in_phase, quadrature = _describing_function(k, mu * pressed, amplitude * u)
-            contact = SpringContact(candidates, in_phase, normal)
-            found = contact.modes(resonance + 1, mode)[1][:, resonance]
-            mode = found * np.sign(found @ mode)
-            mean = (mean + contact.displacement(S.T @ (weight * shift))) / 2
-        u, v = R @ mode, S @ mode
-        motions = [mode, contact.displacement(R.T @ (weight * quadrature * u))]
-        if variable:
-            # friction is larger in the stroke with more load, so its mean does not vanish
-            uneven = mu * k * abs(v) * np.sign(u) * (quadrature > 0)
-            motions += [mean / amplitude, contact.displacement(R.T @ (weight * uneven))]
-        yield np.stack(motions, axis=1)
+            self._amplitude = _load_quantile(self._candidates, self._onset(), share)
+            self._correct()
+
+    def grow(self) -> None:
+        """Settle at a larger amplitude."""
+        self._amplitude *= _GROWTH
+        for _ in range(_CORRECTIONS):
+            self._correct()
+
+    def motions(self) -> Array:
+        """The mode, its mean position, and what its loss and stiffness depend on.
+
+        Returns
+        -------
+        ndarray
+            Shape (candidates, 5): the mode; the mean position per amplitude; the static shapes of
+            the gradients of the loss by either; that of the stiffness by the mode, which moves the
+            mean position. Those under variable load alone vanish under constant load.
+        """
+        found = self._sensitivity()
+        # how far the loss moves the amplitude is decided by how the damping force grows with it
+        structure = self._enrichment.loss_factor
+        relative = _LOSS / np.sqrt((structure + found.loss) * (structure + max(found.growth, 0.0)))
+        motions = np.stack(
+            [
+                self._mode,
+                _MEAN * self._mean / self._amplitude,
+                relative * found.loss_by_mode,
+                _MEAN * relative * found.loss_by_mean,
+                found.stiffness_by_mode,
+            ],
+            axis=1,
+        )
+        size = _size(self._candidates, self._mode, self._enrichment.contact_stiffness)
+        return motions * (_LATER**self._resonance / size)
+
+    def _sensitivity(self) -> "_Sensitivity":
+        c, k = self._candidates, self._enrichment.contact_stiffness
+        mu, kn = self._enrichment.friction_coefficient, self._normal_stiffness
+        u, v = c.tangential @ self._mode, c.normal @ self._mode
+        load = self._normal_load(v)
+        slip = mu * load.sliding
+        slips = k * self._amplitude * abs(u) > slip
+        ratio = np.ones_like(u)
+        np.divide(slip, k * self._amplitude * abs(u), out=ratio, where=slips)
+        by_motion = 4 / np.pi * slips * slip / self._amplitude
+        by_load = 4 / np.pi * slips * mu * abs(u) * (1 - 2 * ratio)
+
+        held = SpringContact(c, self._in_phase, kn * load.closed)
+        loss_by_mean = held.displacement(
+            c.normal.T @ (c.weight * kn * load.sliding_by_load * by_load)
+        )
+        stiffness_by_mean = held.displacement(
+            c.normal.T @ (c.weight * kn * 2 * load.by_amplitude * abs(v))
+        )
+        # a larger normal motion changes the load directly, and by the mean position that it moves
+        through_load = kn * (
+            load.sliding_by_amplitude * by_load - load.by_amplitude * (c.normal @ loss_by_mean)
+        )
+        through_mean = kn * load.by_amplitude * (c.normal @ stiffness_by_mean)
+        return _Sensitivity(
+            loss=by_motion @ (c.weight * abs(u) * (1 - ratio)),
+            growth=by_motion @ (c.weight * abs(u) * ratio) + through_load @ (c.weight * abs(v)),
+            loss_by_mode=self._contact.displacement(
+                c.tangential.T @ (c.weight * by_motion * np.sign(u))
+                + c.normal.T @ (c.weight * through_load * np.sign(v))
+            ),
+            loss_by_mean=loss_by_mean,
+            stiffness_by_mode=self._contact.displacement(
+                c.normal.T @ (c.weight * through_mean * np.sign(v))
+            ),
+        )
+
+    def _onset(self) -> Array:
+        """The amplitude from which each pair slips: k |u| = mu n."""
+        c, k = self._candidates, self._enrichment.contact_stiffness
+        u = abs(c.tangential @ self._mode)
+        onset = np.full(len(u), np.inf)
+        slip = self._enrichment.friction_coefficient * self._at_rest
+        np.divide(slip, k * u, out=onset, where=c.loaded & (u > 0))
+        return onset
+
+    def _normal_load(self, v: Array) -> "_NormalLoad":
+        c, kn = self._candidates, self._normal_stiffness
+        return _NormalLoad(self._load + kn * (c.normal @ self._mean), kn * self._amplitude * abs(v))
+
+    def _correct(self) -> None:
+        """The mean position under the present mode, then the mode under the loads at it."""
+        c, kn = self._candidates, self._normal_stiffness
+        u, v = c.tangential @ self._mode, c.normal @ self._mode
+        for _ in range(_MOST_MEANS):
+            load = self._normal_load(v)
+            force = c.normal.T @ (c.weight * (load.mean - self._at_rest)) + c.tangential.T @ (
+                c.weight * self._in_phase * (c.tangential @ self._mean)
+            )
+            held = SpringContact(c, self._in_phase, kn * load.closed)
+            change = held.displacement(self._mean + force)
+            self._mean = self._mean - change
+            if np.linalg.norm(change) <= _MEAN_FOUND * np.linalg.norm(self._mean):
+                break
+        load = self._normal_load(v)
+        self._in_phase = _describing_function(
+            self._enrichment.contact_stiffness,
+            self._enrichment.friction_coefficient * load.sliding,
+            self._amplitude * abs(u),
+        )
+        self._contact = SpringContact(c, self._in_phase, kn * load.secant)
+        found = self._found(self._mode)
+        self._mode = found * np.sign(found @ self._mode)
+
+    def _found(self, start: Array) -> Array:
+        return self._contact.modes(self._resonance + 1, start)[1][:, self._resonance]
+
+
+class _Sensitivity(NamedTuple):
+    """What friction takes from a slipping mode of unit strain energy, and what that depends on.
+
+    Attributes
+    ----------
+    loss
+        Loss factor [-]: the sum of ``4/pi mu n (u - mu n / (k A)) / A`` over the pairs that slip.
+    growth
+        Derivative of the damping force, loss times amplitude, by the amplitude [-].
+    loss_by_mode, loss_by_mean
+        Static shapes of the gradient of the loss by the mode and by the mean position per
+        amplitude, shape (candidates,).
+    stiffness_by_mode
+        The same of the stiffness, by way of the mean position that the mode moves.
+    """
+
+    loss: float
+    growth: float
+    loss_by_mode: Array
+    loss_by_mean: Array
+    stiffness_by_mode: Array
+
+
+class _NormalLoad:
+    """Normal loads ``max(n0 + A sin, 0)`` over a period, of contacts that open and close.
+
+    With ``l = -n0 / A`` between -1 and 1 they are closed while the sine exceeds l.
+
+    Parameters
+    ----------
+    load
+        n0 [N], negative for a gap, shape (pairs,).
+    amplitude
+        A [N], shape (pairs,).
+
+    Attributes
+    ----------
+    mean
+        [N].
+    closed
+        Share of the period [-], which is the derivative of the mean by n0.
+    by_amplitude
+        The derivative of the mean by A [-].
+    secant
+        First harmonic over A [-].
+    sliding
+        Mean as friction feels it that slides at the rate of a cosine [N]: weighted by its size.
+    sliding_by_load, sliding_by_amplitude
+        Its derivatives by n0 and A [-].
+    """
+
+    def __init__(self, load: Array, amplitude: Array) -> None:
+        moves = amplitude > 0
+        level = np.sign(-load)
+        np.divide(-load, amplitude, out=level, where=moves)
+        opens = moves & (abs(level) < 1)
+        level = np.clip(level, -1.0, 1.0)
+        root = np.sqrt(1 - level**2)
+        self.closed = (np.pi / 2 - np.arcsin(level)) / np.pi
+        self.by_amplitude = root / np.pi
+        self.mean = load * self.closed + amplitude * self.by_amplitude
+        self.secant = self.closed - level * root / np.pi
+        self.sliding_by_load = (1 - level) / 2
+        self.sliding_by_amplitude = (1 - level**2) / 4
+        self.sliding = np.where(opens, amplitude * (1 - level) ** 2 / 4, np.maximum(load, 0.0))
 
 
 def principal_motions(
@@ -537,7 +734,7 @@ def principal_motions(
     candidates
         The space of the motions.
     motion
-        Shape (candidates, motions).
+        Shape (candidates, motions), each as large as it counts.
     most
         Vectors kept, or as many as the motions span if those are fewer.
     contact_stiffness
@@ -549,8 +746,7 @@ def principal_motions(
         The vectors, orthonormal in that norm, the most common first, shape (candidates, vectors);
         and the energy of the motions along each over that of them all, shape (vectors,).
     """
-    spring = np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
-    moved = candidates.rows @ motion
+    moved, spring = candidates.rows @ motion, _stuck_springs(candidates, contact_stiffness)
     energy, turn = eigh(motion.T @ motion + moved.T @ (spring[:, None] * moved))
     energy, turn = energy[::-1], turn[:, ::-1]
     number = min(most, np.count_nonzero(energy > _DEPENDENT * energy[0]))
@@ -628,27 +824,24 @@ def _load_quantile(candidates: Candidates, grade: Array, share: float) -> float:
     return grade[order[reached]]
 
 
-def _describing_function(k: float, slip_force: Array, amplitude: Array) -> tuple[Array, Array]:
-    """Stiffness in phase and in quadrature of a spring with a slider (Jenkins element) [N/m].
+def _stuck_springs(candidates: Candidates, contact_stiffness: float) -> Array:
+    """Springs on all loaded pairs along x, then along z [N/m]."""
+    return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
 
-    With ``cos(theta) = 1 - 2 mu n / (k A)``: ``k / pi (theta - sin(theta) cos(theta))`` and
-    ``4 mu n (1 - mu n / (k A)) / (pi A)`` (eq. 2.5, 2.6 over the loop 2.25).
+
+def _size(candidates: Candidates, motion: Array, contact_stiffness: float) -> Array:
+    """Root of a motion's strain energy, or of each of several, with the contact stuck."""
+    moved, spring = candidates.rows @ motion, _stuck_springs(candidates, contact_stiffness)
+    return np.sqrt((motion**2).sum(axis=0) + spring @ moved**2)
+
+
+def _describing_function(k: float, slip_force: Array, amplitude: Array) -> Array:
+    """Stiffness in phase of a spring with a slider (Jenkins element) [N/m].
+
+    With ``cos(theta) = 1 - 2 mu n / (k A)``: ``k / pi (theta - sin(theta) cos(theta))`` (eq. 2.5
+    over the loop 2.25).
     """
-    slips = k * amplitude > slip_force
     ratio = np.ones_like(amplitude)
-    np.divide(slip_force, k * amplitude, out=ratio, where=slips)
+    np.divide(slip_force, k * amplitude, out=ratio, where=k * amplitude > slip_force)
     theta = 2 * np.arcsin(np.sqrt(ratio))
-    in_phase = k / np.pi * (theta - np.sin(theta) * np.cos(theta))
-    return in_phase, 4 * k / np.pi * ratio * (1 - ratio)
-
-
-def _clipped_load(load: Array, amplitude: Array) -> tuple[Array, Array]:
-    """Mean of ``max(n0 + A sin, 0)`` over a period [N], and its first harmonic over A [-]."""
-    moves = amplitude > 0
-    level = np.sign(-load)
-    np.divide(-load, amplitude, out=level, where=moves)
-    level = np.clip(level, -1.0, 1.0)
-    # the contact is closed while the sine exceeds the level
-    opens, root = np.arcsin(level), np.sqrt(1 - level**2)
-    mean = (load * (np.pi / 2 - opens) + amplitude * root) / np.pi
-    return mean, (np.pi / 2 - opens - level * root) / np.pi
+    return k / np.pi * (theta - np.sin(theta) * np.cos(theta))
