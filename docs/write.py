@@ -104,11 +104,11 @@ class Tables:
         """Largest errors of the peaks [%] by basis."""
         return accuracy.largest(pd.read_csv(self._path("bases", case)), ["basis"])
 
-    def doubled(self, basis: str, what: str, how: str = "max") -> float:
-        """How much a peak of any case and force changes [%] in the largest basis: most, or so."""
+    def doubled(self, basis: str, what: str) -> float:
+        """How much a peak of any case and force changes [%] in the largest basis, at most."""
         tables = (pd.read_csv(self._path("bases", case)) for case in self.cases("bases"))
         found = pd.concat(frame[frame["basis"] == basis] for frame in tables)
-        return found[f"peak_{what}_error_percent"].abs().agg(how)
+        return found[f"peak_{what}_error_percent"].abs().max()
 
     def divisions(self, case: str) -> pd.DataFrame:
         """Largest errors of frequency and amplitude [%], as text, by way and number of regions."""
