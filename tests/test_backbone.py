@@ -11,7 +11,7 @@ from small_joint import make_joint
 from boltjoint import dataset
 from boltjoint.backbone import Backbone, ModeAtAmplitude, find_backbone, rebuild
 from boltjoint.balance import HarmonicBalance
-from boltjoint.continuation import StepControl
+from boltjoint.continuation import StepControl, newton
 from boltjoint.coordinates import ComplexModes
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.sampled import SampledInTime
@@ -353,6 +353,28 @@ def test_a_backbone_that_begins_above_the_peak_is_told(joint):
     assert not part.complete
     assert part.frequency.size == 0
     assert "begins above" in part.reason
+
+
+def test_a_mode_that_slips_from_the_first_is_followed_from_where_it_sticks(joint):
+    mode, amplitudes = ModeAtAmplitude(joint, LOSS), (5e-4, 1e-2)
+    few = StepControl(most_iterations=3, target_iterations=1)
+    assert not newton(mode, mode.start(), np.log(amplitudes[0]), few)[0].converged
+    backbone = Backbone(mode, amplitudes, few)
+    assert backbone.complete
+    assert backbone.states[0].amplitude < amplitudes[0]
+    known = mode_at(Backbone(mode, (1e-6, 1e-2)), 1e-3)
+    assert mode_at(backbone, 1e-3).eigenvalue == pytest.approx(known.eigenvalue, rel=1e-7)
+
+
+def test_a_mode_that_is_not_found_at_all_is_told(joint):
+    hopeless = StepControl(most_iterations=1, target_iterations=1)
+    window = frequency_window(joint)
+    part = rebuild(Backbone(ModeAtAmplitude(joint, LOSS), (1e-6, 1e-2), hopeless), 5.0, window)
+    assert (part.complete, part.peak, part.frequency.size) == (False, None, 0)
+    assert part.reason == "no solution found at the start of the window"
+    found = find_backbone(joint, [5.0], loss_factor=LOSS, window=window, control=hopeless)
+    assert (found["complete"], found.sizes["state"]) == (0, 0)
+    assert found["reason"] == part.reason
 
 
 @pytest.mark.parametrize("window", [(60.0, 90.0), (130.0, 170.0)])

@@ -26,6 +26,9 @@ _SCALE = 3.0
 #: longest step along a backbone [arc length]
 _STEP = 0.1
 
+#: amplitudes from which the mode is tried to be found, over the lowest asked for
+_LOWER = (1.0, 0.1, 0.01, 0.001)
+
 #: phases from the peak [rad] at which a rebuilt response is given beside the states of the path
 _PHASES = np.geomspace(0.01, 1.45, 24)
 
@@ -174,7 +177,8 @@ class Backbone:
     equations
         The mode that is followed.
     amplitudes
-        Lowest and highest [kg^1/2 m].
+        Lowest and highest [kg^1/2 m]. Where the mode is not found at the lowest, it is followed
+        from a lower one.
     control
         Tolerance and step lengths.
     """
@@ -188,9 +192,15 @@ class Backbone:
         self.equations = equations
         self._control = replace(control or StepControl(), largest_step=_STEP)
         low, high = np.log(amplitudes)
-        path = trace(equations, equations.start(), (low, high), self._control, scale=_SCALE)
-        self.complete, self.reason, self._solutions = path.complete, path.reason, path.solutions
-        self.states = [self._state(solution) for solution in path.solutions]
+        for lower in np.log(_LOWER):
+            # the stuck mode leads to where little slips, and the path from there to where more does
+            window = (low + lower, high)
+            path = trace(equations, equations.start(), window, self._control, scale=_SCALE)
+            self._solutions = [solution for solution in path.solutions if solution.converged]
+            if self._solutions:
+                break
+        self.complete, self.reason = path.complete, path.reason
+        self.states = [self._state(solution) for solution in self._solutions]
 
     def between(self, index: int, amplitude: float) -> State:
         """The mode at an amplitude between those of a state on the path and the next."""
@@ -249,9 +259,10 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
         Lowest and highest frequency [Hz].
     """
     curve = _Curve(backbone, force)
-    if curve.beyond == 0:
+    if curve.beyond == 0 or not backbone.states:
         empty = np.zeros((0, curve.balance.modal_force.size))
-        return Rebuilt(np.zeros(0), empty, None, False, "the backbone begins above the peak")
+        reason = backbone.reason if not backbone.states else "the backbone begins above the peak"
+        return Rebuilt(np.zeros(0), empty, None, False, reason)
 
     places = curve.places()
     if curve.at_peak is not None:
@@ -378,10 +389,8 @@ class _Curve:
         """The state of an amplitude, on the last stretch in reach of the force that holds it."""
         states = self.backbone.states
         last = len(states) - 1 if self.beyond is None else self.beyond
-        for i in range(last - 1, -1, -1):
-            if states[i].amplitude <= amplitude:
-                break
-        return self.backbone.between(i, amplitude)
+        below = [i for i in range(last) if states[i].amplitude <= amplitude]
+        return self.backbone.between(below[-1], amplitude) if below else states[0]
 
 
 def _root(function: Callable[[float], float], within: Sequence[float]) -> float:
@@ -442,7 +451,7 @@ def find_backbone(
     backbone = Backbone(equations, equations.amplitudes_for(forces, window), control)
     states = backbone.states
     amplitude = np.array([state.amplitude for state in states])
-    mode = np.array([state.mode for state in states])
+    mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
     needed = [
         state.amplitude * state.eigenvalue.imag / abs(state.mode @ joint.excitation_mode)
         for state in states
