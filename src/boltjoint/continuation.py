@@ -62,7 +62,7 @@ _SETTLED = 1e-6
 
 
 #: a residual this small against the terms it is the sum of is their rounding
-_ROUNDING = 100 * np.finfo(float).eps
+_ROUNDING = 4 * np.finfo(float).eps
 
 #: a longer way [arc length] between two solutions is a jump to elsewhere
 _JUMP = 0.2
