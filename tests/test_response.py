@@ -301,8 +301,8 @@ def test_without_a_resonance_in_the_window_there_is_no_peak(joint):
 
 
 def test_a_start_without_solution_has_no_peak(joint):
-    control = StepControl(tolerance=1e-30)  # far below rounding
-    response = solve_response(joint, [200.0], loss_factor=LOSS, control=control)
+    control = StepControl(most_iterations=1)  # too few where the contact slips
+    response = solve_response(joint, [2e4], loss_factor=LOSS, control=control)
     assert not response["converged"].any()
     assert response["peak_amplitude"].isnull().all()
     assert response["reason"].item() == "no solution found at the start of the window"
