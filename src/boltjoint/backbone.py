@@ -261,7 +261,7 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     curve = _Curve(backbone, force)
     if curve.beyond == 0 or not backbone.states:
         empty = np.zeros((0, curve.balance.modal_force.size))
-        reason = backbone.reason if not backbone.states else "the backbone begins above the peak"
+        reason = "the backbone begins above the peak" if backbone.states else backbone.reason
         return Rebuilt(np.zeros(0), empty, None, False, reason)
 
     places = curve.places()
