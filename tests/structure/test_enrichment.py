@@ -193,16 +193,16 @@ def test_motions_count_as_modes_of_the_first_resonance_do_or_less(candidates):
     # two bolts and two sides, two sets of springs
     assert len(stuck) == 1 + 2 * (5 * 3 + 2 * (2 + 2)) * 2
     slipping = list(slipping_motions(candidates, SMALL))
-    assert len(slipping) == 2 * 2 * (5 + 15)
+    assert len(slipping) == 2 * 2 * (5 + 20)
     for motion in stuck:
         np.testing.assert_allclose(_size(candidates, motion, 1e8), [1.0, 0.2])
     for i, motion in enumerate(slipping):
         assert np.isfinite(motion).all()
-        expected = [1.0, 0.2][i // 20 % 2]
+        expected = [1.0, 0.2][i // 25 % 2]
         assert _size(candidates, motion[:, 0], 1e8) == pytest.approx(expected)
-    constant, variable = slipping[:40], slipping[40:]
+    constant, variable = slipping[:50], slipping[50:]
     assert all(not motion[:, [1, 3, 4]].any() for motion in constant)
-    assert all(motion.any(axis=0).all() for motion in variable[5:20])
+    assert all(motion.any(axis=0).all() for motion in variable[5:25])
 
 
 def _loss(candidates, slipping, mode, mean):

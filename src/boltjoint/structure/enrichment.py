@@ -43,21 +43,22 @@ _DEPENDENT = 1e-12
 _CORRECTIONS = 3
 #: by how much, and how often, the amplitude grows once most of the contact slips: under variable
 #: load it opens on until it rattles, and then changes no more
-_GROWTH, _GROWN = 1.5, 15
+_GROWTH, _GROWN = 1.35, 20
 #: levels from one to the next at which single bolts stick, or one side of each: enough to hold them
 #: without crowding out the rest
 _STRIDE = 3
 #: corrections of the mean position, and the change of it, over its size, that is none
 _MOST_MEANS, _MEAN_FOUND = 12, 1e-3
 
-# How much motions count, against a mode of the first resonance. Chosen for 40 vectors: with half or
-# twice as much of the last two, peaks or resonances of some case are worse.
+# How much motions count, against a mode of the first resonance: found by trial, for 40 vectors on
+# the assemblies of the study.
 #: the motion of each resonance after the first, against the one before
 _LATER = 0.2
 #: mean positions, per amplitude
-_MEAN = 3.0
-#: what a change of the loss depends on, per relative change
-_LOSS = 0.02
+_MEAN = 2.7
+#: what a change of the loss depends on, per change relative to the loss and, to this power, to the
+#: growth of the damping force, which decides how far the loss moves the amplitude
+_LOSS, _TO_GROWTH = 0.02, 0.62
 
 
 @dataclass(frozen=True)
@@ -235,15 +236,19 @@ class SpringContact:
         stiffness = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
         # springs that are weak against all others only spoil the condition of what follows
         acting = np.flatnonzero(stiffness > 1e-6 * stiffness.max(initial=0.0))
+        self._acting = acting
         self._stiffness, self._rows = stiffness[acting], candidates.rows[acting]
-        if acting.size:
-            compliance = candidates.flexibility[np.ix_(acting, acting)]
-            compliance[np.diag_indices(acting.size)] += 1 / self._stiffness
-            self._factors = cho_factor(compliance, overwrite_a=True)
+
+    @cached_property
+    def _factors(self) -> tuple[Array, bool]:
+        """Of the compliance of the springs and what is between them, if any is asked for."""
+        compliance = self.candidates.flexibility[np.ix_(self._acting, self._acting)]
+        compliance[np.diag_indices(self._acting.size)] += 1 / self._stiffness
+        return cho_factor(compliance, overwrite_a=True)
 
     def displacement(self, force: Array) -> Array:
         """(1 + R^T D R)^-1 times a force, by Woodbury's formula over the springs that act."""
-        if not self._stiffness.size:
+        if not (self._acting.size and force.any()):
             return force
         return force - self._rows.T @ cho_solve(self._factors, self._rows @ force)
 
@@ -560,9 +565,9 @@ class _SlippingMode:
             mean position. Those under variable load alone vanish under constant load.
         """
         found = self._sensitivity()
-        # how far the loss moves the amplitude is decided by how the damping force grows with it
         structure = self._enrichment.loss_factor
-        relative = _LOSS / np.sqrt((structure + found.loss) * (structure + max(found.growth, 0.0)))
+        loss, growth = structure + found.loss, structure + max(found.growth, 0.0)
+        relative = _LOSS / (loss ** (1 - _TO_GROWTH) * growth**_TO_GROWTH)
         motions = np.stack(
             [
                 self._mode,
