@@ -15,7 +15,7 @@ class Curve:
         self._residual, self._by_x, self._by_p = residual, by_x, by_p
 
     def evaluate(self, x, p):
-        return np.array([self._residual(x[0], p)]), np.array([[self._by_x(x[0], p)]])
+        return np.array([self._residual(x[0], p)]), lambda: np.array([[self._by_x(x[0], p)]])
 
     def parameter_derivative(self, x, p):
         return np.array([self._by_p(x[0], p)])
@@ -45,7 +45,7 @@ class Turning(Curve):
     def evaluate(self, x, p):
         a, b = self._axes() @ x
         jacobian = np.array([[3 * a**2 - 3, 0.0], [-1.0, 1.0]])
-        return np.array([a**3 - 3 * a - p, b - a - 1]), jacobian @ self._axes()
+        return np.array([a**3 - 3 * a - p, b - a - 1]), lambda: jacobian @ self._axes()
 
     def parameter_derivative(self, x, p):
         return np.array([-1.0, 0.0])
@@ -152,7 +152,7 @@ class Jumping(Curve):
     basis = 0.0
 
     def evaluate(self, x, p):
-        return np.array([x[0] - 1 - p / 100 - self.basis]), np.array([[1.0]])
+        return np.array([x[0] - 1 - p / 100 - self.basis]), lambda: np.array([[1.0]])
 
     def parameter_derivative(self, x, p):
         return np.array([-0.01])
@@ -250,7 +250,7 @@ class Expecting(Curve):
         return self.f(p) + self._share * (1 + p / 2) * (self.basis - self.f(p))
 
     def evaluate(self, x, p):
-        return x - self._seen(p), np.eye(1)
+        return x - self._seen(p), lambda: np.eye(1)
 
     def parameter_derivative(self, x, p):
         slope = -2 * (p - 0.1) / 0.3**2 * (self.f(p) - 1)

@@ -398,7 +398,7 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
             for jacobian in ("analytic", "forward-difference")
         )
         x = analytic.from_fixed(1e-5 * np.random.default_rng(3).normal(size=6))
-        exact, near = (each.evaluate(x, 500.0)[1] for each in (analytic, differences))
+        exact, near = (each.evaluate(x, 500.0)[1]() for each in (analytic, differences))
         np.testing.assert_allclose(near, exact, atol=1e-5 * np.abs(exact).max())
 
 

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from boltjoint.balance import HarmonicBalance
+from boltjoint.balance import Forming, HarmonicBalance
 from boltjoint.continuation import Solution, StepControl, newton, trace
 from boltjoint.dataset import quantity
 from boltjoint.joint import Joint
@@ -85,21 +85,28 @@ class ModeAtAmplitude:
         mode[-2] = self.stuck
         return np.append(mode.ravel(), [1.0, 0.0])
 
-    def evaluate(
-        self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and Jacobian at the amplitude exp(p)."""
+    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+        """Residual at the amplitude exp(p), and what forms its Jacobian."""
         a, modes = np.exp(p), self._modes
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
         real, imaginary = x[-2:]
         force, jacobian_of_force = self.balance.residual_and_jacobian(a * x[:-2], 0.0)
         residual = np.append(force / (a * self.scale), [s @ s - c @ c - 1, 2 * s @ c])
+        residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
+        residual[-2 - modes : -2] -= real * c + imaginary * s
+        return residual, lambda: self._jacobian(x, jacobian_of_force())
+
+    def _jacobian(
+        self, x: NDArray[np.float64], of_force: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """The Jacobian from that of the balance without excitation and inertia."""
+        modes = self._modes
+        s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
+        real, imaginary = x[-2:]
         jacobian = np.zeros((x.size, x.size))
-        jacobian[:-2, :-2] = jacobian_of_force / self.scale
+        jacobian[:-2, :-2] = of_force / self.scale
 
         sin, cos = slice(-2 - 2 * modes, -2 - modes), slice(-2 - modes, -2)
-        residual[sin] -= real * s - imaginary * c
-        residual[cos] -= real * c + imaginary * s
         unit = np.eye(modes)
         jacobian[sin, sin] -= real * unit
         jacobian[sin, cos] += imaginary * unit
@@ -109,12 +116,12 @@ class ModeAtAmplitude:
         jacobian[cos, -2:] = np.column_stack([-c, -s])
         jacobian[-2, sin], jacobian[-2, cos] = 2 * s, -2 * c
         jacobian[-1, sin], jacobian[-1, cos] = 2 * c, 2 * s
-        return residual, jacobian
+        return jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the logarithm of the amplitude."""
-        force, jacobian = self.balance.residual_and_jacobian(np.exp(p) * x[:-2], 0.0)
-        change = jacobian @ x[:-2] - force / np.exp(p)
+        a, q = np.exp(p), np.exp(p) * x[:-2]
+        change = self.balance.change_along(q, 0.0, x[:-2]) - self.balance.residual(q, 0.0) / a
         return np.append(change / self.scale, [0.0, 0.0])
 
     def renew(

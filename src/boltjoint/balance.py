@@ -1,5 +1,6 @@
 """Do the harmonics balance? Residual and Jacobian of the modal equations of a joint."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,8 +9,14 @@ from numpy.typing import NDArray
 
 from boltjoint.joint import Joint
 
+Forming = Callable[[], NDArray[np.float64]]
+"""Forms a derivative, which costs more than the residual beside it, where it is needed."""
+
 #: with more modes, products of two at every point would take more time to read than to form
 _MOST_PRODUCTS = 16
+
+#: points whose tangents go to modes together: what is formed for them stays in the cache
+_POINTS_AT_ONCE = 256
 
 
 @dataclass(frozen=True)
@@ -90,8 +97,8 @@ class HarmonicBalance:
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and its exact derivative by x, from one pass over the elements."""
+    ) -> tuple[NDArray[np.float64], Forming]:
+        """Residual, and what forms its exact derivative by x, from one pass over the elements."""
         return self.with_contact(x, w, *self.joint.law.force_and_tangent(self.motion(x)))
 
     def with_contact(
@@ -100,11 +107,19 @@ class HarmonicBalance:
         w: float,
         force: NDArray[np.float64],
         tangent: NDArray[np.float64],
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    ) -> tuple[NDArray[np.float64], Forming]:
         """The same, from the forces of the points and their tangents as the law gives them."""
         linear = self.dynamic_stiffness(w)
         residual = linear @ x + self._to_modes(force) - self.modal_force
-        return residual, linear + self._tangent_to_modes(tangent)
+        return residual, lambda: linear + self._tangent_to_modes(tangent)
+
+    def change_along(
+        self, x: NDArray[np.float64], w: float, dx: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Derivative of the residual at x and w along dx, shape of x; forms no Jacobian."""
+        _, tangent = self.joint.law.force_and_tangent(self.motion(x))
+        force = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
+        return self.dynamic_stiffness(w) @ dx + self._to_modes(force)
 
     def works(self, x: NDArray[np.float64]) -> tuple[float, float, float]:
         """Work over a period of the excitation, and what structure and contact take [J].
@@ -287,16 +302,17 @@ class HarmonicBalance:
     def _changed_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """The same less what the points have while they stick: of the others alone."""
         n, modes = len(self.components), len(self.stiffness)
-        change = tangent - self._stuck_tangent
-        changed = np.flatnonzero(np.any(change != 0, axis=(1, 2)))
-        change = self._by_direction(change[changed])
-        jacobian = np.zeros((modes, n, n, modes))
-        for e, C in enumerate(self.rows):
-            for d, B in enumerate(self.rows):
-                moved = change[:, d, :, e, :, None] * C[changed, None, None, :]
-                jacobian += (B[changed].T @ moved.reshape(len(changed), n * n * modes)).reshape(
-                    jacobian.shape
-                )
+        change = self._by_direction(tangent - self._stuck_tangent)
+        jacobian = np.zeros((modes, n * n * modes))
+        for d, B in enumerate(self.rows):
+            for e, C in enumerate(self.rows):
+                by_part = change[:, d, :, e, :].reshape(-1, n * n)
+                changed = np.flatnonzero(by_part.any(axis=1))
+                for first in range(0, changed.size, _POINTS_AT_ONCE):
+                    at = changed[first : first + _POINTS_AT_ONCE]
+                    moved = by_part[at][:, :, None] * C[at][:, None, :]
+                    jacobian += B[at].T @ moved.reshape(at.size, -1)
+        jacobian = jacobian.reshape(modes, n, n, modes)
         return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
 
     @cached_property

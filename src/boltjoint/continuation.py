@@ -29,8 +29,8 @@ class Equations(Protocol):
     basis: object
     """What the unknown presently means; ``renew`` changes it, and it may be set back."""
 
-    def evaluate(self, x: Vector, p: float) -> tuple[Vector, NDArray[np.float64]]:
-        """Residual and its derivative by x."""
+    def evaluate(self, x: Vector, p: float) -> tuple[Vector, Callable[[], NDArray[np.float64]]]:
+        """Residual, and what forms its derivative by x, which not every solution needs."""
 
     def parameter_derivative(self, x: Vector, p: float) -> Vector:
         """Derivative of the residual by p."""
@@ -163,18 +163,21 @@ def newton(
     solution : Solution
         ``converged`` is false where ``most_iterations`` did not suffice.
     jacobian : ndarray
-        At the solution.
+        Of the last correction, which differs from that at the solution by less than it corrected;
+        where there was none, at the solution.
     """
-    residual, jacobian = equations.evaluate(x, p)
-    size = np.linalg.norm(residual)
+    residual, form_jacobian = equations.evaluate(x, p)
+    size, jacobian = np.linalg.norm(residual), form_jacobian()
     for iteration in range(control.most_iterations):
         limit = _smallest_residual(equations, control, x, jacobian)
+        if iteration > 0 and size > limit:
+            jacobian = form_jacobian()
         correction = _solve(jacobian, residual) if size > limit else None
         if correction is None:
             return Solution(x, p, iteration, bool(size <= limit)), jacobian
         for damping in (1.0, 0.5, 0.25, 0.125):
             trial = x - damping * correction
-            residual, jacobian = equations.evaluate(trial, p)
+            residual, form_jacobian = equations.evaluate(trial, p)
             trial_size = np.linalg.norm(residual)
             if trial_size < size:
                 break
@@ -234,7 +237,7 @@ class _Station:
 
 
 class _Corrected(NamedTuple):
-    """A solution found on a sphere: its Jacobian, and the way there in unweighted coordinates."""
+    """A solution found on a sphere, a Jacobian there, and the way in unweighted coordinates."""
 
     solution: Solution
     jacobian: NDArray[np.float64]
@@ -362,8 +365,8 @@ class _Tracer:
         if renewed is None:
             return None
         x, along = renewed
-        _, jacobian = self.equations.evaluate(x, station.p)
-        return self._station(x, station.p, jacobian, np.append(along, way[-1]))
+        _, form_jacobian = self.equations.evaluate(x, station.p)
+        return self._station(x, station.p, form_jacobian(), np.append(along, way[-1]))
 
     def _station(self, x: Vector, p: float, jacobian: NDArray[np.float64], way: Vector) -> _Station:
         size = float(np.linalg.norm(x))
@@ -397,23 +400,27 @@ class _Tracer:
         by_parameter = self.equations.parameter_derivative(x, p)
         return np.column_stack([jacobian, by_parameter]) / weights
 
-    def _correct(self, station: _Station, step: float) -> _Corrected | None:
+    def _correct(self, station: _Station, step: float, sharp: bool = False) -> _Corrected | None:
         """Solve on the sphere of radius ``step`` around a station, ahead along its tangent.
 
-        None where the corrector fails, strays or turns back.
+        The Jacobian is that of the last correction, or, if it is to be ``sharp``, that at the
+        solution. None where the corrector fails, strays or turns back.
         """
-        offset = step * station.tangent
+        offset, jacobian = step * station.tangent, None
         for iteration in range(self.control.most_iterations + 1):
             x, p = station.at(offset)
-            residual, jacobian = self.equations.evaluate(x, p)
+            residual, form_jacobian = self.equations.evaluate(x, p)
+            if jacobian is None:
+                jacobian = form_jacobian()
             sphere = offset @ offset / step - step
             limit = _smallest_residual(self.equations, self.control, x, jacobian)
             if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * step:
                 if offset @ station.tangent < 0.5 * step:
                     return None
-                return _Corrected(
-                    Solution(x, p, iteration, True), jacobian, offset / station.weights
-                )
+                solution, way = Solution(x, p, iteration, True), offset / station.weights
+                return _Corrected(solution, form_jacobian() if sharp else jacobian, way)
+            if iteration > 0:
+                jacobian = form_jacobian()
             derivative = self._derivative(x, p, jacobian, station.weights)
             correction = _solve(
                 np.vstack([derivative, 2 * offset / step]), np.append(residual, sphere)
@@ -477,7 +484,8 @@ class _Tracer:
         offset = np.zeros_like(station.tangent)
         for _ in range(self.control.most_iterations):
             x, p = station.at(offset)
-            residual, jacobian = self.equations.evaluate(x, p)
+            residual, form_jacobian = self.equations.evaluate(x, p)
+            jacobian = form_jacobian()
             limit = _smallest_residual(self.equations, self.control, x, jacobian)
             if np.linalg.norm(residual) <= limit:
                 way = station.tangent / station.weights
@@ -508,7 +516,7 @@ class _Tracer:
         if self._event_at(station) <= 0 or self._event_after(station, found) > 0:
             return None
         # a renewal has left the station beside the path, too far for the shortest arcs
-        event = self._located(station, step) or self._located(self._recentred(station), step)
+        event = self._located(station, step, found) or self._located(self._recentred(station), step)
         return event and replace(event, x=self.equations.to_fixed(event.x))
 
     def _event_looked_at(
@@ -531,7 +539,10 @@ class _Tracer:
         self.equations.basis, self.expected = basis, expected
         return replace(event, x=fixed)
 
-    def _located(self, station: _Station, step: float) -> Solution | None:
+    def _located(
+        self, station: _Station, step: float, found: _Corrected | None = None
+    ) -> Solution | None:
+        """The solution at an event between a station and a step, whose end may be known."""
         before = self._event_at(station)
         if before <= 0:
             return Solution(station.x, station.p, 0, True, located=True)
@@ -540,7 +551,8 @@ class _Tracer:
         def event_along(arc: float) -> float:
             if arc == 0:
                 return before
-            corrected = self._correct(station, arc)
+            at_end = found is not None and arc == step
+            corrected = found if at_end else self._correct(station, arc, sharp=True)
             if corrected is None:
                 raise _Lost
             tried[arc] = replace(corrected.solution, located=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from boltjoint.balance import HarmonicBalance
+from boltjoint.balance import Forming, HarmonicBalance
 from boltjoint.names import parse_coordinates
 
 Jacobian = Literal["analytic", "forward-difference"]
@@ -54,13 +54,12 @@ class LinearModes:
     def basis(self, basis: NDArray[np.float64] | None) -> None:
         self.balance = replace(self.balance, basis=basis)
 
-    def evaluate(
-        self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and Jacobian at the frequency p [rad/s]."""
-        if not self._analytic:
-            return self._with_differences(x, p)
-        residual, jacobian = self.balance.residual_and_jacobian(x, p)
+    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+        """Residual at the frequency p [rad/s], and what forms its Jacobian."""
+        if self._analytic:
+            residual, jacobian = self.balance.residual_and_jacobian(x, p)
+        else:
+            residual, jacobian = self._with_differences(x, p)
         return residual + (1 - self.share) * self.balance.modal_force, jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
@@ -89,19 +88,24 @@ class LinearModes:
         return -self.balance.modal_force
 
     def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        return self.balance.residual(x, p) + (1 - self.share) * self.balance.modal_force
+        """Of the whole excitation."""
+        return self.balance.residual(x, p)
 
     def _with_differences(
         self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    ) -> tuple[NDArray[np.float64], Forming]:
         residual = self._residual(x, p)
-        jacobian = np.empty((x.size, x.size))
-        size = np.linalg.norm(x) / np.sqrt(x.size) or 1.0
-        for j in range(x.size):
-            step = _DIFFERENCE * max(abs(x[j]), size)
-            moved = x.copy()
-            moved[j] += step
-            jacobian[:, j] = (self._residual(moved, p) - residual) / (moved[j] - x[j])
+
+        def jacobian() -> NDArray[np.float64]:
+            columns = np.empty((x.size, x.size))
+            size = np.linalg.norm(x) / np.sqrt(x.size) or 1.0
+            for j in range(x.size):
+                step = _DIFFERENCE * max(abs(x[j]), size)
+                moved = x.copy()
+                moved[j] += step
+                columns[:, j] = (self._residual(moved, p) - residual) / (moved[j] - x[j])
+            return columns
+
         return residual, jacobian
 
 
@@ -188,6 +192,8 @@ class MovingModes(LinearModes):
         super().__init__(balance)
         squared, self._modes = _stuck_modes(balance, count, target)
         self._scale = squared[-1]
+        #: where the modes were asked for last, what they continue, and what they are
+        self._found: tuple[NDArray[np.float64], ...] | None = None
 
     @property
     def basis(self) -> NDArray[np.float64]:
@@ -198,35 +204,35 @@ class MovingModes(LinearModes):
     def basis(self, basis: NDArray[np.float64]) -> None:
         self._modes = basis
 
-    def evaluate(
-        self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and Jacobian at the frequency p [rad/s]."""
+    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+        """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         motion = self.balance.motion(x)
         force, tangent = self.balance.joint.law.force_and_tangent(motion)
         secant = self.balance.secants(motion, force)
         squared, vectors, kept = self._modes_of(secant.real)
-        V, others = vectors[:, kept], np.delete(vectors, kept, axis=1)
-        gaps = squared[kept] - np.delete(squared, kept)[:, None]
-        # what turns each mode towards those left out, by q: (left out, components * modes)
-        change = self.balance.secant_derivative(motion, secant, tangent).real
-        turns = [
-            others @ (others.T @ self.balance.weighted_products(v, change) / gap[:, None])
-            for v, gap in zip(V.T, gaps.T, strict=True)
-        ]
-
-        residual, jacobian = self.balance.with_contact(x, p, force, tangent)
+        V, k = vectors[:, kept], self._scale
+        self._found = x, self._modes, V
+        residual, jacobian_in_all = self.balance.with_contact(x, p, force, tangent)
         residual += (1 - self.share) * self.balance.modal_force
-        k, modes = self._scale, len(V)
-        residual, jacobian = residual - k * x, jacobian - k * np.eye(x.size)
-        for first in range(0, x.size, modes):
-            part = slice(first, first + modes)
-            h, dh = residual[part].copy(), jacobian[part]
-            residual[part] = V @ (V.T @ h)
-            jacobian[part] = V @ (V.T @ dh)
-            for v, turn in zip(V.T, turns, strict=True):
-                jacobian[part] += turn * (v @ h) + np.outer(v, h @ turn)
-        return residual + k * x, jacobian + k * np.eye(x.size)
+        h = (residual - k * x).reshape(-1, len(V))
+
+        def jacobian() -> NDArray[np.float64]:
+            others = np.delete(vectors, kept, axis=1)
+            gaps = squared[kept] - np.delete(squared, kept)[:, None]
+            # what turns each mode towards those left out, by q: (modes, components * modes)
+            change = self.balance.secant_derivative(motion, secant, tangent).real
+            turns = [
+                others @ (others.T @ self.balance.weighted_products(v, change) / gap[:, None])
+                for v, gap in zip(V.T, gaps.T, strict=True)
+            ]
+            found = jacobian_in_all() - k * np.eye(x.size)
+            for part, of_part in zip(found.reshape(*h.shape, -1), h, strict=True):
+                part[:] = V @ (V.T @ part)
+                for v, turn in zip(V.T, turns, strict=True):
+                    part += turn * (v @ of_part) + np.outer(v, of_part @ turn)
+            return found + k * np.eye(x.size)
+
+        return (h @ V @ V.T).ravel() + k * x, jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
@@ -247,8 +253,10 @@ class MovingModes(LinearModes):
         return (y.reshape(-1, len(V)) @ V @ V.T).ravel()
 
     def _modes_at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        _, vectors, kept = self._modes_of(self.balance.secant_stiffness(x).real)
-        return vectors[:, kept]
+        if self._found is None or self._found[0] is not x or self._found[1] is not self._modes:
+            _, vectors, kept = self._modes_of(self.balance.secant_stiffness(x).real)
+            self._found = x, self._modes, vectors[:, kept]
+        return self._found[2]
 
     def _modes_of(
         self, secant: NDArray[np.float64]
@@ -288,10 +296,8 @@ class Loading:
     def basis(self, basis: NDArray[np.float64]) -> None:
         self._equations.basis = basis
 
-    def evaluate(
-        self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and Jacobian under exp(p) of the excitation."""
+    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+        """Residual under exp(p) of the excitation, and what forms its Jacobian."""
         self._equations.share = np.exp(p)
         found = self._equations.evaluate(x, self._w)
         self._equations.share = 1.0
@@ -390,21 +396,23 @@ class ComplexModes(LinearModes):
             self._from_points[:, d, -1, bias:] = np.hstack([-Z.imag, Z.real])
             self._points_at_zero[:, d, -2:] = np.column_stack([at_zero.real, at_zero.imag])
 
-    def evaluate(
-        self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and Jacobian at the frequency p [rad/s]."""
+    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+        """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         if not self._analytic:
             return self._with_differences(x, p)
         force, tangent = self.balance.joint.law.force_and_tangent(self._motion(x))
+        return self._balanced(x, p, force), lambda: self._jacobian(p, tangent)
+
+    def _jacobian(self, p: float, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The Jacobian from the tangents of the points."""
         phi, bias = self._phi, self._bias
         dynamic = phi.T @ (self._lossy - p**2 * np.eye(len(phi))) @ phi
-        jacobian = np.zeros((x.size, x.size))
-        jacobian[:bias, :bias] = self.balance.stiffness[:bias, :bias]
-        jacobian[bias:, bias:] = np.block(
+        jacobian = self._contact_jacobian(tangent)
+        jacobian[:bias, :bias] += self.balance.stiffness[:bias, :bias]
+        jacobian[bias:, bias:] += np.block(
             [[dynamic.real, -dynamic.imag], [dynamic.imag, dynamic.real]]
         )
-        return self._balanced(x, p, force), jacobian + self._contact_jacobian(tangent)
+        return jacobian
 
     def _contact_jacobian(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """What the contact adds to the Jacobian, bias and harmonics apart."""

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.balance import HarmonicBalance, parse_component
+from boltjoint.balance import Forming, HarmonicBalance, parse_component
 from boltjoint.continuation import StepControl, newton
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
@@ -32,13 +32,13 @@ class ViscousBalance(HarmonicBalance):
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual and its exact derivative by x."""
+    ) -> tuple[NDArray[np.float64], Forming]:
+        """Residual, and what forms its exact derivative by x."""
         amplitude = x.reshape(len(self.components), -1)
         force, tangent = self.joint.law.modal_force_and_tangent(self.rows, amplitude)
         linear = self.dynamic_stiffness(w)
         residual = linear @ x + force.ravel() - self.modal_force
-        return residual, linear + tangent.reshape(x.size, x.size)
+        return residual, lambda: linear + tangent.reshape(x.size, x.size)
 
     @cached_property
     def _springs_and_losses(self) -> NDArray[np.float64]:

@@ -4,6 +4,8 @@ Every element is followed sample by sample through its motion from rest, its for
 to harmonic coefficients by the trapezoidal rule, and the modal equations are written down anew.
 """
 
+from math import ceil
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -181,7 +183,7 @@ def residuals_in_time(
     joint: xr.Dataset,
     response: xr.Dataset,
     *,
-    samples: int = 4000,
+    samples: int = 1000,
     tolerance: float = 1e-6,
     most_samples: int = 64000,
 ) -> NDArray[np.float64]:
@@ -194,8 +196,9 @@ def residuals_in_time(
     samples
         Samples a period; the trapezoidal rule errs by their inverse square.
     tolerance, most_samples
-        Where the residual is larger than this, the samples are doubled until it is not, or until
-        there are this many: what then remains belongs to the solution, not to the march.
+        Where the residual is larger than this, there are more samples, as many as are expected to
+        make it small enough, until it is, or until there are this many: what then remains belongs
+        to the solution, not to the march.
 
     Returns
     -------
@@ -222,7 +225,9 @@ def residuals_in_time(
         count = samples
         left[i] = equations.residual(motion[i], frequency[i], excitation[i], count)
         while left[i] > tolerance and count < most_samples:
-            count *= 2
+            # the march errs by the inverse square of its samples
+            more = float(np.clip(1.1 * np.sqrt(left[i] / tolerance), 1.25, 8.0))
+            count = min(ceil(more * count), most_samples)
             left[i] = equations.residual(motion[i], frequency[i], excitation[i], count)
     return left
 
@@ -264,7 +269,7 @@ class _ModalEquations:
 
 
 def check_solutions(
-    joint: xr.Dataset, response: xr.Dataset, *, samples: int = 4000
+    joint: xr.Dataset, response: xr.Dataset, *, samples: int = 1000
 ) -> pd.DataFrame:
     """Largest residual in time of the converged solutions at every force level.
 
