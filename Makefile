@@ -21,7 +21,7 @@ lint: .venv/ready
 	$(BIN)/snakefmt --check Snakefile workflow/rules
 	$(BIN)/snakemake --lint
 
-# the pages of docs/ that quote results, from those of a finished study
+# the pages of docs/ that quote results, from those of make reproduce STUDY=config/convergence.yaml
 docs: .venv/ready
 	$(BIN)/python docs/write.py
 

@@ -1,4 +1,6 @@
-"""Write the pages of this folder that quote results: ``make docs``, after ``make reproduce``.
+"""Write the pages of this folder that quote results: ``make docs``.
+
+They quote those of ``make reproduce STUDY=config/convergence.yaml``.
 
 Where a template quotes a result it names table, row and column, or what is computed from results.
 """
@@ -76,9 +78,12 @@ class Tables:
         return self.rows(f"times_{case}_free-4", **which)[columns[jacobian]].median()
 
     def cases(self, kind: str) -> list[str]:
-        """The cases that have a table of a kind."""
+        """The cases that have a table of a kind; at least one must."""
         study = load_study(HERE.parent)
-        return [case for case in study.cases if self._path(kind, case).exists()]
+        found = [case for case in study.cases if self._path(kind, case).exists()]
+        if not found:
+            raise LookupError(f"no {kind}_*.csv: make reproduce STUDY=config/convergence.yaml")
+        return found
 
     def models(self, case: str) -> list[dict[str, object]]:
         """Largest errors and cost of every model of a case."""

@@ -60,6 +60,13 @@ def edit(study, file, old, new):
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
 
+def shipped(name):
+    """The study with the keys of another file of ``config/`` in place of its own."""
+    texts = ((ROOT / file).read_text(encoding="utf-8") for file in (CONFIG, f"config/{name}.yaml"))
+    own, other = map(parse_mapping, texts)
+    return load_study(ROOT, own | other)
+
+
 def problems_of(study, settings=None):
     with pytest.raises(ConfigError) as caught:
         load_study(study, settings)
@@ -503,16 +510,8 @@ def test_what_is_solved_is_shown_in_its_own_basis():
         f"figures/backbone_{where}_resonance=1.svg",
     ):
         assert f"results/{path}" in targets, path
-    for path in (
-        "tables/bases_three_bolt_constant.csv",
-        "figures/bases_four_bolt_variable.svg",
-        f"tables/divisions_{where}.csv",
-        f"figures/divisions_{where}.svg",
-        "figures/patterns_four_bolt.svg",
-        f"tables/fits_{where}.csv",
-        "tables/fits_three_bolt_constant_free-4.csv",
-    ):
-        assert f"results/{path}" in targets, path
+    for basis in ("free-4", "enriched-40"):
+        assert f"results/tables/fits_three_bolt_constant_{basis}.csv" in targets
     # no states are drawn of what is rebuilt
     assert f"results/figures/states_{where}_node-to-node_backbone_resonance=1.svg" not in targets
     # resonance 2 is solved in the source's basis only
@@ -525,14 +524,33 @@ def test_what_is_solved_is_shown_in_its_own_basis():
     assert not [path for path in targets if path.startswith((f"results/figures/loops_{case}",))]
 
 
-def test_nothing_is_compared_with_converged_bases_unless_asked_for(study):
-    edit(study, CONFIG, "\nconvergence:", "\nconvergence: {}\n#")
-    edit(study, CONFIG, "  bases: [", "#")
-    edit(study, CONFIG, "  regions: [2", "#")
-    targets = layout.targets(load_study(study))
-    assert "results/tables/models_three_bolt_constant.csv" in targets
+def test_bases_and_regions_are_compared_with_converged_ones_only_where_asked_for(study):
+    usual = layout.targets(load_study(study))
+    assert "results/tables/models_three_bolt_constant.csv" in usual
     for kind in ("bases", "divisions", "patterns"):
-        assert not [path for path in targets if f"/{kind}_" in path]
+        assert not [path for path in usual if f"/{kind}_" in path]
+    asked_for = shipped("convergence")
+    added = {path for path in layout.targets(asked_for) if path not in usual}
+    subjects = {
+        "bases": list(asked_for.cases),
+        "divisions": [f"{case}_enriched-40" for case in asked_for.cases],
+        "patterns": list(asked_for.assemblies),
+    }
+    for kind, of in subjects.items():
+        for path in (f"tables/{kind}_{{}}.csv", f"figures/{kind}_{{}}.svg"):
+            assert {f"results/{path.format(name)}" for name in of} <= added
+    assert set(usual) <= set(layout.targets(asked_for))
+
+
+def test_the_short_study_has_both_laws_and_both_assemblies_and_all_kinds_of_tables():
+    short, whole = shipped("short"), shipped("convergence")
+    assert {case.contact.law for case in short.cases.values()} == {"constant", "variable"}
+    assert list(short.assemblies) == list(whole.assemblies)
+    kinds = [
+        {re.split("[_.]", Path(path).name)[0] for path in layout.targets(study)}
+        for study in (short, whole)
+    ]
+    assert kinds[0] == kinds[1]
 
 
 def test_a_march_in_time_checks_responses_in_all_modes_of_the_basis(study):
@@ -656,26 +674,26 @@ A_JOINT = (
         # bases and regions that are compared
         (
             CONFIG,
-            "enriched-80]",
-            "enriched-81]",
-            'convergence.bases[6]: "enriched-81" must have at most 80 vectors, as enrichment.most',
+            "\ntiming:",
+            "\nconvergence: {bases: [free-4, enriched-81]}\ntiming:",
+            'convergence.bases[1]: "enriched-81" must have at most 80 vectors, as enrichment.most',
         ),
         (
             CONFIG,
-            "enriched-40, enriched-80]",
-            "free-80]",
-            'convergence.bases[5]: "free-80" must be enriched-N: all are compared with it',
+            "\ntiming:",
+            "\nconvergence: {bases: [enriched-40, free-80]}\ntiming:",
+            'convergence.bases[1]: "free-80" must be enriched-N: all are compared with it',
         ),
         (
             CONFIG,
-            "bases: [free-4",
-            "bases: [free-1",
+            "\ntiming:",
+            "\nconvergence: {bases: [free-1, enriched-40]}\ntiming:",
             'convergence.bases[0]: "free-1" must have at least 2 vectors, for as many resonances',
         ),
         (
             CONFIG,
-            "regions: [2, 4",
-            "regions: [4, 4",
+            "\ntiming:",
+            "\nconvergence: {regions: [4, 4]}\ntiming:",
             "convergence.regions[1]: 4 must not appear twice",
         ),
         # single values

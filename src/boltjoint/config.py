@@ -608,7 +608,7 @@ class Timing(Entry):
 
     repeats: Count = 3
     """Times that each frequency response is computed while the clock runs, at most."""
-    enough_s: Positive = 2.0
+    enough_s: Positive = 0.5
     """It is not computed again once all computations of it took so long, in s."""
 
 

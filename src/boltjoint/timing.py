@@ -20,7 +20,7 @@ def time_solver(
     *,
     jacobians: Sequence[Jacobian],
     repeats: int = 3,
-    enough_s: float = 2.0,
+    enough_s: float = 0.5,
     **options: object,
 ) -> pd.DataFrame:
     """Time the frequency response at every force level, on one thread.

@@ -16,9 +16,10 @@ _HOW = """
 <p>Errors of models are those of the first resonance's peak, the largest over all forces, against
 the node-to-node joint in linear modes of the largest basis that holds the contact
 (<i>enriched</i>; <i>docs/theory.md</i> says how it is made). How far that answer is from one in
-still more vectors the tables of bases show: frequencies settle first, amplitudes last, at forces
-under which the weakest pairs alone slip, or all of them. The time is that of all forces together,
-the solver alone, compiled, on one thread.</p>
+still more vectors the tables of bases show, which a study with <i>config/convergence.yaml</i> has,
+and <i>docs/accuracy.md</i>: frequencies settle first, amplitudes last, at forces under which the
+weakest pairs alone slip, or all of them. The time is that of all forces together, the solver alone,
+compiled, on one thread.</p>
 <ul>
 <li>To <b>design a joint</b>, take an enriched basis, and the backbone where one resonance is of
 interest: it is as accurate as the full solution and gives damping over amplitude besides.</li>
