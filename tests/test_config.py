@@ -462,18 +462,21 @@ def test_how_elements_are_fitted():
 
 
 @pytest.mark.parametrize(
-    ("modes", "coordinates", "expected"),
+    ("modes", "joint", "coordinates", "expected"),
     [
-        ("free-4", "linear", ["analytic", "forward-difference"]),
-        ("free-4", "rdnm-1", ["analytic", "forward-difference"]),
-        ("free-4", "backbone", ["analytic"]),
-        ("free-4", "complex-rdnm-1", ["analytic"]),
-        ("enriched-40", "linear", ["analytic"]),
-        ("enriched-40", "backbone", ["analytic"]),
+        ("free-4", "node-to-node", "linear", ["analytic", "forward-difference"]),
+        ("free-4", "regions=6", "rdnm-1", ["analytic", "forward-difference"]),
+        ("free-4", "regions=6/elements=7", "linear", ["analytic", "forward-difference"]),
+        ("free-4", "regions=6/harmonic=7", "linear", ["analytic"]),
+        ("free-4", "clusters=auto", "linear", ["analytic"]),
+        ("free-4", "node-to-node", "backbone", ["analytic"]),
+        ("free-4", "node-to-node", "complex-rdnm-1", ["analytic"]),
+        ("enriched-40", "node-to-node", "linear", ["analytic"]),
+        ("enriched-40", "node-to-node", "backbone", ["analytic"]),
     ],
 )
-def test_forward_differences_are_timed_where_the_source_solves(modes, coordinates, expected):
-    assert layout.jacobians(modes, coordinates) == expected
+def test_forward_differences_are_timed_where_the_source_solves(modes, joint, coordinates, expected):
+    assert layout.jacobians(modes, joint, coordinates) == expected
 
 
 def test_options_of_the_enrichment_are_those_of_the_library():

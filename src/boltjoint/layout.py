@@ -151,10 +151,16 @@ def is_checked(study: Study, coordinates: str) -> bool:
     return parse_coordinates(coordinates).kind == "linear" and study.solver.sampling is None
 
 
-def jacobians(family: str, coordinates: str) -> list[str]:
+def jacobians(family: str, joint_name: str, coordinates: str) -> list[str]:
     """Ways to the Jacobian that are timed: forward differences too for what the source solves."""
-    in_source = parse_coordinates(coordinates).kind in ("linear", "real")
-    return ["analytic", *(["forward-difference"] if in_source and not is_enriched(family) else [])]
+    parsed = parse_joint(joint_name)
+    in_source = (
+        not is_enriched(family)
+        and parsed.division in (None, "regions")
+        and parsed.reduction in (None, "elements")
+        and parse_coordinates(coordinates).kind in ("linear", "real")
+    )
+    return ["analytic", *(["forward-difference"] if in_source else [])]
 
 
 def flat(joint_name: str) -> str:

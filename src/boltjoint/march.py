@@ -141,9 +141,10 @@ def _march(
             # the slider rests at zero until it is pushed; the period begins at sine 0, cosine 1
             z[e] = 0.0
             x_before[e], n_before[e] = x[0, e] + x[2, e], n[0, e] + n[2, e]
-        for _ in range(2):
-            f_sum[:] = 0.0
-            n_sum[:] = 0.0
+        f_sum[:] = 0.0
+        n_sum[:] = 0.0
+        for period in range(2):
+            observed = period == 1
             for i in range(len(table)):
                 sin, cos = table[i]
                 for e in range(lanes):
@@ -157,18 +158,20 @@ def _march(
                         laid_down = x_before[e] + (x_now - x_before[e]) * way
                         slider = laid_down if n_before[e] < 0.0 else slider
                         load = n_now if n_now > 0.0 else 0.0
-                        n_sum[0, e] += load
-                        n_sum[1, e] += load * sin
-                        n_sum[2, e] += load * cos
                         x_before[e], n_before[e] = x_now, n_now
+                        if observed:
+                            n_sum[0, e] += load
+                            n_sum[1, e] += load * sin
+                            n_sum[2, e] += load * cos
                     lower, upper = x_now - mu[e] * load, x_now + mu[e] * load
                     slider = slider if slider > lower else lower
                     slider = slider if slider < upper else upper
-                    friction = x_now - slider
-                    f_sum[0, e] += friction
-                    f_sum[1, e] += friction * sin
-                    f_sum[2, e] += friction * cos
                     z[e] = slider
+                    if observed:
+                        friction = x_now - slider
+                        f_sum[0, e] += friction
+                        f_sum[1, e] += friction * sin
+                        f_sum[2, e] += friction * cos
         for e in range(lanes):
             p = point_of_element[first + e]
             for c in range(3):

@@ -56,7 +56,7 @@ rule time_solver:
             "loss_factor": case_of(w).loss_factor,
             "renewal": study.solver.renewal,
             "static_share": study.solver.static_share,
-            "jacobians": layout.jacobians(w.modes, w.coordinates),
+            "jacobians": layout.jacobians(w.modes, w.joint, w.coordinates),
             **study.timing.model_dump(),
         },
         sampling=study.solver.sampling,
