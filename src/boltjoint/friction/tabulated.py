@@ -19,7 +19,7 @@ from boltjoint.friction.constant import ConstantLoad
 Array = NDArray[np.float64]
 
 #: error of interpolation that is allowed, relative to the describing function
-_TOLERANCE = 5e-7
+_TOLERANCE = 1e-7
 
 #: amplitude, over that of full slip, from which on the series in 1 / A takes the table's place:
 #: its fourth term, which is left out, is 3e-9 of the describing function there
