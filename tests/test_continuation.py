@@ -59,6 +59,36 @@ class Turning(Curve):
         return self._axes() @ x
 
 
+class Counting(Curve):
+    """The folded curve, that counts how often its derivative is formed."""
+
+    formed = 0
+
+    def evaluate(self, x, p):
+        residual, form = super().evaluate(x, p)
+
+        def counted():
+            self.formed += 1
+            return form()
+
+        return residual, counted
+
+
+def test_derivatives_are_formed_where_corrections_need_them():
+    curve = Counting(FOLDED._residual, FOLDED._by_x, FOLDED._by_p)
+    solution, jacobian = newton(curve, np.array([2.3]), 2.0, StepControl())
+    assert solution.converged
+    assert curve.formed == solution.iterations > 1
+    # that of the last correction, which led from less than a thousandth away
+    assert jacobian[0, 0] == pytest.approx(3 * 2.0**2 - 3, rel=1e-3)
+    assert jacobian[0, 0] != 3 * solution.x[0] ** 2 - 3
+    curve.formed = 0
+    path = trace(curve, np.array([-2.0]), (-3.0, 3.0), StepControl(), scale=1.0)
+    assert path.complete
+    tried_in_vain = curve.formed - sum(max(s.iterations, 1) for s in path.solutions)
+    assert tried_in_vain < len(path.solutions) / 2
+
+
 def test_newton_converges_quadratically_to_a_root():
     solution, jacobian = newton(FOLDED, np.array([3.0]), 2.0, StepControl(tolerance=1e-12))
     assert solution.converged
