@@ -51,6 +51,9 @@ STYLE = {
     "svg.hashsalt": "boltjoint",  # the same identifiers on every run
 }
 
+#: a logarithmic axis with a larger ratio of its ends is labelled at powers of ten only
+_MANY_DECADES = 1e3
+
 #: levels of force or displacement; ends before the yellow that white paper swallows
 _LEVELS = ("plasma", 0.0, 0.85)
 
@@ -64,7 +67,7 @@ _PUBLISHED = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
 #: bar A, bar B, bolts
 _PARTS = ("#b9cfe4", "#e6d3b3", "#4d4d4d")
 #: neighbouring regions differ; they are numbered, so colours may come again
-_REGIONS = ("#4477aa", "#ee9944", "#228833", "#cc6677", "#66ccee", "#997700")
+_REGIONS = ("#4477aa", "#ee9944", "#228833", "#cc6677", "#66ccee", "#997700", "#aa3377")
 #: coordinates in the order in which they come: linear modes, response-dependent ones
 _COORDINATES = (
     {"linestyle": "-", "marker": "o"},
@@ -594,11 +597,8 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
         ratios.set_xlabel("force (N)")
         for axes in (seconds, ratios):
             axes.set_yscale("log")
-            axes.yaxis.set_major_formatter("{x:g}")
-            axes.yaxis.set_minor_formatter("")
+            _label_decades(axes)
             axes.grid(True)
-        # times are close together, ratios to published ones are not
-        seconds.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     panels[0, 0].set_ylabel("processor time (s)")
     panels[1, 0].set_ylabel("over that of the node-to-node\njoint in linear modes")
     plain = {"color": "0.4"}
@@ -607,7 +607,8 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
         entries[coordinates_in_words(coordinates, short=True)] = Line2D(
             [], [], **plain, **style, **_SOLVED
         )
-    if times["published_reduction_percent"].notna().any():
+    is_shown = "forward-difference" in dict(ways)
+    if is_shown and times["published_reduction_percent"].notna().any():
         entries["published"] = Line2D([], [], **plain, **{**_COORDINATES[0], **_PUBLISHED})
     if not times["complete"].all():
         entries["path breaks off"] = Line2D([], [], **plain, **_BREAK)
@@ -840,6 +841,7 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
     panels[0].set_ylabel("natural frequency (Hz)")
     panels[1].set_ylabel("damping ratio (%)")
     panels[1].set_yscale("log")
+    _label_decades(panels[1])
     panels[1].set_xlabel("amplitude of the observed point (mm)")
     panels[0].legend()
     for axes in panels:
@@ -1183,6 +1185,15 @@ def _outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.in
     _, first, count = np.unique(np.sort(faces), axis=0, return_index=True, return_counts=True)
     outer = first[count == 1]
     return faces[outer], part[outer]
+
+
+def _label_decades(axes: Axes) -> None:
+    """Plain numbers on the logarithmic vertical axis, also within decades where they are few."""
+    low, high = axes.get_ylim()
+    if high < _MANY_DECADES * low:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -110,18 +110,28 @@ def _glance(study: Study, shelf: Shelf) -> str:
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
     response = "response" if study.solver.harmonics == 1 else "first-harmonic response"
+    answers = [column for column in frame if column[0] == "" or column[0].startswith("peak")]
+    which = [column for column in answers if column[1] in ("case", "basis")]
     body = table(
-        frame,
+        frame[answers],
         "The cases",
         [
             f"The peak is that of the node-to-node joint in linear modes, {response} divided by "
-            "force, around the first resonance solved. RDNM are response-dependent nonlinear "
-            "modes, in which the same joint is solved again: the largest error of a peak's "
+            "force, around the first resonance solved. A dash stands where its path broke off. "
+            "The residual is the largest that is left of the equations when solutions are marched "
+            "in time."
+        ],
+    )
+    body += table(
+        frame[which + [column for column in frame if column not in answers]],
+        "What is cheaper",
+        [
+            "RDNM are response-dependent nonlinear modes, one of which the same joint is solved "
+            "in, and the backbone is such a mode over its amplitude: the largest error of a peak's "
             "amplitude, and how many paths broke off. Time is saved by the joint of fewest fitted "
             "elements, in linear modes, with the analytic Jacobian or a numeric one by forward "
-            "differences; this is the median over all forces. A dash stands where a path broke "
-            "off or nothing such was solved. The residual is the largest that is left of the "
-            "equations when solutions are marched in time."
+            "differences; this is the median over all forces. A dash stands where nothing such "
+            "was solved."
         ],
     )
     published = pd.concat(saved) if saved else pd.DataFrame()
