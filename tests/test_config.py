@@ -527,6 +527,14 @@ def test_what_is_solved_is_shown_in_its_own_basis():
     assert not [path for path in targets if path.startswith((f"results/figures/loops_{case}",))]
 
 
+def test_frequencies_and_shapes_are_shown_of_modes_not_of_vectors_that_hold_the_contact():
+    targets = layout.targets(shipped("convergence"))
+    shown = [path for path in targets if re.search("/(natural_frequencies|modes)_", path)]
+    assert "results/tables/natural_frequencies_free-4.csv" in shown
+    assert "results/figures/modes_four_bolt_free-4.svg" in shown
+    assert not [path for path in shown if "enriched" in path]
+
+
 def test_bases_and_regions_are_compared_with_converged_ones_only_where_asked_for(study):
     usual = layout.targets(load_study(study))
     assert "results/tables/models_three_bolt_constant.csv" in usual

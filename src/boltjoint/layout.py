@@ -263,7 +263,8 @@ def _shown(study: Study) -> list[str]:
     if study.convergence.bases:
         for case in study.cases:
             found += _table_and_figure(f"bases_{case}")
-    for family in families(study):
+    # vectors of enriched bases are no modes of the structure
+    for family in (each for each in families(study) if not is_enriched(each)):
         found += _table(f"natural_frequencies_{family}")
         found += [f"results/figures/modes_{name}_{family}.svg" for name in study.assemblies]
     found += [f"results/figures/mesh_{name}.svg" for name in study.assemblies]

@@ -108,8 +108,10 @@ def _dimensions(assemblies: Mapping[str, Assembly], shelf: Shelf) -> str:
 
 def _modes(shelf: Shelf) -> str:
     body = (
-        "<p>All responses are built from these modes. With the contact removed, the two bars slide "
-        "on each other where the lap bends, and that sliding is all that friction acts on.</p>\n"
+        "<p>With the contact removed, the two bars slide on each other where the lap bends, and "
+        "that sliding is all that friction acts on. Responses are built from these modes, or, in "
+        "an <i>enriched</i> basis, from combinations of them with shapes that hold the contact."
+        "</p>\n"
     )
     while found := shelf.table("natural_frequencies"):
         shown, frame = found
