@@ -21,7 +21,7 @@ def project(tmp_path_factory):
     """A copy of the project, so that a test may edit the library."""
     folder = tmp_path_factory.mktemp("project")
     for name in ("workflow", "profiles", "resources", "src"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, folder / name)  # with what is compiled
     shutil.copy(ROOT / "Snakefile", folder)
     write(folder / "config/assemblies/two_bolt.yaml", ASSEMBLY)
     write(folder / "config/cases/small.yaml", CASE)
