@@ -120,9 +120,9 @@ class ModeAtAmplitude:
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the logarithm of the amplitude."""
-        a, q = np.exp(p), np.exp(p) * x[:-2]
-        change = self.balance.change_along(q, 0.0, x[:-2]) - self.balance.residual(q, 0.0) / a
-        return np.append(change / self.scale, [0.0, 0.0])
+        a, mode = np.exp(p), x[:-2]
+        force, change = self.balance.residual_and_change(a * mode, 0.0, mode)
+        return np.append((change - force / a) / self.scale, [0.0, 0.0])
 
     def renew(
         self,

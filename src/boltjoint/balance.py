@@ -113,13 +113,14 @@ class HarmonicBalance:
         residual = linear @ x + self._to_modes(force) - self.modal_force
         return residual, lambda: linear + self._tangent_to_modes(tangent)
 
-    def change_along(
+    def residual_and_change(
         self, x: NDArray[np.float64], w: float, dx: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Derivative of the residual at x and w along dx, shape of x; forms no Jacobian."""
-        _, tangent = self.joint.law.force_and_tangent(self.motion(x))
-        force = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
-        return self.dynamic_stiffness(w) @ dx + self._to_modes(force)
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Residual, and its exact derivative along dx, for which no Jacobian is formed."""
+        force, tangent = self.joint.law.force_and_tangent(self.motion(x))
+        residual, _ = self.with_contact(x, w, force, tangent)
+        change = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
+        return residual, self.dynamic_stiffness(w) @ dx + self._to_modes(change)
 
     def works(self, x: NDArray[np.float64]) -> tuple[float, float, float]:
         """Work over a period of the excitation, and what structure and contact take [J].
