@@ -7,12 +7,13 @@ from scipy.optimize import fsolve
 from small_joint import make_joint
 
 from boltjoint.balance import HarmonicBalance, parse_component
-from boltjoint.continuation import StepControl, newton
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint import Joint, merge_points
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
 
 
 def merged(joint):

@@ -7,7 +7,6 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.balance import HarmonicBalance
-from boltjoint.continuation import StepControl, newton, trace
 from boltjoint.coordinates import (
     ComplexModes,
     LinearModes,
@@ -19,6 +18,9 @@ from boltjoint.coordinates import (
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.response import solve_branch
+from boltjoint.solvers.arc_length import trace
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
 
 LOSS = 0.01
 W = 600.0
@@ -140,15 +142,16 @@ def test_secant_stiffness_of_each_direction_is_its_force_over_its_displacement(v
 def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(variable, renewal):
     balance, x = moved(variable)
     equations = pose("rdnm-3", balance, 1, renewal=renewal)
-    equations.renew(equations.from_fixed(x), W, np.zeros_like(x), (x, W))
+    (equations.update(x, W) if renewal == "after" else equations.accept(x))
+    basis = equations.basis if renewal == "after" else equations.tracked
     tangential, normal = (k.real for k in secants(variable, x))
     matrix = stiffness_with(variable, [tangential, normal])
-    projected = equations.basis.T @ matrix @ equations.basis
+    projected = basis.T @ matrix @ basis
     # eigenvectors make it diagonal to rounding
     off = projected - np.diag(np.diag(projected))
     assert np.abs(off).max() < 1e-11 * np.abs(projected).max()
     matrix = stiffness_with(variable, [tangential, 0 * normal])
-    without_normal = equations.basis.T @ matrix @ equations.basis
+    without_normal = basis.T @ matrix @ basis
     off = without_normal - np.diag(np.diag(without_normal))
     assert np.abs(off).max() > 1e-3 * np.abs(projected).max()
 
@@ -182,7 +185,7 @@ def test_jacobian_knows_that_the_modes_move(any_joint, count):
     near = differences(lambda x: equations.evaluate(x, W)[0], x, 1e-9)
     np.testing.assert_allclose(near, exact, atol=1e-8 * np.abs(exact).max())
     held = ResponseDependentModes(balance, count)
-    held.renew(held.from_fixed(x), W, held.from_fixed(x), (x, W))
+    held.update(x, W)
     P = np.kron(np.eye(len(balance.components)), held.basis @ held.basis.T)
     still = P @ balance.residual_and_jacobian(x, W)[1]()
     # else one of modes held where they are would pass; all of them together move nowhere
@@ -254,7 +257,7 @@ def test_modes_that_lag_approach_those_of_the_solution_itself(either):
         for q, f in zip(lagging.modal_coordinate[1::4], lagging.frequency[1::4], strict=True):
             itself, _ = newton(moving, q, 2 * np.pi * f, StepControl())
             assert itself.converged
-            moving.renew(itself.x, 2 * np.pi * f, q, (q, 2 * np.pi * f))
+            moving.accept(itself.x)
             apart.append(distance(q, itself.x))
         lag.append(np.median(apart))
     assert lag[0] > 1e-6  # far above what a corrector leaves
@@ -298,8 +301,8 @@ def test_loading_has_the_derivative_by_the_logarithm_of_the_share(either, name):
 def complex_at(balance, x, count, static_share=True):
     """Complex modes renewed at a state, and their unknown there."""
     equations = ComplexModes(balance, count, static_share=static_share)
-    unknown = equations.from_fixed(x)
-    return equations, equations.renew(unknown, W, unknown, (x, W))[0]
+    equations.update(x, W)
+    return equations, equations.from_fixed(x)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -377,7 +380,7 @@ def near_resonance(joint, force):
 def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(either, force):
     balance, x, w = near_resonance(either, force)
     real = MovingModes(balance, 1)
-    real.renew(x, w, x, (x, w))
+    real.accept(x)
     one, _ = newton(real, x, w, StepControl())
     assert one.converged
     found = {}
@@ -386,9 +389,8 @@ def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(ei
         # not there, but at the real mode's, so that repeating has a way to go
         at = one.x
         for _ in range(40):
-            y = equations.from_fixed(at)
-            y, _ = equations.renew(y, w, y, (at, w))
-            solution, _ = newton(equations, y, w, StepControl())
+            equations.update(at, w)
+            solution, _ = newton(equations, equations.from_fixed(at), w, StepControl())
             assert solution.converged
             at = (at + equations.to_fixed(solution.x)) / 2
         found[static_share] = at

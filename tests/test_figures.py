@@ -17,11 +17,11 @@ from small_study import ASSEMBLY
 from boltjoint import figures
 from boltjoint import joint as joints
 from boltjoint.config import Assembly
-from boltjoint.continuation import StepControl
 from boltjoint.fitting import fit_reduced_joint, loading_curve
 from boltjoint.friction import states
 from boltjoint.partition import partition_regions
 from boltjoint.response import solve_response
+from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.mesh import build_assembly
 
 FORCES = [0.01, 5.0, 20.0]

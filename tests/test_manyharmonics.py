@@ -7,10 +7,11 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.balance import HarmonicBalance
-from boltjoint.continuation import StepControl, newton
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.manyharmonics import PeriodicMotion, ViscousBalance, solve_periodic
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
 
 LOSS = 0.01
 FREQUENCY = 105.0

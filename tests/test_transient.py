@@ -8,7 +8,6 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.balance import HarmonicBalance
-from boltjoint.continuation import StepControl, newton
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.sampled import SampledInTime
@@ -16,6 +15,8 @@ from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint import Joint
 from boltjoint.manyharmonics import solve_periodic
 from boltjoint.response import solve_response
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
 from boltjoint.transient import steady_state, tabulate_truth
 
 LOSS = 0.01

@@ -271,7 +271,7 @@ def test_another_description_runs_nothing(finished):
         ("fitting.py", "fit_reduced_joint", "partition_regions"),
         ("structure/statics.py", "apply_preload", "build_assembly"),
         ("structure/enrichment.py", "find_principal_motions", "apply_preload"),
-        ("continuation.py", "solve_response", "connect_nodes"),
+        ("solvers/arc_length.py", "solve_response", "connect_nodes"),
         ("tables.py", "compare_accuracy", "solve_response"),
     ],
 )

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint.balance import Forming, HarmonicBalance
-from boltjoint.continuation import Solution, StepControl, newton, trace
 from boltjoint.dataset import quantity
 from boltjoint.joint import Joint
+from boltjoint.solvers.arc_length import trace
+from boltjoint.solvers.equations import Equations, Solution, StepControl
+from boltjoint.solvers.newton import newton
 
 #: change of the logarithm of the amplitude that counts, in arc length, as much as doubling a mode
 _SCALE = 3.0
@@ -27,16 +29,19 @@ _SCALE = 3.0
 _STEP = 0.1
 
 #: amplitudes from which the mode is tried to be found, over the lowest asked for
-_LOWER = (1.0, 0.1, 0.01, 0.001)
+_LOWER = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
+
+#: why a response is not rebuilt to the ends of the window, though its backbone is complete
+BEGINS_ABOVE = "the backbone begins above the response at an end of the window"
 
 #: phases from the peak [rad] at which a rebuilt response is given beside the states of the path
 _PHASES = np.geomspace(0.01, 1.45, 24)
 
-#: so far from the peak of the mode [rad] the observed point may be largest
-_NEAR_PEAK = 0.5
+#: width [rad] within which the peak of the observed point is located
+_PHASE_WIDTH = 1e-8
 
 
-class ModeAtAmplitude:
+class ModeAtAmplitude(Equations):
     """The mode phi and its eigenvalue at an amplitude a, as equations that can be followed.
 
     With ``f(q)`` the contact's harmonic force under ``q = Im(a phi exp(iwt))`` and the bias
@@ -44,11 +49,13 @@ class ModeAtAmplitude:
 
         (L (1 + i eta) - lambda) phi + f_1(a phi, a beta) / a = 0
         L beta + f_0(a phi, a beta) / a = 0
-        phi^T phi = 1
+        phi^H phi = 1
 
-    ``lambda = w^2 (1 + 2 i zeta)`` holds the frequency w and the damping ratio zeta. The unknown is
-    that of the balance over a, then real and imaginary part of lambda over that of the stuck mode;
-    the parameter is the logarithm of a.
+    ``lambda = w^2 (1 + 2 i zeta)`` holds the frequency w and the damping ratio zeta. The mode is
+    normalised to unit modal mass with the conjugate (Krack 2015), so that a is the amplitude
+    whatever the phases of the motion. The phase of phi is arbitrary: it is held to that of the last
+    accepted solution. The unknown is that of the balance over a, then real and imaginary part of
+    lambda over that of the stuck mode; the parameter is the logarithm of a.
 
     Parameters
     ----------
@@ -66,8 +73,6 @@ class ModeAtAmplitude:
     """
 
     residual_scale = 1.0
-    basis = None
-    looks_ahead = repeats_steps = False
 
     def __init__(self, joint: Joint, loss_factor: float, resonance: int = 1) -> None:
         self.balance = HarmonicBalance(joint, loss_factor, 0.0)
@@ -78,6 +83,8 @@ class ModeAtAmplitude:
             raise ValueError(f"resonance {resonance} of {self._modes} modes")
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
         self.scale, self.stuck = squared[resonance - 1], vectors[:, resonance - 1]
+        #: sine and cosine part of the mode whose phase the unknown has
+        self.tracked = self.stuck, np.zeros(self._modes)
 
     def start(self) -> NDArray[np.float64]:
         """The stuck mode and its eigenvalue, without damping."""
@@ -91,7 +98,8 @@ class ModeAtAmplitude:
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
         real, imaginary = x[-2:]
         force, jacobian_of_force = self.balance.residual_and_jacobian(a * x[:-2], 0.0)
-        residual = np.append(force / (a * self.scale), [s @ s - c @ c - 1, 2 * s @ c])
+        s_0, c_0 = self.tracked
+        residual = np.append(force / (a * self.scale), [s @ s + c @ c - 1, s_0 @ c - c_0 @ s])
         residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
         residual[-2 - modes : -2] -= real * c + imaginary * s
         return residual, lambda: self._jacobian(x, jacobian_of_force())
@@ -114,8 +122,8 @@ class ModeAtAmplitude:
         jacobian[cos, cos] -= real * unit
         jacobian[sin, -2:] = np.column_stack([-s, c])
         jacobian[cos, -2:] = np.column_stack([-c, -s])
-        jacobian[-2, sin], jacobian[-2, cos] = 2 * s, -2 * c
-        jacobian[-1, sin], jacobian[-1, cos] = 2 * c, 2 * s
+        jacobian[-2, sin], jacobian[-2, cos] = 2 * s, 2 * c
+        jacobian[-1, cos], jacobian[-1, sin] = self.tracked[0], -self.tracked[1]
         return jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
@@ -124,18 +132,9 @@ class ModeAtAmplitude:
         force, change = self.balance.residual_and_change(a * mode, 0.0, mode)
         return np.append((change - force / a) / self.scale, [0.0, 0.0])
 
-    def renew(
-        self,
-        x: NDArray[np.float64],
-        p: float,
-        along: NDArray[np.float64],
-        ahead: tuple[NDArray[np.float64], float],
-    ) -> None:
-        """The unknown keeps its meaning."""
-
-    def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The unknown itself."""
-        return x
+    def accept(self, x: NDArray[np.float64]) -> None:
+        """Hold the phase of the mode to that of x from here on."""
+        self.tracked = tuple(x[-2 - 2 * self._modes : -2].reshape(2, -1))
 
     def amplitudes_for(
         self, forces: Sequence[float], window: tuple[float, float]
@@ -156,8 +155,9 @@ class ModeAtAmplitude:
 class State:
     """The mode of a joint at one amplitude.
 
-    ``amplitude`` a [kg^1/2 m]; ``mode`` phi, complex, shape (linear modes,); ``bias`` a beta, of
-    the same shape, empty where the law has none; ``eigenvalue`` lambda [rad2/s2].
+    ``amplitude`` a [kg^1/2 m]; ``mode`` phi, complex, phi^H phi = 1, shape (linear modes,);
+    ``bias`` a beta, of the same shape, empty where the law has none; ``eigenvalue`` lambda
+    [rad2/s2].
     """
 
     amplitude: float
@@ -174,6 +174,10 @@ class State:
     def damping_ratio(self) -> float:
         """Damping ratio zeta [-]."""
         return self.eigenvalue.imag / (2 * self.eigenvalue.real)
+
+    def excited_by(self, excitation: NDArray[np.float64]) -> float:
+        """Distance ``|lambda - w^2|`` at which a modal excitation holds the amplitude [rad2/s2]."""
+        return abs(self.mode @ excitation / (self.mode @ self.mode)) / self.amplitude
 
 
 class Backbone:
@@ -199,13 +203,17 @@ class Backbone:
         self.equations = equations
         self._control = replace(control or StepControl(), largest_step=_STEP)
         low, high = np.log(amplitudes)
+        path = None
         for lower in np.log(_LOWER):
             # the stuck mode leads to where little slips, and the path from there to where more does
+            equations.tracked = equations.stuck, np.zeros_like(equations.stuck)
             window = (low + lower, high)
-            path = trace(equations, equations.start(), window, self._control, scale=_SCALE)
-            self._solutions = [solution for solution in path.solutions if solution.converged]
-            if self._solutions:
+            found = trace(equations, equations.start(), window, self._control, scale=_SCALE)
+            if path is None or found.complete or len(path.solutions) < 2:
+                path = found
+            if path.complete:
                 break
+        self._solutions = [solution for solution in path.solutions if solution.converged]
         self.complete, self.reason = path.complete, path.reason
         self.states = [self._state(solution) for solution in self._solutions]
 
@@ -213,6 +221,7 @@ class Backbone:
         """The mode at an amplitude between those of a state on the path and the next."""
         first, second = self._solutions[index : index + 2]
         p = float(np.log(amplitude))
+        self.equations.accept(first.x)
         share = (p - first.p) / (second.p - first.p)
         guess = first.x + share * (second.x - first.x)
         return self._state(newton(self.equations, guess, p, self._control)[0])
@@ -251,7 +260,7 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     At the amplitude a of the mode the force F balances (L, phi, lambda, w as of
     ``ModeAtAmplitude``, e the excitation in modal coordinates)::
 
-        |lambda - w^2| a = |phi^T e| F
+        |lambda - w^2| a |phi^T phi| = |phi^T e| F
 
     which two frequencies do, one below and one above resonance, until they meet at the peak. The
     other modes of the same state add what they do under the force.
@@ -272,15 +281,6 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
         return Rebuilt(np.zeros(0), empty, None, False, reason)
 
     places = curve.places()
-    if curve.at_peak is not None:
-        # phases around the peak, at which the observed point need not be largest too
-        largest = minimize_scalar(
-            lambda phase: -abs(curve.observed(phase)),
-            bounds=(-_NEAR_PEAK, _NEAR_PEAK),
-            method="bounded",
-            options={"xatol": 1e-6},
-        ).x
-        places = sorted([*places, (curve.amplitude_at(largest), largest)], key=lambda at: at[1])
     points = [curve.point(*place) for place in places]
     ends = [(2 * np.pi * f) ** 2 for f in window]
     first, last = (curve.crossing(places, points, end) for end in ends)
@@ -298,18 +298,14 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     elif curve.at_peak is None:
         reason = backbone.reason or "the backbone ends below the peak"
     else:
-        reason = "the backbone begins above the response at an end of the window"
-    at_largest = (
-        i
-        for i, (place, _) in enumerate(inside)
-        if curve.at_peak is not None and place[1] == largest
-    )
+        reason = BEGINS_ABOVE
+    peak = None if curve.at_peak is None else curve.peak(inside)
     return Rebuilt(
         frequency=np.sqrt([point.squared for _, point in inside]) / (2 * np.pi),
         modal_coordinate=np.array([point.motion for _, point in inside]).reshape(
             len(inside), curve.balance.modal_force.size
         ),
-        peak=next(at_largest, None),
+        peak=peak,
         complete=not reason,
         reason=reason,
     )
@@ -361,18 +357,45 @@ class _Curve:
     def amplitude_at(self, phase: float) -> float:
         return self.at_peak * float(np.cos(phase))
 
-    def observed(self, phase: float) -> complex:
-        """Complex amplitude of the observed point [m]."""
-        s, c = self.point(self.amplitude_at(phase), phase).motion.reshape(
-            -1, len(self.balance.stiffness)
-        )[-2:]
-        return complex(s @ self.balance.joint.response_mode, c @ self.balance.joint.response_mode)
+    def peak(self, points: "list[tuple[_Place, _Point]]") -> int | None:
+        """Index of the largest maximum of the observed point, which is added where it lies.
+
+        None where the observed point has no maximum between the first and the last.
+        """
+        observed = np.array([self.observed(point) for _, point in points])
+        rises, falls = np.diff(observed[:-1]) >= 0, np.diff(observed[1:]) <= 0
+        maxima = 1 + np.flatnonzero(rises & falls)
+        if not maxima.size:
+            return None
+        highest = int(maxima[np.argmax(observed[maxima])])
+
+        def at(phase: float) -> tuple[_Place, _Point]:
+            place = self.amplitude_at(phase), phase
+            return place, self.point(*place)
+
+        around = [points[i][0][1] for i in (highest - 1, highest + 1)]
+        found = minimize_scalar(
+            lambda phase: -self.observed(at(phase)[1]),
+            bounds=around,
+            method="bounded",
+            options={"xatol": _PHASE_WIDTH},
+        )
+        if -found.fun <= observed[highest]:
+            return highest
+        highest += int(found.x > points[highest][0][1])
+        points.insert(highest, at(found.x))
+        return highest
+
+    def observed(self, point: "_Point") -> float:
+        """Amplitude of the observed point [m]."""
+        s, c = point.motion.reshape(-1, len(self.balance.stiffness))[-2:]
+        mode = self.balance.joint.response_mode
+        return float(np.hypot(s @ mode, c @ mode))
 
     def point(self, amplitude: float, phase: float) -> _Point:
         state = self._state(amplitude)
-        squared = state.eigenvalue.real + np.sign(phase) * np.sqrt(
-            max((self._excess(state) + state.eigenvalue.imag) ** 2 - state.eigenvalue.imag**2, 0.0)
-        )
+        excited, lost = state.excited_by(self.excitation), state.eigenvalue.imag
+        squared = state.eigenvalue.real + np.sign(phase) * np.sqrt(max(excited**2 - lost**2, 0.0))
         return _Point(squared, _motion(self.balance, state, squared, self.excitation))
 
     def crossing(
@@ -390,7 +413,7 @@ class _Curve:
 
     def _excess(self, state: State) -> float:
         """How much more the force does than the damping needs, in terms of lambda."""
-        return abs(state.mode @ self.excitation) / state.amplitude - state.eigenvalue.imag
+        return state.excited_by(self.excitation) - state.eigenvalue.imag
 
     def _state(self, amplitude: float) -> State:
         """The state of an amplitude, on the last stretch in reach of the force that holds it."""
@@ -410,10 +433,10 @@ def _motion(
     balance: HarmonicBalance, state: State, squared: float, excitation: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Unknown of the balance at the square of a frequency [rad2/s2]."""
-    phi = state.mode
+    own = state.amplitude * state.mode
+    phi = state.mode / np.sqrt(state.mode @ state.mode)
     share = phi @ excitation
     y = share / (state.eigenvalue - squared)
-    own = state.amplitude * phi
     secant = balance.secant_stiffness(np.concatenate([state.bias, own.real, own.imag]))
     matrix = balance.stiffness_with(secant) + 1j * balance.loss_factor * balance.stiffness
     rest = np.linalg.solve(matrix - squared * np.eye(len(phi)), excitation - phi * share)
@@ -459,10 +482,7 @@ def find_backbone(
     states = backbone.states
     amplitude = np.array([state.amplitude for state in states])
     mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
-    needed = [
-        state.amplitude * state.eigenvalue.imag / abs(state.mode @ joint.excitation_mode)
-        for state in states
-    ]
+    needed = [state.eigenvalue.imag / state.excited_by(joint.excitation_mode) for state in states]
     return xr.Dataset(
         {
             "modal_amplitude": quantity("state", amplitude, "kg^1/2 m", "amplitude of the mode"),
@@ -485,7 +505,7 @@ def find_backbone(
                 ("state", "mode", "part"),
                 np.stack([mode.real, mode.imag], axis=-1),
                 "1",
-                "combination of the linear modes, phi^T phi = 1",
+                "combination of the linear modes, phi^H phi = 1",
             ),
             "complete": quantity(
                 (), np.int8(backbone.complete), "1", "1 where the path reached its last amplitude"

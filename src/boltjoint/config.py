@@ -29,6 +29,7 @@ from boltjoint.entries import (
     repeated,
     shown,
 )
+from boltjoint.solvers.equations import StepControl
 
 CONFIG_FILE = "config/config.yaml"
 CASE_FOLDER = "config/cases"
@@ -512,7 +513,7 @@ class Solver(Entry):
     """Residual at which a point is solved, relative to the modal force."""
     largest_step: Positive = 0.07
     """Longest step along the curve, as a relative change of the response."""
-    smallest_step: Positive = 1e-6
+    smallest_step: Positive = 1e-9
     """Shortest step along the curve; a curve that needs a shorter one is given up."""
     target_iterations: Count = 4
     """Newton corrections a point that the step control aims at."""
@@ -520,12 +521,17 @@ class Solver(Entry):
     """Newton corrections after which a point is tried again with a shorter step."""
     most_solutions: Count = 5000
     """Points after which a curve is given up."""
+    largest_error: Positive = 0.05
+    """Estimated relative error of a peak in other coordinates than linear beyond which a warning is
+    given, by the balance in all linear modes; ten times as much on the flanks."""
+    fallback: Literal["none", "linear"] = "none"
+    """What takes the place of a response in other coordinates that is too far off, or broke off:
+    none, or the response in linear modes."""
 
     @property
     def steps(self) -> dict[str, float]:
-        """The options of ``continuation.StepControl``."""
-        others = {"friction", "harmonics", "samples", "jacobian", "renewal", "static_share"}
-        return self.model_dump(exclude=others)
+        """The options of ``solvers.equations.StepControl``."""
+        return self.model_dump(include=set(StepControl.__dataclass_fields__))
 
     @property
     def sampling(self) -> dict[str, int] | None:
@@ -543,8 +549,9 @@ class Solver(Entry):
                 f"must be at least {LEAST_SAMPLES * self.harmonics}, "
                 f"{LEAST_SAMPLES} for each harmonic",
             )
-        if self.smallest_step >= self.largest_step:
-            yield ("smallest_step",), f"must be less than largest_step, {self.largest_step:g}"
+        begin = min(self.largest_step, StepControl.first_step)
+        if self.smallest_step >= begin:
+            yield ("smallest_step",), f"must be less than the first step, {begin:g}"
         if self.target_iterations >= self.most_iterations:
             yield (
                 ("target_iterations",),

@@ -8,12 +8,12 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
-from boltjoint.continuation import StepControl
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
 from boltjoint.names import parse_modes
 from boltjoint.partition import Division, partition_regions, region_error
 from boltjoint.response import Branch, frequency_window, solve_branch
+from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
 
 logger = logging.getLogger(__name__)

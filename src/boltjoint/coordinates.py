@@ -1,7 +1,7 @@
 """In which coordinates is the balance solved? Linear modes, or modes that depend on the response.
 
-Every kind of coordinates poses the equations that ``continuation`` follows, and translates its
-unknown back into the linear modes of the structure.
+Every kind of coordinates poses the equations that ``solvers`` follow, and translates its unknown
+back into the linear modes of the structure.
 """
 
 from dataclasses import replace
@@ -13,6 +13,8 @@ from scipy.optimize import linear_sum_assignment
 
 from boltjoint.balance import Forming, HarmonicBalance
 from boltjoint.names import parse_coordinates
+from boltjoint.solvers.equations import Equations
+from boltjoint.solvers.lagged_basis import LaggedEquations
 
 Jacobian = Literal["analytic", "forward-difference"]
 Renewal = Literal["within", "after"]
@@ -21,11 +23,7 @@ Renewal = Literal["within", "after"]
 _DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
 
 
-Expected = tuple[NDArray[np.float64], float]
-"""Amplitude of the linear modes, and frequency, that are expected next on a path."""
-
-
-class LinearModes:
+class LinearModes(Equations):
     """The modes of the structure without contact, all of them (MSM, section 2.1.2).
 
     Parameters
@@ -36,23 +34,12 @@ class LinearModes:
         ``analytic``, or ``forward-difference`` as in eq. 2.38.
     """
 
-    looks_ahead = repeats_steps = False
-
     def __init__(self, balance: HarmonicBalance, jacobian: Jacobian = "analytic") -> None:
         self.balance = balance
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
         self._analytic = jacobian == "analytic"
         #: of the excitation that acts
         self.share = 1.0
-
-    @property
-    def basis(self) -> NDArray[np.float64] | None:
-        """The modes that the unknown stands for, combined from the linear ones; None for those."""
-        return self.balance.basis
-
-    @basis.setter
-    def basis(self, basis: NDArray[np.float64] | None) -> None:
-        self.balance = replace(self.balance, basis=basis)
 
     def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
@@ -65,23 +52,6 @@ class LinearModes:
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
         return self.balance.frequency_derivative(x, p)
-
-    def renew(
-        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
-    ) -> None:
-        """Linear modes stay what they are."""
-
-    def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The unknown that is nearest to given amplitudes of the linear modes."""
-        return q
-
-    def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The unknown as amplitude of the linear modes, components one after another."""
-        return x
-
-    def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A change of the unknown as one of the linear modes' amplitudes."""
-        return self.to_fixed(dx)
 
     def share_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Derivative of the residual by the share of the excitation that acts."""
@@ -109,7 +79,7 @@ class LinearModes:
         return residual, jacobian
 
 
-class ResponseDependentModes(LinearModes):
+class ResponseDependentModes(LinearModes, LaggedEquations):
     """A few modes of the structure as the contact's present stiffness makes it (RDNM, 2.1.3).
 
     The modes are eigenvectors of ``L + R^T Re(D) R`` (dual-space form, eq. 2.13 and 2.14), D the
@@ -133,6 +103,9 @@ class ResponseDependentModes(LinearModes):
         If more modes are asked for than the structure has.
     """
 
+    predictive = implicit = False
+    full = None
+
     def __init__(
         self,
         balance: HarmonicBalance,
@@ -144,16 +117,21 @@ class ResponseDependentModes(LinearModes):
         self._linear = balance
         self.basis = _stuck_modes(balance, count, target)[1]
 
-    def renew(
-        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """New modes from the describing function at x; x and a direction projected onto them."""
-        q, q_along = self.to_fixed(x), self.to_fixed(along)
-        matrix = self._linear.stiffness_with(self.balance.secant_stiffness(x).real)
+    @property
+    def basis(self) -> NDArray[np.float64]:
+        """The modes that the unknown stands for, combined from the linear ones."""
+        return self.balance.basis
+
+    @basis.setter
+    def basis(self, basis: NDArray[np.float64]) -> None:
+        self.balance = replace(self.balance, basis=basis)
+
+    def update(self, q: NDArray[np.float64], p: float) -> None:
+        """New modes from the describing function at amplitudes of the linear modes."""
+        matrix = self._linear.stiffness_with(self._linear.secant_stiffness(q).real)
         vectors = np.linalg.eigh(matrix)[1]
         vectors = vectors[:, _like(vectors, self.basis)]
         self.basis = vectors * _signs(vectors, self.basis)
-        return self.from_fixed(q), self.from_fixed(q_along)
 
     def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Project amplitudes of the linear modes onto the present modes."""
@@ -162,6 +140,8 @@ class ResponseDependentModes(LinearModes):
     def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The unknown as amplitude of the linear modes, components one after another."""
         return (x.reshape(-1, self.basis.shape[1]) @ self.basis.T).ravel()
+
+    change_from_fixed, change_to_fixed = from_fixed, to_fixed
 
 
 class MovingModes(LinearModes):
@@ -196,13 +176,13 @@ class MovingModes(LinearModes):
         self._found: tuple[NDArray[np.float64], ...] | None = None
 
     @property
-    def basis(self) -> NDArray[np.float64]:
+    def tracked(self) -> NDArray[np.float64]:
         """The modes at the last solution, by which those at the next are known again."""
         return self._modes
 
-    @basis.setter
-    def basis(self, basis: NDArray[np.float64]) -> None:
-        self._modes = basis
+    @tracked.setter
+    def tracked(self, modes: NDArray[np.float64]) -> None:
+        self._modes = modes
 
     def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
@@ -242,10 +222,8 @@ class MovingModes(LinearModes):
         """Derivative of the residual by the share of the excitation that acts."""
         return -self._projected(x, self.balance.modal_force)
 
-    def renew(
-        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
-    ) -> None:
-        """Remember the modes at x; the unknown keeps its meaning."""
+    def accept(self, x: NDArray[np.float64]) -> None:
+        """Remember the modes at x."""
         self._modes = self._modes_at(x)
 
     def _projected(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -268,10 +246,10 @@ class MovingModes(LinearModes):
         return squared, vectors, kept
 
 
-class Loading:
-    """The equations of linear or moving modes at one frequency, while the excitation grows.
+class Loading(Equations):
+    """The equations of linear modes, or modes of the solution, while the excitation grows.
 
-    The parameter is the logarithm of the share of the excitation that acts.
+    The parameter is the logarithm of the share of the excitation that acts, at one frequency.
 
     Parameters
     ----------
@@ -283,18 +261,16 @@ class Loading:
 
     def __init__(self, equations: LinearModes, w: float) -> None:
         self._equations, self._w = equations, w
-        self.looks_ahead = equations.looks_ahead
-        self.repeats_steps = equations.repeats_steps
         self.residual_scale = equations.residual_scale
 
     @property
-    def basis(self) -> NDArray[np.float64]:
+    def tracked(self) -> object:
         """As of the equations."""
-        return self._equations.basis
+        return self._equations.tracked
 
-    @basis.setter
-    def basis(self, basis: NDArray[np.float64]) -> None:
-        self._equations.basis = basis
+    @tracked.setter
+    def tracked(self, tracked: object) -> None:
+        self._equations.tracked = tracked
 
     def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
         """Residual under exp(p) of the excitation, and what forms its Jacobian."""
@@ -307,18 +283,12 @@ class Loading:
         """Derivative of the residual by the logarithm of the share."""
         return np.exp(p) * self._equations.share_derivative(x)
 
-    def renew(
-        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
-    ) -> None:
+    def accept(self, x: NDArray[np.float64]) -> None:
         """As of the equations."""
-        self._equations.renew(x, self._w, along, ahead)
-
-    def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """As of the equations."""
-        return x
+        self._equations.accept(x)
 
 
-class ComplexModes(LinearModes):
+class ComplexModes(LinearModes, LaggedEquations):
     """A few complex modes of the structure as the contact's present force makes it.
 
     Eigenvectors of the complex symmetric ``A = L (1 + i eta) + R^T D R``, D the complex describing
@@ -350,7 +320,7 @@ class ComplexModes(LinearModes):
         If more modes are asked for than the structure has, or the motion has further harmonics.
     """
 
-    looks_ahead = True
+    predictive = True
 
     def __init__(
         self,
@@ -362,7 +332,10 @@ class ComplexModes(LinearModes):
         static_share: bool = True,
     ) -> None:
         super().__init__(balance, jacobian)
-        self.repeats_steps = renewal == "within"
+        self.implicit = renewal == "within"
+        # with all others added, a basis of the solution itself is as good as the linear modes
+        exact = self.implicit and static_share
+        self.full = LinearModes(balance, jacobian) if exact else None
         if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
             raise ValueError("complex response-dependent modes need a motion of one harmonic")
         self._modes = len(balance.stiffness)
@@ -427,13 +400,9 @@ class ComplexModes(LinearModes):
         derivative = -2.0 * p * (self._phi.T @ (self._phi @ y + self._rest))
         return np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
 
-    def renew(
-        self, x: NDArray[np.float64], p: float, along: NDArray[np.float64], ahead: Expected
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """New modes from the describing function ahead; x and a direction expressed in them."""
-        q, q_along = self.to_fixed(x), self.change_to_fixed(along)
-        expected, p = ahead
-        secant = self.balance.secant_stiffness(expected)
+    def update(self, q: NDArray[np.float64], p: float) -> None:
+        """New modes from the describing function at amplitudes of the linear modes."""
+        secant = self.balance.secant_stiffness(q)
         matrix = self.balance.stiffness_with(secant) + 1j * self._lossy.imag
         squared, vectors = np.linalg.eig(matrix)
         vectors /= np.sqrt(np.sum(vectors * vectors, axis=0))
@@ -444,7 +413,6 @@ class ComplexModes(LinearModes):
             share = others.T @ self._excitation / (np.delete(squared, kept) - p**2)
             rest = others @ share
         self.basis = vectors[:, kept] * _signs(vectors[:, kept], self._phi), rest
-        return self.from_fixed(q), self._from_fixed(q_along, 0.0)
 
     def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Project amplitudes of the linear modes onto the present modes."""
@@ -453,6 +421,10 @@ class ComplexModes(LinearModes):
     def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The unknown as amplitude of the linear modes, components one after another."""
         return self._to_fixed(x, self._rest)
+
+    def change_from_fixed(self, dq: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A change of the linear modes' amplitudes as one of the unknown."""
+        return self._from_fixed(dq, 0.0)
 
     def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
         """A change of the unknown as one of the linear modes' amplitudes."""

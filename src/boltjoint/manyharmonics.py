@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.balance import Forming, HarmonicBalance, parse_component
-from boltjoint.continuation import StepControl, newton
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
 
 
 @dataclass(frozen=True)

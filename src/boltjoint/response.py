@@ -2,65 +2,45 @@
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
+from boltjoint.backbone import BEGINS_ABOVE, Backbone, ModeAtAmplitude, rebuild
 from boltjoint.balance import HarmonicBalance
-from boltjoint.continuation import Path, StepControl, newton, trace
-from boltjoint.coordinates import (
-    ComplexModes,
-    Jacobian,
-    LinearModes,
-    Loading,
-    Renewal,
-    ResponseDependentModes,
-    pose,
-)
-from boltjoint.dataset import quantity
-from boltjoint.friction import states
+from boltjoint.branch import Branch, BranchError, Observed, estimate_error, to_dataset
+from boltjoint.coordinates import Jacobian, LinearModes, Loading, MovingModes, Renewal, pose
 from boltjoint.joint import Joint
+from boltjoint.solvers import arc_length, lagged_basis
+from boltjoint.solvers.equations import Path, StepControl
+from boltjoint.solvers.lagged_basis import LaggedEquations
+from boltjoint.solvers.newton import newton
 
 logger = logging.getLogger(__name__)
+
+Fallback = Literal["none", "linear"]
 
 #: share of the window that counts, in arc length, as much as doubling the response
 _WINDOW_SHARE = 1 / 15
 
-#: share of a force under which little slips, so that a corrector finds the solution
-_UNDER_LITTLE_FORCE = 1e-3
+#: ... but no more than this share of the frequency itself, however wide the window is
+_LARGEST_SHARE = 0.1
 
-#: harmonic components that the result files begin with; further ones follow as they were solved for
-_COMPONENTS = ("bias", "sin", "cos")
+#: where in the window a branch is sought that is not found from its ends
+_INSIDE = (0.5, 0.25, 0.75)
 
+#: errors on the flanks, over the amplitude of the peak, that count as much as one at the peak:
+#: there a small error of the frequency is a large one of the amplitude
+_FLANKS = 10.0
 
-@dataclass(frozen=True)
-class Branch:
-    """The response at one force level, in linear modal coordinates.
+#: shares of a force under which little slips, so that the corrector finds the solution
+_LITTLE_FORCE = (1e-3, 1e-6, 1e-9)
 
-    ``amplitude`` [m] is that of the first harmonic at the observed point; ``modal_coordinate`` has
-    the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks local maxima
-    that were solved for.
-    """
-
-    force: float
-    frequency: NDArray[np.float64]
-    modal_coordinate: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    iterations: NDArray[np.int64]
-    converged: NDArray[np.bool_]
-    located: NDArray[np.bool_]
-    complete: bool
-    reason: str
-
-    @property
-    def peak(self) -> int | None:
-        """Index of the largest maximum that was located; None if the branch shows none."""
-        if not self.located.any():
-            return None
-        return int(np.argmax(np.where(self.located, self.amplitude, -1.0)))
+#: amplitudes at which a backbone begins, over the one expected to be low enough, until it is
+_LOWER_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3)
 
 
 def frequency_window(
@@ -166,27 +146,14 @@ def solve_branch(
         return _rebuilt(joint, force, loss_factor, window, resonance, control)
     balance = HarmonicBalance(joint, loss_factor, force)
     equations = pose(coordinates, balance, resonance, jacobian, renewal, static_share)
+    observe = Observed(balance)
+    whole = window if start is None else frequency_window(joint, resonance=resonance)
+    branch = _Continuation(equations, balance, control, observe, whole)
     low, high = (2 * np.pi * f for f in window)
-    if start is None:
-        start, width = _start(equations, balance, low, control), high - low
-    else:
-        whole = frequency_window(joint, resonance=resonance)
-        start, width = equations.from_fixed(start), 2 * np.pi * (whole[1] - whole[0])
-    observe = _Observed(balance)
-
-    def amplitude_slope(x: NDArray[np.float64], dx: NDArray[np.float64]) -> float:
-        at, along = observe(equations.to_fixed(x)), observe(equations.change_to_fixed(dx))
-        return float((at.conjugate() * along).real)
-
-    path = trace(
-        equations,
-        start,
-        (low, high),
-        control,
-        scale=_WINDOW_SHARE * width,
-        event=amplitude_slope,
-    )
-    return _branch(force, path, observe)
+    found = _branch(force, branch.across((low, high), start), observe)
+    if isinstance(equations, MovingModes):
+        return replace(found, in_all_modes=np.zeros_like(found.in_all_modes))
+    return found
 
 
 def solve_response(
@@ -201,6 +168,8 @@ def solve_response(
     renewal: Renewal = "within",
     static_share: bool = True,
     control: StepControl | None = None,
+    largest_error: float = 0.05,
+    fallback: Fallback = "none",
 ) -> xr.Dataset:
     """Frequency responses at several force levels, as the result files keep them.
 
@@ -210,6 +179,13 @@ def solve_response(
         As for ``solve_branch``.
     forces
         Amplitudes of the excitation [N].
+    largest_error
+        Estimated relative error of a peak beyond which a branch in other coordinates than
+        ``linear`` is reported as wrong, by a warning; so is one that is off by ten times as much of
+        the peak anywhere.
+    fallback
+        What takes their place then, and where the branch is not complete: ``none``, or ``linear``
+        modes.
 
     Returns
     -------
@@ -218,20 +194,25 @@ def solve_response(
         the branch shows none), whether the branch is complete, and the contact states at the peak.
     """
     window = window or frequency_window(joint, resonance=resonance)
-    branches = []
+    linear = {"loss_factor": loss_factor, "window": window, "resonance": resonance}
+    linear |= {"jacobian": jacobian, "control": control}
+    branches, errors = [], []
     for force in forces:
         branch = solve_branch(
             joint,
             force,
-            loss_factor=loss_factor,
-            window=window,
             coordinates=coordinates,
-            resonance=resonance,
-            jacobian=jacobian,
             renewal=renewal,
             static_share=static_share,
-            control=control,
+            **linear,
         )
+        if coordinates != "linear":
+            error = estimate_error(joint, branch, loss_factor)
+            wrong = _warn_if_wrong(branch, error, largest_error)
+            if fallback == "linear" and (wrong or not branch.complete):
+                branch = replace(solve_branch(joint, force, **linear), fell_back=True)
+                error = estimate_error(joint, branch, loss_factor)
+            errors.append(error)
         branches.append(branch)
         logger.info(
             "%g N: %d solutions, %s, %s",
@@ -243,122 +224,116 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    return to_dataset(joint, branches, loss_factor).assign_attrs(
+    return to_dataset(joint, branches, loss_factor, errors or None).assign_attrs(
         coordinates=coordinates,
         resonance=resonance,
         jacobian=jacobian,
         window_Hz=window,
+        largest_error=largest_error,
+        fallback=fallback,
     )
 
 
-def to_dataset(joint: Joint, branches: Sequence[Branch], loss_factor: float) -> xr.Dataset:
-    """Branches of one joint over force levels as ``response.nc`` holds them."""
-    solved = joint.law.components
-    components = (*_COMPONENTS, *(name for name in solved if name not in _COMPONENTS))
-    modes = joint.natural_frequency.size
-    coordinates, states_at_peak, unbalanced = [], [], []
-    for branch in branches:
-        balance = HarmonicBalance(joint, loss_factor, branch.force)
-        unbalanced += [_energy_error(balance, x) for x in branch.modal_coordinate]
-        found = branch.modal_coordinate.reshape(-1, len(solved), modes)
-        full = np.zeros((len(found), modes, len(components)))
-        full[:, :, [components.index(name) for name in solved]] = found.transpose(0, 2, 1)
-        coordinates.append(full)
-        elements = joint.law.point_of_element.size
-        at_peak = np.full(elements, states.UNKNOWN, dtype=np.int8)
-        if branch.peak is not None:
-            motion = balance.motion(found[branch.peak])
-            at_peak = joint.law.contact_state(motion)
-        states_at_peak.append(at_peak)
-
-    def along(name: str) -> NDArray:
-        return np.concatenate([getattr(branch, name) for branch in branches])
-
-    def of_peak(name: str) -> list[float]:
-        return [
-            np.nan if branch.peak is None else getattr(branch, name)[branch.peak]
-            for branch in branches
-        ]
-
-    force = [branch.force for branch in branches]
-    count = [branch.frequency.size for branch in branches]
-    excitation = np.repeat(force, count)
-    return xr.Dataset(
-        {
-            "excitation_force": quantity("solution", excitation, "N", "excitation amplitude"),
-            "frequency": quantity("solution", along("frequency"), "Hz", "excitation frequency"),
-            "modal_coordinate": quantity(
-                ("solution", "mode", "component"),
-                np.concatenate(coordinates),
-                "kg^1/2 m",
-                "amplitude of the linear modes",
-            ),
-            "response_amplitude": quantity(
-                "solution",
-                along("amplitude"),
-                "m",
-                "first-harmonic amplitude of the observed point",
-            ),
-            "iterations": quantity("solution", along("iterations"), "1", "corrections"),
-            "converged": quantity(
-                "solution", along("converged").astype(np.int8), "1", "1 where the equations hold"
-            ),
-            "energy_error": quantity(
-                "solution",
-                unbalanced,
-                "1",
-                "work of the excitation less structural loss and friction, over the larger side",
-            ),
-            "force_level": quantity("force", force, "N", "excitation amplitude"),
-            "peak_frequency": quantity(
-                "force", of_peak("frequency"), "Hz", "frequency of the largest maximum"
-            ),
-            "peak_amplitude": quantity(
-                "force", of_peak("amplitude"), "m", "largest maximum of the response amplitude"
-            ),
-            "complete": quantity(
-                "force",
-                np.array([branch.complete for branch in branches], dtype=np.int8),
-                "1",
-                "1 where the branch crosses the whole window",
-            ),
-            "reason": quantity(
-                "force", [branch.reason for branch in branches], "1", "why a branch broke off"
-            ),
-            "contact_state": xr.Variable(
-                ("force", "element"),
-                np.array(states_at_peak),
-                {
-                    "units": "1",
-                    "long_name": "contact state at the peak, -1 where the branch shows none",
-                    "flag_values": np.arange(len(states.MEANINGS), dtype=np.int8),
-                    "flag_meanings": " ".join(m.replace(" ", "_") for m in states.MEANINGS),
-                },
-            ),
-        },
-        coords={"component": list(components)},
-        attrs={"loss_factor": loss_factor},
-    )
+def _warn_if_wrong(branch: Branch, error: BranchError, largest_error: float) -> bool:
+    """Whether the full balance in all linear modes says that a branch is too far off."""
+    wrong = error.of_peak > largest_error or error.largest > _FLANKS * largest_error
+    if wrong:
+        logger.warning(
+            "%g N: the balance in all linear modes does not hold: the peak is off by some %.2g %%, "
+            "the response by up to %.2g %% of the peak",
+            branch.force,
+            100 * error.of_peak,
+            100 * error.largest,
+        )
+    return wrong
 
 
-def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64]) -> float:
-    driven, lost, rubbed = balance.works(x)
-    return (driven - lost - rubbed) / max(abs(driven), abs(lost + rubbed))
+class _Continuation:
+    """The response to one force over frequency, followed from wherever it leads across a window.
 
+    Parameters
+    ----------
+    equations, balance
+        In their coordinates, and the modal equations they stand for.
+    control
+        Tolerance and step lengths.
+    observe
+        What is observed.
+    window
+        Frequencies [Hz] that set the scale of steps.
+    """
 
-def _start(
-    equations: LinearModes, balance: HarmonicBalance, w: float, control: StepControl
-) -> NDArray[np.float64]:
-    """Where a path may begin: the stuck linear solution, or what it becomes as the force grows."""
-    start = equations.from_fixed(balance.stuck_solution(w))
-    # modes that lag behind cannot be followed while they are far from those of the solution
-    settles = isinstance(equations, ResponseDependentModes | ComplexModes)
-    if settles or newton(equations, start, w, control)[0].converged:
-        return start
-    begin = np.log(_UNDER_LITTLE_FORCE)
-    loading = Loading(equations, w)
-    grown = trace(loading, _UNDER_LITTLE_FORCE * start, (begin, 0.0), control, scale=1.0)
-    return grown.solutions[-1].x
+    def __init__(
+        self,
+        equations: LinearModes,
+        balance: HarmonicBalance,
+        control: StepControl,
+        observe: Observed,
+        window: tuple[float, float],
+    ) -> None:
+        self._equations, self._balance, self._control = equations, balance, control
+        self._observe = observe
+        self._longest = _WINDOW_SHARE * 2 * np.pi * (window[1] - window[0])
+        self._lagged = isinstance(equations, LaggedEquations)
+
+    def across(self, window: tuple[float, float], start: NDArray[np.float64] | None) -> Path:
+        """From the lower end of a window [rad/s], or by another way where that does not lead on."""
+        low, high = window
+        path = self._follow((low, high), low, start)
+        if path.complete or start is not None:
+            return path
+        for begin in (high, *(low + share * (high - low) for share in _INSIDE)):
+            other = self._through(window, begin)
+            if other.complete:
+                return other
+        return path
+
+    def _through(self, window: tuple[float, float], begin: float) -> Path:
+        """Both ways from a frequency in the window, put together."""
+        low, high = window
+        start = self._start(begin)
+        down = self._follow((high, low), begin, start)
+        if not down.complete:
+            return down
+        if begin == high:
+            return Path(down.solutions[::-1], complete=True)
+        up = self._follow((low, high), begin, start)
+        return Path(down.solutions[:0:-1] + up.solutions, up.complete, up.reason)
+
+    def _follow(
+        self, window: tuple[float, float], begin: float, start: NDArray[np.float64] | None
+    ) -> Path:
+        if start is None:
+            start = self._start(begin)
+        trace = lagged_basis.trace if self._lagged else arc_length.trace
+        return trace(
+            self._equations,
+            start,
+            window,
+            self._control,
+            scale=self._scale,
+            maximise=self._observe,
+            begin=begin,
+        )
+
+    def _scale(self, w: float) -> float:
+        return min(self._longest, _LARGEST_SHARE * w)
+
+    def _start(self, w: float) -> NDArray[np.float64]:
+        """An initial guess: the stuck linear solution, or what it becomes as the force grows."""
+        stuck = self._balance.stuck_solution(w)
+        if self._lagged and self._equations.full is None:
+            return stuck  # a lagging basis cannot be followed far from the solution it belongs to
+        equations = self._equations.full if self._lagged else self._equations
+        if newton(equations, stuck, w, self._control)[0].converged:
+            return stuck
+        loading = Loading(equations, w)
+        for share in _LITTLE_FORCE:
+            window = np.log(share), 0.0
+            grown = arc_length.trace(loading, share * stuck, window, self._control, scale=1.0)
+            if grown.complete:
+                return grown.solutions[-1].x
+        return stuck
 
 
 def _rebuilt(
@@ -370,8 +345,12 @@ def _rebuilt(
     control: StepControl,
 ) -> Branch:
     mode = ModeAtAmplitude(joint, loss_factor, resonance)
-    found = rebuild(Backbone(mode, mode.amplitudes_for([force], window), control), force, window)
-    count, observe = found.frequency.size, _Observed(mode.balance)
+    low, high = mode.amplitudes_for([force], window)
+    for lower in _LOWER_AMPLITUDES:
+        found = rebuild(Backbone(mode, (lower * low, high), control), force, window)
+        if found.reason != BEGINS_ABOVE:
+            break
+    count, observe = found.frequency.size, Observed(mode.balance)
     return Branch(
         force=force,
         frequency=found.frequency,
@@ -380,12 +359,13 @@ def _rebuilt(
         iterations=np.zeros(count, dtype=np.int64),
         converged=np.ones(count, dtype=bool),
         located=np.arange(count) == (-1 if found.peak is None else found.peak),
+        in_all_modes=np.zeros(count, dtype=bool),
         complete=found.complete,
         reason=found.reason,
     )
 
 
-def _branch(force: float, path: Path, observe: "_Observed") -> Branch:
+def _branch(force: float, path: Path, observe: Observed) -> Branch:
     x = np.array([solution.x for solution in path.solutions])
     return Branch(
         force=force,
@@ -395,18 +375,7 @@ def _branch(force: float, path: Path, observe: "_Observed") -> Branch:
         iterations=np.array([solution.iterations for solution in path.solutions]),
         converged=np.array([solution.converged for solution in path.solutions]),
         located=np.array([solution.located for solution in path.solutions]),
+        in_all_modes=np.array([solution.full for solution in path.solutions]),
         complete=path.complete,
         reason=path.reason,
     )
-
-
-class _Observed:
-    """Complex first-harmonic amplitude of the observed point [m] from modal coordinates."""
-
-    def __init__(self, balance: HarmonicBalance) -> None:
-        self._mode = balance.joint.response_mode
-        self._sin, self._cos = (balance.components.index(name) for name in ("sin", "cos"))
-
-    def __call__(self, q: NDArray[np.float64]) -> complex:
-        amplitude = q.reshape(-1, self._mode.size) @ self._mode
-        return complex(amplitude[self._sin], amplitude[self._cos])

@@ -8,10 +8,10 @@ from itertools import product
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from boltjoint.continuation import StepControl
 from boltjoint.coordinates import Jacobian
 from boltjoint.joint import Joint
 from boltjoint.response import solve_branch
+from boltjoint.solvers.equations import StepControl
 
 
 def time_solver(

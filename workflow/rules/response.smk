@@ -24,6 +24,8 @@ rule solve_response:
             "jacobian": study.solver.jacobian,
             "renewal": study.solver.renewal,
             "static_share": study.solver.static_share,
+            "largest_error": study.solver.largest_error,
+            "fallback": study.solver.fallback,
         },
         sampling=study.solver.sampling,
         steps=study.solver.steps,

@@ -1,7 +1,7 @@
 """Find natural frequency and damping of a joint over its amplitude."""
 
 from boltjoint import backbone, dataset, joint, logs, response
-from boltjoint.continuation import StepControl
+from boltjoint.solvers.equations import StepControl
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

@@ -1,7 +1,7 @@
 """Find the peaks of a joint, following its responses only where they are expected."""
 
 from boltjoint import convergence, joint, logs
-from boltjoint.continuation import StepControl
+from boltjoint.solvers.equations import StepControl
 
 logs.write_to(snakemake.log[0])
 control = StepControl(**snakemake.params.steps)

@@ -1,7 +1,7 @@
 """Compute the frequency responses of a joint."""
 
 from boltjoint import dataset, joint, logs, response
-from boltjoint.continuation import StepControl
+from boltjoint.solvers.equations import StepControl
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

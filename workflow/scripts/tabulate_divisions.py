@@ -3,7 +3,7 @@
 import pandas as pd
 
 from boltjoint import convergence, dataset, joint, logs, tables
-from boltjoint.continuation import StepControl
+from boltjoint.solvers.equations import StepControl
 
 logs.write_to(snakemake.log[0])
 table = convergence.tabulate_divisions(

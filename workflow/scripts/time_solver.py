@@ -1,7 +1,7 @@
 """Time the frequency responses of a joint, alone on the machine."""
 
 from boltjoint import joint, logs, response, timing
-from boltjoint.continuation import StepControl
+from boltjoint.solvers.equations import StepControl
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

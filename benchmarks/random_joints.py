@@ -1,0 +1,204 @@
+"""Responses and backbones of random small joints: which branches break off, which peaks are missed.
+
+    python benchmarks/random_joints.py --count 1000
+
+solves as many joints of each friction law in linear modes, with a complex response-dependent mode
+and by their backbone, and prints how many branches are complete, every one that is not with its
+reason, every peak that is lower than its own branch, and what is left of the equations at the peaks
+when friction is marched in time.
+"""
+
+import argparse
+import time
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from boltjoint import joint as joints
+from boltjoint import march
+from boltjoint.branch import to_dataset
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.joint import Joint
+from boltjoint.response import solve_branch
+
+LAWS = ("constant", "variable")
+COORDINATES = ("linear", "complex-rdnm-1", "backbone")
+SEED = 20261122
+
+
+class RandomJoint(NamedTuple):
+    """A joint with a force [N] and a loss factor."""
+
+    joint: Joint
+    force: float
+    loss_factor: float
+
+
+def random_joint(law: str, index: int, seed: int = SEED) -> RandomJoint:
+    """A random joint: the same for the same law, index and seed.
+
+    Two to six modes, of which neighbours may differ by a ten-thousandth in frequency; three to
+    forty elements, several of which may share a point; contact that is soft or stiff against the
+    structure; under variable load up to a million times as stiff across as along the surface, with
+    gaps; and a force from stuck to full slip.
+    """
+    random = np.random.default_rng([seed, LAWS.index(law), index])
+    modes, elements = int(random.integers(2, 7)), int(3 * (40.99 / 3) ** random.random())
+    points = int(random.integers(max(1, elements // 4), elements + 1))
+    close = random.random(modes - 1) < 0.3
+    ratio = np.where(
+        close,
+        1 + 10 ** random.uniform(-4.0, -1.5, modes - 1),
+        random.uniform(1.2, 7.0, modes - 1),
+    )
+    frequency = 10 ** random.uniform(1.0, 3.0) * np.cumprod(np.append(1.0, ratio))
+    excitation = random.normal(size=modes)
+    response = excitation if random.random() < 0.5 else random.normal(size=modes)
+
+    place = np.linspace(0.0, 1.0, points)
+    along = _rows(random, place, modes)
+    on = np.concatenate([np.arange(points), random.integers(0, points, elements - points)])
+    random.shuffle(on)
+    squared = (2 * np.pi * frequency) ** 2
+    # stiffness against that of the first mode
+    weight = 10 ** random.uniform(-0.7, 0.7, elements)
+    tangential = weight * 10 ** random.uniform(-1.5, 2.0) * squared[0]
+    tangential /= weight @ along[on, 0] ** 2
+    load = 10 ** random.normal(0.0, random.uniform(0.1, 1.0), elements)
+    friction = 10 ** random.uniform(-1.3, 0.0)
+    loss_factor = 10 ** random.uniform(-3.3, -1.5)
+    across = None
+    if law == "constant":
+        elements_of_law = ConstantLoad(on, tangential, friction * load)
+    else:
+        across = _rows(random, place, modes)
+        normal = tangential * 10 ** random.uniform(-1.5, random.choice([1.0, 6.0]))
+        stiffest = normal @ across[on, 0] ** 2 / squared[0]
+        too_stiff = max(1.0, stiffest / 10 ** random.uniform(1.0, 6.0))
+        normal, tangential = normal / too_stiff, tangential / too_stiff
+        is_open = random.random(elements) < random.choice([0.0, 0.2, 0.5])
+        is_open[0] = False
+        gap = load / tangential * (tangential / normal) ** random.uniform(0.0, 1.0, elements)
+        elements_of_law = VariableLoad(
+            point_of_element=on,
+            tangential_stiffness=tangential,
+            normal_stiffness=normal,
+            normal_load=np.where(is_open, -normal * gap, load),
+            friction_coefficient=np.full(elements, friction),
+        )
+    position = np.column_stack([place, 0 * place, 0 * place])
+    joint = Joint(
+        natural_frequency=frequency,
+        excitation_mode=excitation,
+        response_mode=response,
+        tangential_mode=along,
+        position=position,
+        law=elements_of_law,
+        element_position=position[on],
+        normal_mode=across,
+    )
+    force = _force_at_onset(joint, loss_factor) * 10 ** random.uniform(-2.5, 2.5)
+    return RandomJoint(joint, float(force), float(loss_factor))
+
+
+def _rows(
+    random: np.random.Generator, place: NDArray[np.float64], modes: int
+) -> NDArray[np.float64]:
+    """Relative modes that vary along the joint, smoothly or from point to point."""
+    phase = np.outer(place, np.arange(1, modes + 1)) * random.uniform(0.2, 3.0)
+    smooth = np.cos(phase + random.uniform(0, 2 * np.pi, modes)) * random.normal(size=modes)
+    return smooth + 10 ** random.uniform(-2.0, 0.5) * random.normal(size=(place.size, modes))
+
+
+def _force_at_onset(joint: Joint, loss_factor: float) -> float:
+    """The force at whose stuck resonance half of the closed elements would slip [N]."""
+    squared = (2 * np.pi * joint.natural_frequency) ** 2
+    mode = np.linalg.eigh(np.diag(squared) + joint.stuck_stiffness())[1][:, 0]
+    by_force = abs(mode @ joint.excitation_mode) / (loss_factor * mode @ (squared * mode))
+    law = joint.law
+    closed = law.slip_force > 0
+    moved = abs(joint.tangential_mode @ mode)[law.point_of_element]
+    onset = law.slip_force[closed] / (law.tangential_stiffness * moved)[closed]
+    return float(np.median(onset)) / by_force
+
+
+def solve(law: str, coordinates: str, index: int) -> dict[str, object]:
+    """The branch of a random joint, and its peak beside the highest solution of its own."""
+    joint, force, loss_factor = random_joint(law, index)
+    begun = time.process_time()
+    with threadpool_limits(limits=1):
+        branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
+    cpu = time.process_time() - begun
+    amplitude, inside = branch.amplitude, branch.amplitude[1:-1]
+    at_end = not inside.size or amplitude.argmax() in (0, amplitude.size - 1)
+    peak = np.nan if branch.peak is None else amplitude[branch.peak]
+    residual = np.nan
+    if branch.peak is not None:
+        response = to_dataset(joint, [branch], loss_factor).isel(solution=[branch.peak])
+        residual = march.residuals_in_time(joints.to_dataset(joint), response)[0]
+    return {
+        "law": law,
+        "coordinates": coordinates,
+        "index": index,
+        "complete": branch.complete,
+        "reason": branch.reason,
+        "solutions": branch.frequency.size,
+        "peak": peak,
+        "missed": bool(branch.complete and not at_end and not peak >= inside.max()),
+        "residual_in_time": residual,
+        "cpu_s": cpu,
+    }
+
+
+def _solve(task: tuple[str, str, int]) -> dict[str, object]:
+    warnings.simplefilter("ignore")
+    try:
+        return solve(*task)
+    except Exception as error:
+        law, coordinates, index = task
+        names = {"law": law, "coordinates": coordinates, "index": index}
+        return names | {"complete": False, "reason": repr(error), "missed": False, "cpu_s": 0.0}
+
+
+def _tasks(args: argparse.Namespace) -> Iterator[tuple[str, str, int]]:
+    for law in args.law:
+        for coordinates in args.coordinates:
+            for index in range(args.first, args.first + args.count):
+                yield law, coordinates, index
+
+
+def main() -> None:
+    """Solve, and print what came of it."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--count", type=int, default=1000, help="joints of each law")
+    parser.add_argument("--first", type=int, default=0, help="index of the first joint")
+    parser.add_argument("--law", nargs="+", default=LAWS, choices=LAWS)
+    parser.add_argument("--coordinates", nargs="+", default=COORDINATES)
+    parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--csv", help="file for a row of each branch")
+    args = parser.parse_args()
+    with ProcessPoolExecutor(args.cores) as pool:
+        table = pd.DataFrame(pool.map(_solve, _tasks(args), chunksize=4))
+    if args.csv:
+        table.to_csv(args.csv, index=False)
+    for (law, coordinates), some in table.groupby(["law", "coordinates"], sort=False):
+        whole = some[some["complete"]]
+        print(
+            f"{law}, {coordinates}: {len(whole)} of {len(some)} complete "
+            f"({100 * len(whole) / len(some):.2f} %), {some['missed'].sum()} peaks missed, "
+            f"residual in time at the peaks median {whole['residual_in_time'].median():.1e}, "
+            f"largest {whole['residual_in_time'].max():.1e}, {some['cpu_s'].sum():.0f} s"
+        )
+        for row in some[~some["complete"] | some["missed"]].itertuples():
+            print(f"  {row.index}: {row.reason or 'peak missed'}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""Newton's method with step halving at a fixed parameter."""
+
+import numpy as np
+
+from boltjoint.solvers.equations import Equations, Matrix, Solution, StepControl, Vector
+
+#: a residual this small against the terms it is the sum of is their rounding
+_ROUNDING = 4 * np.finfo(float).eps
+
+
+def newton(
+    equations: Equations, x: Vector, p: float, control: StepControl
+) -> tuple[Solution, Matrix]:
+    """Solve the equations at a fixed parameter, halving corrections that do not help.
+
+    Returns
+    -------
+    solution : Solution
+        ``converged`` is false where ``most_iterations`` did not suffice.
+    jacobian : ndarray
+        Of the last correction, which differs from that at the solution by less than it corrected;
+        where there was none, at the solution.
+    """
+    residual, jacobian_at = equations.evaluate(x, p)
+    size, jacobian = np.linalg.norm(residual), jacobian_at()
+    for iteration in range(control.most_iterations):
+        limit = smallest_residual(equations, control, x, jacobian)
+        if iteration > 0 and size > limit:
+            jacobian = jacobian_at()
+        correction = solve(jacobian, residual) if size > limit else None
+        if correction is None:
+            return Solution(x, p, iteration, bool(size <= limit)), jacobian
+        for damping in (1.0, 0.5, 0.25, 0.125):
+            trial = x - damping * correction
+            residual, jacobian_at = equations.evaluate(trial, p)
+            trial_size = np.linalg.norm(residual)
+            if trial_size < size:
+                break
+        # a correction that does not help at any length may still lead out of a corner of the law
+        x, size = trial, trial_size
+    limit = smallest_residual(equations, control, x, jacobian)
+    return Solution(x, p, control.most_iterations, bool(size <= limit)), jacobian
+
+
+def smallest_residual(
+    equations: Equations, control: StepControl, x: Vector, jacobian: Matrix
+) -> float:
+    """The residual that counts as zero: by the tolerance, or the rounding of its own terms.
+
+    At a sharp resonance the terms are orders of magnitude larger than what they balance.
+    """
+    terms = float(np.linalg.norm(abs(jacobian) @ abs(x)))
+    return max(control.tolerance * equations.residual_scale, _ROUNDING * terms)
+
+
+def solve(matrix: Matrix, right: Vector) -> Vector | None:
+    """Solution of a linear system; None where it is singular or overflows."""
+    try:
+        solution = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return None
+    return solution if np.all(np.isfinite(solution)) else None

@@ -1,0 +1,35 @@
+"""Equations given by functions, whose solutions are known curves."""
+
+import numpy as np
+
+from boltjoint.solvers.equations import Equations
+
+
+class Curve(Equations):
+    """Equations of one unknown given by functions."""
+
+    residual_scale = 1.0
+
+    def __init__(self, residual, by_x, by_p):
+        self._residual, self._by_x, self._by_p = residual, by_x, by_p
+
+    def evaluate(self, x, p):
+        return np.array([self._residual(x[0], p)]), lambda: np.array([[self._by_x(x[0], p)]])
+
+    def parameter_derivative(self, x, p):
+        return np.array([self._by_p(x[0], p)])
+
+
+# p = x^3 - 3 x folds at x = -1 (p = 2) and x = 1 (p = -2)
+FOLDED = Curve(lambda x, p: x**3 - 3 * x - p, lambda x, p: 3 * x**2 - 3, lambda x, p: -1.0)
+NO_WAY_ON = Curve(lambda x, p: x**2 + p - 1, lambda x, p: 2 * x, lambda x, p: 1.0)
+
+
+class First:
+    """The first unknown, observed along a branch."""
+
+    def value(self, x):
+        return float(x[0])
+
+    def slope(self, x, dx):
+        return float(dx[0])

@@ -1,0 +1,233 @@
+"""Branches in a basis that changes along them, in fixed coordinates."""
+
+import numpy as np
+import pytest
+from curves import FOLDED, Curve, First
+
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.lagged_basis import LaggedEquations, trace
+
+
+class Lagged(LaggedEquations):
+    """Equations of one unknown whose basis is a number; it is the fixed coordinate itself."""
+
+    residual_scale = 1.0
+    predictive = implicit = False
+    full = None
+    basis = 0.0
+
+    def update(self, q, p):
+        pass
+
+    def from_fixed(self, q):
+        return q
+
+    def to_fixed(self, x):
+        return x
+
+    change_from_fixed, change_to_fixed = from_fixed, to_fixed
+
+
+class Turning(Lagged):
+    """The folded curve in two unknowns whose axes turn after every solution."""
+
+    def _axes(self):
+        c, s = np.cos(self.basis), np.sin(self.basis)
+        return np.array([[c, -s], [s, c]])
+
+    def evaluate(self, x, p):
+        a, b = self._axes() @ x
+        jacobian = np.array([[3 * a**2 - 3, 0.0], [-1.0, 1.0]])
+        return np.array([a**3 - 3 * a - p, b - a - 1]), lambda: jacobian @ self._axes()
+
+    def parameter_derivative(self, x, p):
+        return np.array([-1.0, 0.0])
+
+    def update(self, q, p):
+        self.basis += 0.3
+
+    def from_fixed(self, q):
+        return self._axes().T @ q
+
+    def to_fixed(self, x):
+        return self._axes() @ x
+
+    change_from_fixed, change_to_fixed = from_fixed, to_fixed
+
+
+def test_branch_passes_turning_points_while_axes_turn():
+    control = StepControl(largest_step=0.05)
+    path = trace(Turning(), np.array([-2.5, -1.5]), (-8.0, 8.0), control, scale=4.0)
+    assert path.complete
+    x, y = np.array([solution.x for solution in path.solutions]).T
+    p = np.array([solution.p for solution in path.solutions])
+    np.testing.assert_allclose(x**3 - 3 * x, p, atol=1e-8)
+    np.testing.assert_allclose(y, x + 1, atol=1e-8)
+    assert np.all(np.diff(x) > 0)  # never turns back on itself
+    assert np.any(np.diff(p) < 0)  # it did go around the folds
+
+
+class Jumping(Lagged):
+    """x = 1 + p / 100 until an update beyond p = 1 lifts the whole curve to where it cannot be."""
+
+    def evaluate(self, x, p):
+        return np.array([x[0] - 1 - p / 100 - self.basis]), lambda: np.array([[1.0]])
+
+    def parameter_derivative(self, x, p):
+        return np.array([-0.01])
+
+    def update(self, q, p):
+        self.basis = 0.5 * (p > 1)
+
+
+def test_a_branch_that_would_jump_ends():
+    path = trace(Jumping(), np.ones(1), (0.0, 2.0), StepControl(), scale=1.0)
+    assert not path.complete
+    assert path.reason == "the branch would jump or turn back"
+    x = np.array([solution.x[0] for solution in path.solutions])
+    assert np.all(np.abs(np.diff(x)) < 0.01)
+
+
+class Swinging(Lagged):
+    """x = 1 + p, whose direction is turned round by the first update beyond p = 1."""
+
+    turned = False
+
+    def evaluate(self, x, p):
+        return np.array([x[0] - 1 - p]), lambda: np.array([[1.0]])
+
+    def parameter_derivative(self, x, p):
+        return np.array([-1.0])
+
+    def update(self, q, p):
+        self.basis = float(p > 1 and not self.turned)
+        self.turned = self.turned or p > 1
+
+    def change_from_fixed(self, dq):
+        return dq * (1 - 2 * self.basis)
+
+
+def test_a_branch_that_would_turn_back_ends():
+    # steeper in x than in p, so that the direction of x decides the sense of the tangent
+    path = trace(Swinging(), np.ones(1), (0.0, 2.0), StepControl(), scale=100.0)
+    assert not path.complete
+    assert path.reason == "the branch would jump or turn back"
+    p = np.array([solution.p for solution in path.solutions])
+    farthest = np.maximum.accumulate(p)
+    assert farthest[-1] > 1
+    # it may fall back by an arc of 0.02, here a change of x by that share
+    assert np.all(farthest - p < 0.02 * (1 + farthest))
+
+
+class Bell(Curve):
+    """x = f(p), a bell with its top at p = 0.1."""
+
+    def __init__(self):
+        super().__init__(lambda x, p: x - self.f(p), lambda x, p: 1.0, lambda x, p: -self.slope(p))
+
+    @staticmethod
+    def f(p):
+        return 1 + 2 * np.exp(-(((p - 0.1) / 0.3) ** 2))
+
+    @classmethod
+    def slope(cls, p):
+        return -2 * (p - 0.1) / 0.3**2 * (cls.f(p) - 1)
+
+
+class Expecting(Lagged):
+    """The bell as seen from where the branch is expected to be.
+
+    Equations in an updated basis err by a share of how far f is from what was expected, a share
+    that varies with p, so that the top is where it should be only in the basis of itself. Where the
+    share is negative, what is found answers what is expected with the opposite sign.
+    """
+
+    basis = 1.0
+
+    def __init__(self, share, predictive, full=None):
+        self._share, self.full = share, full
+        self.predictive = self.implicit = predictive
+
+    def _seen(self, p):
+        return Bell.f(p) + self._share * (1 + p / 2) * (self.basis - Bell.f(p))
+
+    def evaluate(self, x, p):
+        return x - self._seen(p), lambda: np.eye(1)
+
+    def parameter_derivative(self, x, p):
+        by_share = self._share / 2 * (self.basis - Bell.f(p))
+        return np.array([-Bell.slope(p) * (1 - self._share * (1 + p / 2)) - by_share])
+
+    def update(self, q, p):
+        self.basis = q[0]
+
+
+def along_the_bell(equations, step):
+    control = StepControl(largest_step=step, first_step=step)
+    path = trace(equations, np.ones(1), (-1.0, 1.0), control, scale=1.0, maximise=First())
+    assert path.complete
+    return path.solutions
+
+
+@pytest.mark.parametrize("full", [None, Bell()])
+@pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
+@pytest.mark.parametrize("step", [0.16, 0.04])
+def test_a_maximum_is_located_in_the_basis_of_itself(share, step, full):
+    solutions = along_the_bell(Expecting(share, True, full), step)
+    (top,) = [solution for solution in solutions if solution.located]
+    assert top.x[0] == max(solution.x[0] for solution in solutions)
+    # without full equations there is no slope to tell where a flat top is highest
+    assert top.p == pytest.approx(0.1, abs=1e-4 if full is None else 1e-6)
+    assert top.x[0] == pytest.approx(3.0, rel=1e-8)
+
+
+@pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
+@pytest.mark.parametrize("step", [0.16, 0.04])
+def test_an_implicit_step_leads_to_where_its_basis_was_updated(share, step):
+    begin, *others = along_the_bell(Expecting(share, True), step)
+    # twice the twentieth of the step within which what is expected and what is found agree
+    for solution in others:
+        assert solution.x[0] == pytest.approx(Bell.f(solution.p), rel=0.1 * step)
+    # a start is updated until nothing changes by more than 1e-6
+    assert begin.x[0] == pytest.approx(Bell.f(-1.0), rel=1e-5)
+
+
+def test_a_predicted_basis_lags_less(step=0.08):
+    ahead, after = (
+        max(
+            abs(solution.x[0] / Bell.f(solution.p) - 1)
+            for solution in along_the_bell(Expecting(-0.6, predictive), step)
+        )
+        for predictive in (True, False)
+    )
+    assert ahead < after / 5
+
+
+class Folding(Lagged):
+    """The folded curve; its tangent is that of another one where x is within a window."""
+
+    predictive = implicit = True
+    full = FOLDED
+
+    def evaluate(self, x, p):
+        if -1.5 < x[0] < -0.5:
+            return np.array([np.nan]), lambda: np.array([[np.nan]])
+        return FOLDED.evaluate(x, p)
+
+    def parameter_derivative(self, x, p):
+        return FOLDED.parameter_derivative(x, p)
+
+
+def test_where_a_held_basis_leads_no_further_the_full_equations_do():
+    control = StepControl(largest_step=0.05)
+    path = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0, maximise=First())
+    assert path.complete, path.reason
+    x = np.array([solution.x[0] for solution in path.solutions])
+    p = np.array([solution.p for solution in path.solutions])
+    np.testing.assert_allclose(x**3 - 3 * x, p, atol=1e-8)
+    assert np.all(np.diff(x) > 0)
+    assert np.sum((-1.5 < x) & (x < -0.5)) > 10
+    Folding.full = None
+    path = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
+    assert not path.complete
+    assert path.solutions[-1].x[0] == pytest.approx(-1.5, abs=1e-6)

@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+from curves import FOLDED, NO_WAY_ON, Curve
+
+from boltjoint.solvers.arc_length import trace
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
+
+
+class Counting(Curve):
+    """The folded curve, that counts how often its Jacobian is evaluated."""
+
+    evaluated = 0
+
+    def evaluate(self, x, p):
+        residual, jacobian_at = super().evaluate(x, p)
+
+        def counted():
+            self.evaluated += 1
+            return jacobian_at()
+
+        return residual, counted
+
+
+def test_jacobians_are_evaluated_where_corrections_need_them():
+    curve = Counting(FOLDED._residual, FOLDED._by_x, FOLDED._by_p)
+    solution, jacobian = newton(curve, np.array([2.3]), 2.0, StepControl())
+    assert solution.converged
+    assert curve.evaluated == solution.iterations > 1
+    # that of the last correction, which led from less than a thousandth away
+    assert jacobian[0, 0] == pytest.approx(3 * 2.0**2 - 3, rel=1e-3)
+    assert jacobian[0, 0] != 3 * solution.x[0] ** 2 - 3
+    curve.evaluated = 0
+    path = trace(curve, np.array([-2.0]), (-3.0, 3.0), StepControl(), scale=1.0)
+    assert path.complete
+    tried_in_vain = curve.evaluated - sum(max(s.iterations, 1) for s in path.solutions)
+    assert tried_in_vain < len(path.solutions) / 2
+
+
+def test_newton_converges_quadratically_to_a_root():
+    solution, jacobian = newton(FOLDED, np.array([3.0]), 2.0, StepControl(tolerance=1e-12))
+    assert solution.converged
+    assert solution.iterations <= 6
+    assert solution.x[0] == pytest.approx(2.0)
+    assert jacobian[0, 0] == pytest.approx(9.0)
+
+
+def test_newton_without_a_root_says_so():
+    solution, _ = newton(NO_WAY_ON, np.array([0.5]), 3.0, StepControl())
+    assert not solution.converged
+
+
+def test_no_residual_is_asked_for_below_the_rounding_of_its_terms():
+    # forces ten orders above what excites, as at a sharp resonance
+    stiff = Curve(lambda x, p: 1e10 * (x**2 - p), lambda x, p: 2e10 * x, lambda x, p: -1e10)
+    path = trace(stiff, np.array([1.4]), (2.0, 3.0), StepControl(tolerance=1e-9), scale=1.0)
+    assert path.complete
+    for solution in path.solutions:
+        assert solution.x[0] == pytest.approx(np.sqrt(solution.p), rel=1e-12)
