@@ -1125,9 +1125,9 @@ A_JOINT = (
         ),
         (
             CONFIG,
-            "smallest_step: 1.0e-6",
-            "smallest_step: 0.07",
-            "solver.smallest_step: 0.07 must be less than largest_step, 0.07",
+            "smallest_step: 1.0e-9",
+            "smallest_step: 0.02",
+            "solver.smallest_step: 0.02 must be less than the first step, 0.02",
         ),
         (
             CONFIG,

@@ -335,6 +335,6 @@ def test_a_solve_that_breaks_off_is_flagged_and_the_study_goes_on(finished):
     assert ran.returncode == 0, ran.stderr
     broken = pd.read_csv(table)
     assert not broken["complete"].any()
-    assert set(broken["reason"]) == {"the path has more solutions than allowed"}
+    assert set(broken["reason"]) == {"the branch has more solutions than allowed"}
     assert snakemake(finished, str(table.relative_to(finished))).returncode == 0
     assert pd.read_csv(table)["complete"].any()
