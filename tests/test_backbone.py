@@ -290,6 +290,24 @@ def test_a_response_that_the_backbone_does_not_cover_says_why(joint, shares, rea
     assert window[0] < part.frequency[0] < part.frequency[-1] < window[1]
 
 
+def test_without_structural_damping_friction_limits_the_response_or_the_reason_says_so(joint):
+    slight = solve_branch(joint, 5.0, loss_factor=1e-9, coordinates="backbone")
+    none = solve_branch(joint, 5.0, loss_factor=0.0, coordinates="backbone")
+    assert none.complete
+    assert none.amplitude[none.peak] == pytest.approx(slight.amplitude[slight.peak], rel=1e-4)
+
+    sum_of_slip_forces = joint.law.slip_force.sum()
+    slipping = solve_branch(joint, 10 * sum_of_slip_forces, loss_factor=0.0, coordinates="backbone")
+    assert not slipping.complete
+    assert slipping.peak is None
+    assert slipping.reason == "friction alone does not limit the response to this force"
+    window = frequency_window(joint)
+    found = find_backbone(joint, [10 * sum_of_slip_forces], loss_factor=0.0, window=window)
+    assert found["complete"] == 1
+    assert found.sizes["state"] < 100
+    assert all(np.isfinite(found[name]).all() for name in found if found[name].dtype.kind == "f")
+
+
 def test_motion_of_more_harmonics_is_refused(joint):
     sampled = replace(joint, law=SampledInTime(joint.law, 3))
     with pytest.raises(ValueError, match="a backbone needs a motion of one harmonic"):

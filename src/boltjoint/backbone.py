@@ -31,8 +31,14 @@ _STEP = 0.1
 #: amplitudes from which the mode is tried to be found, over the lowest asked for
 _LOWER = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
 
+#: loss factor below which amplitudes are no longer followed to where it alone limits the response
+_LEAST_LOSS_FACTOR = 1e-5
+
 #: why a response is not rebuilt to the ends of the window, though its backbone is complete
 BEGINS_ABOVE = "the backbone begins above the response at an end of the window"
+
+#: why a response has no peak where nothing but friction takes energy
+_UNLIMITED = "friction alone does not limit the response to this force"
 
 #: phases from the peak [rad] at which a rebuilt response is given beside the states of the path
 _PHASES = np.geomspace(0.01, 1.45, 24)
@@ -142,12 +148,14 @@ class ModeAtAmplitude(Equations):
         """Amplitudes between which the responses to some forces lie in a window [kg^1/2 m].
 
         From below what the smallest force can do to the stuck mode at the ends of the window [Hz]
-        to above what structural damping alone would let the largest one do.
+        to above what structural damping alone would let the largest one do. Without it nothing
+        limits the response where all contact slips: a loss factor of 1e-5 then stands for it.
         """
         excitation = self.balance.joint.excitation_mode
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
-        losses = self.balance.loss_factor * np.min(np.diag(self.balance.stiffness))
+        loss_factor = max(self.balance.loss_factor, _LEAST_LOSS_FACTOR)
+        losses = loss_factor * np.min(np.diag(self.balance.stiffness))
         return 0.3 * lowest, 1.5 * max(forces) * np.linalg.norm(excitation) / losses
 
 
@@ -296,7 +304,9 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     if first is not None and last is not None:
         reason = ""
     elif curve.at_peak is None:
-        reason = backbone.reason or "the backbone ends below the peak"
+        reason = backbone.reason or (
+            "the backbone ends below the peak" if curve.balance.loss_factor else _UNLIMITED
+        )
     else:
         reason = BEGINS_ABOVE
     peak = None if curve.at_peak is None else curve.peak(inside)
