@@ -88,6 +88,7 @@ def test_accuracy_table_tells_what_the_march_in_time_found(study):
     table = compare.tabulate_accuracy(solved, {which: check})
     mine = (table["joint"] == which[0]) & (table["coordinates"] == "linear")
     np.testing.assert_array_equal(table.loc[mine, "residual_in_time"], check["residual_in_time"])
+    np.testing.assert_array_equal(table.loc[mine, "worst_in_time_Hz"], check["frequency_Hz"])
     assert table.loc[~mine, "residual_in_time"].isna().all()
 
 
@@ -118,8 +119,32 @@ def test_without_a_reference_there_are_no_errors(study):
     only = {("regions=6", "linear", 1): solved["regions=6", "linear", 1]}
     table = compare.tabulate_accuracy(only, {})
     assert table["peak_frequency_Hz"].notna().all()
-    against_reference = table.filter(like="error").drop(columns="energy_error")
+    of_itself = table.filter(regex="estimated|energy")
+    against_reference = table.filter(like="error").drop(columns=of_itself.columns)
     assert against_reference.isna().all(axis=None)
+    assert of_itself.notna().all(axis=None)
+
+
+def test_accuracy_table_tells_estimated_errors_and_folds(study):
+    _, solved = study
+    which = ("node-to-node", "rdnm-1", 1)
+    response = solved[which].copy(deep=True)
+    level = 1
+    response["turning_points"][level] = 2
+    response["folded_from"][level], response["folded_to"][level] = 61.0, 62.5
+    response["fell_back"][level] = 1
+    table = compare.tabulate_accuracy({which: response}, {})
+    row = table.iloc[level]
+    estimate = 100 * float(response["peak_error_estimate"][level])
+    assert estimate > 0
+    assert row["estimated_peak_error_percent"] == estimate
+    assert row["estimated_largest_error_percent"] == pytest.approx(
+        100 * float(response["largest_error_estimate"][level])
+    )
+    assert (row["turning_points"], row["folded_from_Hz"], row["folded_to_Hz"]) == (2, 61.0, 62.5)
+    assert row["fell_back"]
+    mine = response["excitation_force"] == FORCES[level]
+    assert row["residual"] == float(response["residual"][mine.to_numpy()].max()) > 1e-6
 
 
 def test_accuracy_table_has_the_largest_energy_error_of_what_converged(study):

@@ -457,7 +457,7 @@ def test_a_response_is_drawn_over_its_reference(response, reference):
     texts = legend_texts(axes)
     assert texts[:2] == ["node-to-node, linear modes", "3 regions, linear modes"]
     assert texts[-3:] == ["0.01 N", "5 N", "20 N"]
-    assert "path breaks off" not in texts
+    assert "branch breaks off" not in texts
     assert not marks(axes, "X")
 
 
@@ -508,7 +508,7 @@ def test_a_broken_path_ends_in_a_cross_and_is_named(regions, reference):
         np.testing.assert_allclose(cross, curves(axes)[f"3 regions, linear modes, {force:g} N"][-1])
         assert axes.get_xlim()[0] <= cross[0] <= axes.get_xlim()[1]
     texts = legend_texts(axes)
-    assert "path breaks off" in texts
+    assert "branch breaks off" in texts
     assert f"5 N\nbreaks off at {crosses[1][0]:.1f} Hz" in texts
 
 
@@ -582,7 +582,7 @@ def test_times_stand_over_their_ratios_to_the_reference(times):
         "2 regions of 3 elements",
         "linear modes",
         "published",
-        "path breaks off",
+        "branch breaks off",
     ]
 
 

@@ -1,5 +1,6 @@
 import base64
 import gzip
+import inspect
 import re
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import xarray as xr
 
 from boltjoint import dataset, layout
 from boltjoint.config import Case, Solver, load_study
+from boltjoint.march import residuals_in_time
 from boltjoint.names import PAGES
 from boltjoint.pages import accuracy, markup, overview, structure
 from boltjoint.pages import case as page_of_case
@@ -76,6 +78,7 @@ def files(tmp_path):
         ]
     )
     broken = (solved["coordinates"] == "rdnm-1") & (solved["force_N"] == 50)
+    folded = (solved["joint"] == "regions=6") & (solved["force_N"] == 50)
     accuracy = solved.assign(
         complete=~broken,
         peak_frequency_Hz=np.where(broken, np.nan, 70.61234),
@@ -83,7 +86,16 @@ def files(tmp_path):
         peak_frequency_error_percent=np.where(broken, np.nan, -1.25),
         peak_amplitude_error_percent=np.where(broken, np.nan, 20.0),
         curve_error_dB=0.5,
+        estimated_peak_error_percent=np.where(solved["coordinates"] == "rdnm-1", 0.7, 0.0),
+        estimated_largest_error_percent=0.9,
+        energy_error=1e-3,
+        residual=0.02,
+        fell_back=False,
+        turning_points=np.where(folded, 2, 0),
+        folded_from_Hz=np.where(folded, 71.25, np.nan),
+        folded_to_Hz=np.where(folded, 72.5, np.nan),
         residual_in_time=1e-7,
+        worst_in_time_Hz=70.5,
         reason=np.where(broken, "the path would turn back", None),
     )
     times = solved.assign(
@@ -475,6 +487,51 @@ def overview_of(files, table="The cases", **changed):
     rows = re.findall(r"<tr.*?</tr>", page.split(f"{table}</strong>")[1], re.DOTALL)
     cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in rows[1:4]]
     return [[re.sub("<.*?>", "", cell) for cell in row] for row in cells]
+
+
+def test_folds_wrong_peaks_and_what_stands_in_their_place_are_named(files):
+    def doubt(frame):
+        rdnm = frame["coordinates"] == "rdnm-1"
+        estimate = np.where(rdnm & (frame["force_N"] == 50), 832.0, 0.7)
+        instead = rdnm & (frame["force_N"] == 0.001)
+        return frame.assign(estimated_peak_error_percent=estimate, fell_back=instead)
+
+    edit(files, "accuracy_mine_free-4", doubt)
+    page = write(files)
+    of_regions = figure(page, "response_mine_free-4_regions=6_linear_resonance=1")
+    assert (
+        "Several solutions belong to one frequency at 50 N from 71.25 to 72.50 Hz "
+        "(2 turning points): sweeps up and down the frequency show different ones."
+    ) in of_regions
+    in_one_mode = figure(page, "response_mine_free-4_node-to-node_rdnm-1_resonance=1")
+    assert "Several solutions" not in in_one_mode
+    assert "The peak at 50 N is wrong" in in_one_mode
+    assert "it is off by some 832 %." in in_one_mode
+    assert "At 0.001 N the response in linear modes stands in its place." in in_one_mode
+    assert "is wrong" not in of_regions
+
+
+def test_what_comes_from_results_is_escaped(files):
+    hostile = "<script>alert(1)</script>"
+
+    def attack(frame):
+        return frame.assign(reason=np.where(frame["complete"], None, hostile))
+
+    edit(files, "accuracy_mine_free-4", attack)
+    page = write(files)
+    assert hostile not in page
+    # in the verdict and in the table
+    assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 2
+
+
+@pytest.mark.parametrize(
+    ("residual", "printed"), [(9.9e-7, "below 10⁻⁶"), (3.21e-4, "0.00032"), (np.nan, "–")]
+)
+def test_a_residual_in_time_says_no_more_than_the_march_resolves(files, residual, printed):
+    edit(files, "accuracy_mine_free-4", lambda frame: frame.assign(residual_in_time=residual))
+    assert printed in write(files).split('id="accuracy-free-4"')[1]
+    assert overview_of(files)[1][-1] == printed
+    assert markup.IN_TIME == inspect.signature(residuals_in_time).parameters["tolerance"].default
 
 
 def test_peaks_of_paths_that_broke_off_are_not_shown(files):

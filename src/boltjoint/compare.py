@@ -220,8 +220,10 @@ def tabulate_accuracy(
     -------
     DataFrame
         A row for each response and force level. Errors are empty where there is no reference, or
-        it or the path broke off before the window's end; ``reason`` then says why.
-        ``energy_error`` is the largest of all solutions.
+        it or the branch broke off before the window's end; ``reason`` then says why.
+        ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
+        all solutions; estimated errors are those of the response file, without any reference;
+        ``residual_in_time`` is the largest, and lies at ``worst_in_time_Hz``.
     """
     rows = []
     for (joint, coordinates, resonance), response in responses.items():
@@ -234,14 +236,16 @@ def tabulate_accuracy(
                 curves = _curve(response, level), _curve(reference, level)
                 row["curve_error_dB"] = curve_error(*curves)
             mine = (response["excitation_force"] == force) & (response["converged"] == 1)
-            row["energy_error"] = float(abs(response["energy_error"].where(mine)).max())
+            for name in ("energy_error", "residual"):
+                row[name] = float(abs(response[name].where(mine)).max())
+            row |= _trust(response.isel(force=level))
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)
     marched = [
-        check[["force_N", "residual_in_time"]].assign(
-            joint=joint, coordinates=coordinates, resonance=resonance
-        )
+        check[["force_N", "residual_in_time", "frequency_Hz"]]
+        .rename(columns={"frequency_Hz": "worst_in_time_Hz"})
+        .assign(joint=joint, coordinates=coordinates, resonance=resonance)
         for (joint, coordinates, resonance), check in checks.items()
     ]
     if marched:
@@ -267,8 +271,8 @@ def tabulate_models(
     Returns
     -------
     DataFrame
-        A row for each response and force level: errors of its peak, empty where the path broke off,
-        and the median processor time.
+        A row for each response and force level: errors of its peak, empty where the branch broke
+        off, and the median processor time.
     """
     rows = []
     for which, response in responses.items():
@@ -436,6 +440,18 @@ def _peak(response: xr.Dataset, level: int) -> dict[str, object]:
         "peak_frequency_Hz": float(at["peak_frequency"]),
         "peak_mm_per_N": float(at["peak_amplitude"]) * 1e3 / force,
         "reason": str(at["reason"].item()),
+    }
+
+
+def _trust(at: xr.Dataset) -> dict[str, object]:
+    """What a response says of itself at a force level: its estimated errors and its folds."""
+    return {
+        "estimated_peak_error_percent": 100 * float(at["peak_error_estimate"]),
+        "estimated_largest_error_percent": 100 * float(at["largest_error_estimate"]),
+        "fell_back": bool(at["fell_back"]),
+        "turning_points": int(at["turning_points"]),
+        "folded_from_Hz": float(at["folded_from"]),
+        "folded_to_Hz": float(at["folded_to"]),
     }
 
 

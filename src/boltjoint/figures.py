@@ -2,7 +2,7 @@
 
 One language throughout: colour tells the level of force or displacement, from dark for the lowest
 to light for the highest; a thin line is the reference, a broad pale line the model that stands in
-for it; a dot is a peak, a cross the place where a path broke off. Parts, regions, contact states
+for it; a dot is a peak, a cross the place where a branch broke off. Parts, regions, contact states
 and joints have colours of their own, told by legends or numbers; grey is what takes no part.
 """
 
@@ -60,6 +60,7 @@ _LEVELS = ("plasma", 0.0, 0.85)
 _REFERENCE = {"linewidth": 1.1, "zorder": 3}
 _MODEL = {"linewidth": 4.0, "alpha": 0.45, "zorder": 2}
 _PEAK = {"marker": "o", "markeredgecolor": "white", "markeredgewidth": 0.6, "linestyle": "none"}
+_HIDDEN = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
 _BREAK = {"marker": "X", "markeredgecolor": "black", "markeredgewidth": 0.7, "linestyle": "none"}
 _SOLVED = {"linewidth": 1.1, "markersize": 3.5}
 _PUBLISHED = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
@@ -490,7 +491,8 @@ def plot_response(
 ) -> Figure:
     """Response over frequency at all force levels, divided by the force.
 
-    Shown are the frequencies around those at which some response is half its peak or more.
+    Shown are the frequencies around those at which some response is half its peak or more. Dashed
+    are solutions that a slow sweep of the frequency passes over, up and down.
 
     Parameters
     ----------
@@ -526,14 +528,21 @@ def plot_response(
             zip(curves, _level_colours(forces.size), strict=True)
         ):
             x, y = curve.frequency, curve.amplitude
-            axes.semilogy(x, y, color=colour, label=f"{name}, {forces[index]:g} N", **style)
+            label = f"{name}, {forces[index]:g} N"
+            axes.semilogy(x, np.where(curve.hidden, np.nan, y), color=colour, label=label, **style)
+            if curve.hidden.any():
+                aside = _or_beside(curve.hidden)
+                axes.plot(x, np.where(aside, y, np.nan), color=colour, **style, **_HIDDEN)
+                marks["not shown by slow sweeps"] = {**_REFERENCE, **_HIDDEN}
             if curve.peak is not None:
                 at = [curve.peak]
                 axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK)
             if curve.broken_off:
                 axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **_BREAK)
-                marks["path breaks off"] = _BREAK
+                marks["branch breaks off"] = _BREAK
                 levels[index] += f"\n{'reference ' if solved is reference else ''}{curve.end}"
+            if curve.fell_back:
+                levels[index] += "\nlinear modes instead"
         shown += curves
     _keep_in_view(axes, shown)
     axes.set(xlabel="frequency (Hz)", ylabel="response / force (mm/N)")
@@ -611,7 +620,7 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     if is_shown and times["published_reduction_percent"].notna().any():
         entries["published"] = Line2D([], [], **plain, **{**_COORDINATES[0], **_PUBLISHED})
     if not times["complete"].all():
-        entries["path breaks off"] = Line2D([], [], **plain, **_BREAK)
+        entries["branch breaks off"] = Line2D([], [], **plain, **_BREAK)
     figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
     return figure
 
@@ -694,7 +703,7 @@ def plot_models(models: pd.DataFrame) -> Figure:
     ]
     broken = {"color": "0.3", "marker": "X", "linestyle": "none"}
     if not models["complete"].all():
-        shown.append(Line2D([], [], label="some paths broke off", **broken))
+        shown.append(Line2D([], [], label="some branches broke off", **broken))
     figure.legend(handles=shown, loc="outside upper center", ncols=len(shown))
     return figure
 
@@ -854,13 +863,16 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
 class _Curve:
     """Response at one force level: frequency [Hz] and amplitude over force [mm/N], where solved.
 
-    ``peak`` is the index of the located peak, None where the path shows none.
+    ``hidden`` are solutions that no slow sweep shows; ``peak`` is the index of the located peak,
+    None where the branch shows none.
     """
 
     frequency: NDArray[np.float64]
     amplitude: NDArray[np.float64]
+    hidden: NDArray[np.bool_]
     peak: int | None
     broken_off: bool
+    fell_back: bool
 
     @property
     def end(self) -> str:
@@ -882,11 +894,18 @@ def _curves(response: xr.Dataset) -> list[_Curve]:
             _Curve(
                 frequency=solved["frequency"].to_numpy(),
                 amplitude=amplitude,
+                hidden=(solved["on_sweep_up"] + solved["on_sweep_down"]).to_numpy() == 0,
                 peak=int(peak[0]) if peak.size else None,
                 broken_off=not at["complete"],
+                fell_back=bool(at["fell_back"]),
             )
         )
     return curves
+
+
+def _or_beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether a place or one next to it is marked."""
+    return np.convolve(mask, [1, 1, 1], "same") > 0
 
 
 def _keep_in_view(axes: Axes, curves: Sequence[_Curve]) -> None:

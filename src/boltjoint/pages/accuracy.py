@@ -108,7 +108,7 @@ def _models(shelf: Shelf, case: str) -> str:
         shelf.draw(
             "models",
             "Error against cost",
-            "Largest errors of the peak over all forces, and time for all of them. Where a path "
+            "Largest errors of the peak over all forces, and time for all of them. Where a branch "
             "broke off, a cross stands for the largest error of the others.",
             subject=case,
         )
@@ -195,7 +195,7 @@ def summary(frame: pd.DataFrame) -> pd.DataFrame:
                 "basis": modes,
                 "joint": joint_in_words(joint),
                 "solved_in": coordinates_in_words(coordinates),
-                "paths_solved": f"{int(some['complete'].sum())} of {len(some)}",
+                "branches_solved": f"{int(some['complete'].sum())} of {len(some)}",
                 "frequency_error_percent": some["peak_frequency_error_percent"].abs().max(),
                 "amplitude_error_percent": some["peak_amplitude_error_percent"].abs().max(),
                 "cpu_s": some["cpu_s"].sum(),

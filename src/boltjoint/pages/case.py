@@ -1,5 +1,6 @@
 """The page of a case: its joints from node-to-node down to a few elements, stage by stage."""
 
+import html
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ from boltjoint import dataset, layout
 from boltjoint.config import Case, Solver
 from boltjoint.names import REFERENCE, coordinates_in_words, joint_in_words, parse_joint
 from boltjoint.pages import markup
-from boltjoint.pages.markup import Section, number, source, table
+from boltjoint.pages.markup import Section, in_time, number, source, table
 from boltjoint.pages.shown import (
     LAWS,
     Shelf,
@@ -58,7 +59,7 @@ def page(
     shelf = Shelf(files, published)
     sections = [Section("case", "What is computed", _facts(case, solver, shelf))]
     for family in case.bases:
-        sections += _Basis(case, family, shelf).sections()
+        sections += _Basis(case, family, shelf, solver).sections()
     sections += shelf.rest()
     theirs = published.case_study()
     compared = f"Section {theirs['section']} of the source. " if theirs else ""
@@ -67,7 +68,8 @@ def page(
         f"every bolt and {_law(case.contact.law)} on its contact. {_answered(solver)}</p>"
         "<p>In all figures colour is the level of force or displacement, from dark to light; a "
         "thin line is the reference, a broad pale one the model that stands in for it; a dot is a "
-        "peak, and a cross the place where a path broke off.</p>"
+        "peak, and a cross the place where a branch broke off; dashed are solutions that a slow "
+        "sweep of the frequency passes over.</p>"
     )
     return markup.page(name, "Case study", lead, sections, menu(cases), f"{name}.html")
 
@@ -224,8 +226,9 @@ _BESIDE_PUBLISHED = ("source_table", "k_ratio", "slip_force_ratio", "difference_
 class _Basis:
     """All that a case has in one modal basis."""
 
-    def __init__(self, case: Case, family: str, shelf: Shelf) -> None:
+    def __init__(self, case: Case, family: str, shelf: Shelf, solver: Solver) -> None:
         self.case, self.family, self.shelf = case, family, shelf
+        self.largest_error = solver.largest_error
         self.accuracy = shelf.table("accuracy", modes=family)
         self.times = shelf.table("times", modes=family)
         self.states = shelf.table("states", modes=family)
@@ -373,28 +376,29 @@ class _Basis:
             return ""
         rows = those(self.accuracy[1], joint=joint, coordinates=coordinates, resonance=resonance)
         done = rows[rows["complete"]]
+        remarks = _folded(rows) + _doubtful(rows, self.largest_error) + _broken_off(rows)
         if done.empty:
-            return _broken_off(rows)
+            return remarks
         if (joint, coordinates) == REFERENCE:
             low, high = done.iloc[0], done.iloc[-1]
             said = (
                 f"The peak lies at {low['peak_frequency_Hz']:.1f} Hz with {low['force_N']:g} N and "
                 f"at {high['peak_frequency_Hz']:.1f} Hz with {high['force_N']:g} N."
             )
-            return said + _broken_off(rows)
+            return said + remarks
         errors = {
             "frequency": done.set_index("force_N")["peak_frequency_error_percent"].abs(),
             "amplitude": done.set_index("force_N")["peak_amplitude_error_percent"].abs(),
         }
         if any(error.isna().all() for error in errors.values()):
-            return _broken_off(rows)
+            return remarks
         worst = " and ".join(
             f"{number(error.max(), 2)} % in {what} (at {error.idxmax():g} N)"
             for what, error in errors.items()
         )
         middle = " and ".join(f"{number(error.median(), 2)} %" for error in errors.values())
         said = f"Peaks differ from the reference's by at most {worst}; by the median, {middle}."
-        return said + _broken_off(rows)
+        return said + remarks
 
     def _peaks(self, resonance: int) -> str:
         """Peaks of the node-to-node joint, all kinds of coordinates side by side."""
@@ -415,7 +419,7 @@ class _Basis:
         return table(
             _side_by_side(parts),
             "Peaks of the node-to-node joint",
-            ["Response divided by force. A dash stands where the path broke off."],
+            ["Response divided by force. A dash stands where the branch broke off."],
         )
 
     def _published_times(self, joint: str) -> str:
@@ -468,9 +472,44 @@ def _broken_off(rows: pd.DataFrame) -> str:
     lost = rows[~rows["complete"]]
     if lost.empty:
         return ""
-    forces = ", ".join(f"{force:g}" for force in lost["force_N"])
     reasons = "; ".join(lost["reason"].dropna().unique())
-    return f" Broken off at {forces} N{f': {reasons}' if reasons else ''}."
+    return f" Broken off at {_forces(lost)} N{f': {html.escape(reasons)}' if reasons else ''}."
+
+
+def _folded(rows: pd.DataFrame) -> str:
+    """Where there are several solutions at one frequency."""
+    folded = rows[rows["turning_points"] > 0]
+    if folded.empty:
+        return ""
+    each = ", ".join(
+        f"at {one.force_N:g} N from {one.folded_from_Hz:.2f} to {one.folded_to_Hz:.2f} Hz "
+        f"({one.turning_points} turning points)"
+        for one in folded.itertuples()
+    )
+    return (
+        f" Several solutions belong to one frequency {each}: sweeps up and down the frequency show "
+        "different ones."
+    )
+
+
+def _doubtful(rows: pd.DataFrame, largest_error: float) -> str:
+    """Where the balance in all linear modes says that a response is wrong."""
+    said = ""
+    instead = rows[rows["fell_back"]]
+    if not instead.empty:
+        said += f" At {_forces(instead)} N the response in linear modes stands in its place."
+    wrong = rows[rows["estimated_peak_error_percent"] > 100 * largest_error]
+    if not wrong.empty:
+        said += (
+            f" <strong>The peak at {_forces(wrong)} N is wrong</strong>: by the balance in all "
+            "linear modes it is off by some "
+            f"{number(wrong['estimated_peak_error_percent'].max(), 2)} %."
+        )
+    return said
+
+
+def _forces(rows: pd.DataFrame) -> str:
+    return ", ".join(f"{force:g}" for force in rows["force_N"])
 
 
 def _elements(shown: Shown, frame: pd.DataFrame) -> str:
@@ -528,25 +567,34 @@ def _accuracy(shown: Shown, frame: pd.DataFrame) -> str:
     rows = []
     for key, some in frame.groupby(_GROUPS, sort=False):
         row = dict(zip(_GROUPS, key, strict=True))
-        row["paths_solved"] = f"{int(some['complete'].sum())} of {len(some)}"
+        row["branches_solved"] = f"{int(some['complete'].sum())} of {len(some)}"
+        row["branches_folded"] = int((some["turning_points"] > 0).sum())
         for column in (
             "peak_frequency_error_percent",
             "peak_amplitude_error_percent",
             "curve_error_dB",
-            "residual_in_time",
+            "estimated_peak_error_percent",
+            "residual",
             "energy_error",
         ):
-            if column in some:
-                row[f"largest_{column}"] = some[column].abs().max()
+            row[f"largest_{column.removeprefix('estimated_')}"] = some[column].abs().max()
+        if "residual_in_time" in some:
+            row["residual_in_time"] = in_time(some["residual_in_time"].max())
         rows.append(row)
+    if "residual_in_time" in frame:
+        frame = frame.assign(residual_in_time=frame["residual_in_time"].map(in_time))
     return (
         "<p>Every response against that of the node-to-node joint in linear modes: its peak, and "
-        "the whole curve by the root-mean-square distance in decibels (1 dB is 12 %). A path that "
-        "broke off has no errors. The residual in time is what is left of the equations, relative "
-        "to their largest term, when friction is marched in time by code that shares nothing with "
-        "the solver. The energy error is what of the excitation's work over a period structure "
-        "and friction do not take: in linear modes nothing but the solver's tolerance is left of "
-        "it, in one mode it tells how far the solution is from balance.</p>\n"
+        "the whole curve by the root-mean-square distance in decibels (1 dB is 12 %). A branch "
+        "that broke off has no errors. Errors are estimated without any reference, too, by one "
+        "correction of each solution in all linear modes: at the peak, and the largest anywhere "
+        "over the peak's amplitude. The residual is what is left of the balance in all linear "
+        "modes over the force, and the energy error what of the excitation's work over a period "
+        "structure and friction do not take: in linear modes nothing but the solver's tolerance is "
+        "left of them, in one mode they tell how far the solution is from balance. The residual in "
+        "time is what is left of the equations, relative to their largest term, when friction is "
+        "marched in time by code that shares nothing with the solver, and worst where the table "
+        "says; below 10⁻⁶ it is the march that errs.</p>\n"
         + table(pd.DataFrame(rows), "Largest errors over all forces", groups=_GROUPS[:2])
         + table(frame, "Every response", (), shown.anchor, shown.from_page, _GROUPS)
     )

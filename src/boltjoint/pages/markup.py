@@ -21,6 +21,9 @@ _log = logging.getLogger(__name__)
 _PIXELS_PER_POINT = 1.42
 #: a table of more rows scrolls inside a box
 _TALL = 26
+
+#: residual in time below which solutions hold as well as the march can tell
+IN_TIME = 1e-6
 #: numbers of a column that differ by more than this ratio get their own decimals
 _WIDE = 300
 #: Chromium shows no address longer than this many characters in a frame
@@ -123,6 +126,15 @@ new Response(stream).text().then((page) => {
   document.close();
 });
 """
+
+
+class Html(str):
+    """Text of a cell that is HTML already; any other text is escaped."""
+
+
+def link(address: str, words: str) -> Html:
+    """A link to an address, seen from the page."""
+    return Html(f'<a href="{html.escape(address)}">{html.escape(words)}</a>')
 
 
 @dataclass(frozen=True)
@@ -436,8 +448,7 @@ def _decimals(name: str, columns: Sequence[pd.Series]) -> int | None:
 
 def _cell(value: object, decimals: int | None) -> str:
     if isinstance(value, str):
-        # links and units come as HTML
-        return value if value.startswith("<") else html.escape(value)
+        return value if isinstance(value, Html) else html.escape(value)
     if pd.api.types.is_bool(value):
         return "yes" if value else "no"
     if value is None or pd.isna(value):
@@ -448,6 +459,17 @@ def _cell(value: object, decimals: int | None) -> str:
         text = f"{value:.{decimals}f}"
         return text.removeprefix("-") if float(text) == 0 else text.replace("-", "−")
     return number(value)
+
+
+def in_time(residual: float) -> str | None:
+    """A residual in time as a cell: what lies below the tolerance of the march says no more.
+
+    >>> in_time(3e-7), in_time(2.5e-4)
+    ('below 10⁻⁶', '0.00025')
+    """
+    if pd.isna(residual):
+        return None
+    return "below 10⁻⁶" if residual <= IN_TIME else number(residual, 2)
 
 
 def number(value: float, digits: int = 4) -> str:

@@ -117,9 +117,10 @@ def _glance(study: Study, shelf: Shelf) -> str:
         "The cases",
         [
             f"The peak is that of the node-to-node joint in linear modes, {response} divided by "
-            "force, around the first resonance solved. A dash stands where its path broke off. "
-            "The residual is the largest that is left of the equations when solutions are marched "
-            "in time."
+            "force, around the first resonance solved. A dash stands where its branch broke off. "
+            "The residual is the largest that is left of the equations when friction is marched "
+            "in time, and no measure below what the march itself resolves; the pages of the cases "
+            "say where it is largest."
         ],
     )
     body += table(
@@ -128,9 +129,9 @@ def _glance(study: Study, shelf: Shelf) -> str:
         [
             "RDNM are response-dependent nonlinear modes, one of which the same joint is solved "
             "in, and the backbone is such a mode over its amplitude: the largest error of a peak's "
-            "amplitude, and how many paths broke off. Time is saved by the joint of fewest fitted "
-            "elements, in linear modes, with the analytic Jacobian or a numeric one by forward "
-            "differences; this is the median over all forces. A dash stands where nothing such "
+            "amplitude, and how many branches broke off. Time is saved by the joint of fewest "
+            "fitted elements, in linear modes, with the analytic Jacobian or a numeric one by "
+            "forward differences; this is the median over all forces. A dash stands where nothing such "
             "was solved."
         ],
     )
@@ -151,7 +152,7 @@ def _glance(study: Study, shelf: Shelf) -> str:
 def _identity(study: Study, name: str, family: str, shelf: Shelf) -> dict[tuple[str, str], object]:
     case = study.cases[name]
     row: dict[tuple[str, str], object] = {
-        ("", "case"): f'<a href="{name}.html">{name}</a>',
+        ("", "case"): markup.link(f"{name}.html", name),
         ("", "normal_load"): case.contact.law,
         ("", "preload_N"): case.preload_N,
     }
@@ -188,7 +189,7 @@ def _answers(
         broken_off = f"{int((~some['complete']).sum())} of {len(some)}"
         row[(title, "broken_off")] = broken_off if len(some) else None
     if "residual_in_time" in accuracy:
-        row[("", "residual_in_time")] = accuracy["residual_in_time"].max()
+        row[("", "residual_in_time")] = markup.in_time(accuracy["residual_in_time"].max())
     return row
 
 
@@ -223,7 +224,7 @@ def _savings_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
     if printed.empty:
         return pd.DataFrame()
     medians = printed.groupby(keys, sort=False)[[ours, theirs]].median().reset_index()
-    medians.insert(0, "case", f'<a href="{name}.html">{name}</a>')
+    medians.insert(0, "case", [markup.link(f"{name}.html", name)] * len(medians))
     return medians.rename(columns={ours: "here_percent", theirs: "source_percent"})
 
 
@@ -295,12 +296,12 @@ def _index_of_figures(study: Study, shown: Sequence[str], published: Published) 
 
 
 def _link(name: str, anchor: str) -> str:
-    return f'<a href="{name}.html#{anchor}">{"Structure" if name == "structure" else name}</a>'
+    return markup.link(f"{name}.html#{anchor}", "Structure" if name == "structure" else name)
 
 
 def _where(places: Sequence[str], study: Study, case: str) -> str:
     if places:
-        return f"<span>{', '.join(dict.fromkeys(places))}</span>"
+        return markup.Html(", ".join(dict.fromkeys(places)))
     if case and all(each.published != case for each in study.cases.values()):
         return "no case of this study is compared with it"
     return "not computed in this study"
