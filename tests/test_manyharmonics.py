@@ -9,7 +9,15 @@ from small_joint import make_joint
 from boltjoint.balance import HarmonicBalance
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
-from boltjoint.manyharmonics import PeriodicMotion, ViscousBalance, solve_periodic
+from boltjoint.manyharmonics import (
+    PeriodicMotion,
+    ViscousBalance,
+    find_peak,
+    largest_response,
+    solve_periodic,
+    tabulate_peaks,
+)
+from boltjoint.response import solve_branch, solve_response
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 
@@ -117,3 +125,46 @@ def test_a_motion_by_its_harmonics():
     assert motion.amplitude(np.array([1.0, 0])) == 3 + 4j
     assert motion.amplitude(np.array([1.0, 1])) == 8 + 16j
     np.testing.assert_array_equal(motion.in_components(("sin3", "cos2")), [[0, 0], [0, 7]])
+
+
+@pytest.mark.parametrize("force", [5.0, 20.0])
+def test_a_peak_with_more_harmonics_is_that_of_its_whole_branch(either, force):
+    response = solve_response(either, [force], loss_factor=LOSS)
+    frequency, start = largest_response(response, force)
+    assert frequency == float(response["peak_frequency"][0])
+    found, motion = find_peak(either, frequency, force, LOSS, start, harmonics=3)
+    whole = solve_branch(sampled(either, 3, 256), force, loss_factor=LOSS)
+    assert whole.complete
+    # where the samples lie makes the top of a flat peak waver
+    assert found == pytest.approx(whole.frequency[whole.peak], rel=1e-4)
+    amplitude = abs(motion.amplitude(either.response_mode))
+    assert amplitude == pytest.approx(whole.amplitude[whole.peak], rel=1e-6)
+
+
+def test_peaks_are_compared_with_the_most_harmonics(either):
+    response = solve_response(either, [0.01, 5.0], loss_factor=LOSS)
+    table = tabulate_peaks(either, response, forces=[0.01, 5.0], harmonics=(3, 5))
+    assert list(table["harmonics"]) == [1, 3, 5] * 2
+    first = table.iloc[0]
+    assert first["peak_frequency_Hz"] == float(response["peak_frequency"][0])
+    assert first["peak_mm_per_N"] == pytest.approx(1e5 * float(response["peak_amplitude"][0]))
+    errors = table.set_index(["force_N", "harmonics"])["peak_amplitude_error_percent"]
+    assert (errors.xs(5, level="harmonics") == 0).all()
+    # the more slips, the more one harmonic errs, and the next ones take nearly all of it
+    assert abs(errors[5.0, 1]) > 2 * abs(errors[0.01, 1])
+    assert abs(errors[5.0, 1]) > 10 * abs(errors[5.0, 3]) > 0
+
+
+def test_no_peak_has_none_with_more_harmonics(either):
+    response = solve_response(either, [20.0], loss_factor=LOSS)
+    for name in ("peak_frequency", "peak_amplitude"):
+        response[name][:] = np.nan
+    table = tabulate_peaks(either, response, forces=[20.0], harmonics=(3,))
+    assert list(table["harmonics"]) == [1, 3]
+    assert table.filter(like="peak").isna().all(axis=None)
+
+
+def test_no_peak_is_found_where_the_amplitude_only_rises(either):
+    response = solve_response(either, [0.01], loss_factor=LOSS)
+    frequency, start = largest_response(response, 0.01)
+    assert find_peak(either, 0.8 * frequency, 0.01, LOSS, start, harmonics=1) is None

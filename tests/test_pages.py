@@ -205,6 +205,7 @@ def figure(page, anchor):
         ("fits_a_enriched-40", ("fits", "a", "enriched-40", None, "a")),
         ("backbone_a_free-4_resonance=2", ("backbone", "a", "free-4", None, "a")),
         ("harmonics_a_free-4", ("harmonics", "a", "free-4", None, "a")),
+        ("harmonic_peaks_a_enriched-4", ("harmonic_peaks", "a", "enriched-4", None, "a")),
         (
             "regions_a_enriched-8_clusters=auto",
             ("regions", "a", "enriched-8", "clusters=auto", "a"),

@@ -65,6 +65,7 @@ def test_every_result_is_there_and_nothing_is_left_to_do(finished):
         "accuracy_small_enriched-8.csv",
         "regions_small_free-2_clusters=2.csv",
         "elements_small_free-2_clusters=2_harmonic=2.csv",
+        "harmonic_peaks_small_enriched-8.csv",
         "harmonics_small_free-2.csv",
         "patterns_two_bolt.csv",
         "bases_variable.csv",

@@ -237,7 +237,7 @@ def tabulate_accuracy(
                 row["curve_error_dB"] = curve_error(*curves)
             mine = (response["excitation_force"] == force) & (response["converged"] == 1)
             for name in ("energy_error", "residual"):
-                row[name] = float(abs(response[name].where(mine)).max())
+                row[name] = float(abs(response[name].where(mine)).to_series().max())
             row |= _trust(response.isel(force=level))
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})

@@ -57,7 +57,7 @@ def tabulate_sampling(
                         "error_relative": np.linalg.norm(sampled - exact) / np.linalg.norm(exact),
                     }
                 )
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=["case", "law", "samples", "force_N", "error_relative"])
 
 
 def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarray]:
@@ -67,6 +67,8 @@ def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarr
     found = {}
     for force in response["force_level"].to_numpy():
         mine = np.flatnonzero(response["excitation_force"].to_numpy() == force)
+        if not mine.size:
+            continue
         at = mine[np.argmax(response["response_amplitude"].to_numpy()[mine])]
         q = amplitude.isel(solution=at).transpose("mode", "component").to_numpy()
         found[float(force)] = np.hstack([row @ q for row in joint.rows])

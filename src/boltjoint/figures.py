@@ -106,10 +106,29 @@ _styled = matplotlib.rc_context(STYLE)
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as SVG, the same bytes for the same content; its folder is made."""
+    """Write a figure as SVG, the same bytes for the same content; its folder is made.
+
+    Axes that have nothing to show say so.
+    """
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(STYLE):
+        for axes in figure.axes:
+            _say_if_empty(axes)
         figure.savefig(path, format="svg", bbox_inches="tight", metadata={"Date": None})
+
+
+def _say_if_empty(axes: Axes) -> None:
+    """Say that there are no results where a logarithmic axis has no number to span."""
+    least = axes.dataLim.minpos
+    empty = [
+        axis
+        for axis, smallest in zip((axes.xaxis, axes.yaxis), least, strict=True)
+        if axis.get_scale() == "log" and not np.isfinite(smallest)
+    ]
+    for axis in empty:
+        axis.axes.set(**{f"{axis.axis_name}scale": "linear", f"{axis.axis_name}ticks": []})
+    if empty:
+        axes.text(0.5, 0.5, "no results", transform=axes.transAxes, ha="center", color="0.4")
 
 
 @_styled
@@ -635,10 +654,11 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
         As ``convergence.tabulate_sampling`` gives it.
     """
     cases = list(table.groupby(["case", "law"], sort=False))
-    columns = min(2, len(cases))
-    rows = -(-len(cases) // columns)
+    columns = max(1, min(2, len(cases)))
+    rows = max(1, -(-len(cases) // columns))
     figure = Figure(figsize=(8, 0.6 + 2.8 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    panels[0, 0].set(xscale="log", yscale="log")
     for axes, ((case, law), of_case) in zip(panels.flat, cases, strict=False):
         levels = list(of_case.groupby("force_N"))
         for (force, of_level), colour in zip(levels, _level_colours(len(levels)), strict=True):
@@ -653,7 +673,7 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
         axes.set_title(f"{case}, {law} normal load")
         axes.legend(loc="lower left", ncols=2, fontsize=8, handlelength=1.5)
         axes.grid(True)
-    for axes in panels.flat[len(cases) :]:
+    for axes in panels.flat[max(1, len(cases)) :]:
         axes.set_axis_off()
     figure.supxlabel("samples a period", fontsize=9)
     figure.supylabel("relative error of the forces", fontsize=9)
@@ -837,16 +857,17 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
         amplitude = backbone["response_amplitude"].to_numpy() * _MM
         rising = np.argsort(backbone["peak_force"].to_numpy())
         force = backbone["peak_force"].to_numpy()[rising]
-        reached = [each for each in forces if force[0] <= each <= force[-1]]
+        reached = [each for each in forces if force.size and force[0] <= each <= force[-1]]
         shares = np.log(force), np.log(amplitude[rising])
-        peaks = np.exp(np.interp(np.log(reached), *shares))
+        peaks = np.exp(np.interp(np.log(reached), *shares)) if reached else np.zeros(0)
         for axes, name, scale in zip(
             panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
         ):
             values = backbone[name].to_numpy() * scale
             axes.plot(amplitude, values, color=colour, linewidth=1.3, label=joint_in_words(joint))
-            at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
-            axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)
+            if peaks.size:
+                at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
+                axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)
     panels[0].set_ylabel("natural frequency (Hz)")
     panels[1].set_ylabel("damping ratio (%)")
     panels[1].set_yscale("log")
@@ -918,7 +939,10 @@ def _keep_in_view(axes: Axes, curves: Sequence[_Curve]) -> None:
     low, high = min([near.min(), *ends]), max([near.max(), *ends])
     margin = max(_MARGIN * (high - low), _LEAST_MARGIN * high)
     solved = np.concatenate([c.frequency for c in curves])
-    low, high = max(low - margin, solved.min()), min(high + margin, solved.max())
+    if solved.min() < solved.max():
+        low, high = max(low - margin, solved.min()), min(high + margin, solved.max())
+    else:
+        low, high = low - margin, high + margin
     axes.set_xlim(low, high)
     in_view = np.concatenate(
         [c.amplitude[(c.frequency >= low) & (c.frequency <= high)] for c in curves]

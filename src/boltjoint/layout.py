@@ -111,6 +111,32 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
     return found
 
 
+def marched(study: Study) -> dict[str, tuple[str, str, str, int]]:
+    """By case with forces to march at, its first response of modes without contact, if any.
+
+    Vectors of enriched bases stick at frequencies that no march can step through.
+    """
+    found = {}
+    for case in study.cases:
+        for which in solved(study, case):
+            free = which[1:3] == REFERENCE and not is_enriched(which[0])
+            if free and study.case(case).march_forces_N:
+                found.setdefault(case, which)
+    return found
+
+
+def balanced(study: Study, case: str) -> dict[str, tuple[str, str, str, int]]:
+    """By basis, the response of a case with forces to march at whose further harmonics are solved.
+
+    That of the node-to-node joint in linear modes, around the lowest resonance.
+    """
+    found = {}
+    for which in sorted(solved(study, case), key=lambda each: each[3]):
+        if which[1:3] == REFERENCE and study.case(case).march_forces_N:
+            found.setdefault(which[0], which)
+    return found
+
+
 def converged(study: Study) -> dict[str, tuple[str, str, str, int]]:
     """By case, the response that comes closest to the structure, if any.
 
@@ -295,8 +321,10 @@ def _shown(study: Study) -> list[str]:
                 if parsed.division is not None:
                     found += _table(f"regions_{where}_{parsed.regions}")
                     found.append(f"results/figures/regions_{where}_{parsed.regions}.svg")
-        if case.march_forces_N and case_name in references(study):
-            found += _table(f"harmonics_{case_name}_{references(study)[case_name][0]}")
+        if case_name in marched(study):
+            found += _table(f"harmonics_{case_name}_{marched(study)[case_name][0]}")
+        for family in balanced(study, case_name):
+            found += _table(f"harmonic_peaks_{case_name}_{family}")
         for family, joint_name, coordinates, resonance in solved(study, case_name):
             where = f"{case_name}_{family}_{flat(joint_name)}_{coordinates}_resonance={resonance}"
             found.append(f"results/figures/response_{where}.svg")

@@ -5,18 +5,35 @@ w of the excitation, the loss factor eta is the viscous damping ``C = eta L / w`
 for the first harmonic; the harmonic h is damped h times as much.
 """
 
+import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from boltjoint.balance import Forming, HarmonicBalance, parse_component
+from boltjoint.branch import Observed
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
 from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.newton import newton
+from boltjoint.solvers.newton import newton, solve
+
+logger = logging.getLogger(__name__)
+
+#: first step in which a peak is bracketed over its frequency, and what is the farthest it is sought
+_FIRST_STEP, _FARTHEST = 2e-3, 0.1
+
+#: relative width within which the frequency of a peak is located
+_WIDTH = 1e-6
+
+#: ... and what may be left of the equations there, over the force: the samples err by more
+_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -138,3 +155,156 @@ def solve_periodic(
     solution, _ = newton(LinearModes(balance), x, w, control)
     amplitude = solution.x.reshape(len(law.components), -1)
     return PeriodicMotion(law.components, amplitude, solution.converged)
+
+
+def largest_response(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion]:
+    """Frequency [Hz] and motion where the response to a force is largest.
+
+    Parameters
+    ----------
+    response
+        ``response.nc`` of any number of harmonics.
+    force
+        One of its force levels [N].
+    """
+    mine = np.flatnonzero(response["excitation_force"].to_numpy() == force)
+    at = response.isel(solution=mine[response["response_amplitude"].to_numpy()[mine].argmax()])
+    components = tuple(str(name) for name in at["component"].to_numpy())
+    amplitude = at["modal_coordinate"].transpose("component", "mode").to_numpy()
+    return float(at["frequency"]), PeriodicMotion(components, amplitude)
+
+
+def find_peak(
+    joint: Joint,
+    frequency: float,
+    force: float,
+    loss_factor: float,
+    start: PeriodicMotion,
+    *,
+    harmonics: int,
+    samples: int = 256,
+    control: StepControl | None = None,
+) -> tuple[float, PeriodicMotion] | None:
+    """The peak of the first harmonic's amplitude with so many harmonics, near one with fewer.
+
+    It lies where the derivative of the amplitude by the frequency vanishes, which the Jacobian of
+    the balance gives. The loss factor is the same at every harmonic.
+
+    Parameters
+    ----------
+    joint
+        With its elements' own law, constant or variable.
+    frequency, start
+        Where a balance of fewer harmonics has its peak [Hz], and its motion there.
+    force, loss_factor
+        Of the excitation [N]; eta [-].
+    harmonics
+        The highest harmonic.
+    samples
+        Samples a period.
+    control
+        Tolerance and most iterations.
+
+    Returns
+    -------
+    tuple of float and PeriodicMotion, or None
+        Frequency [Hz] and motion of the peak; None where there is none within a tenth of the
+        frequency that the balance leads to.
+    """
+    law = SampledInTime(joint.law, harmonics, samples)
+    balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
+    equations, observe = LinearModes(balance), Observed(balance)
+    control = control or StepControl(tolerance=_TOLERANCE, most_iterations=50)
+    found: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+    begin = 2 * np.pi * frequency
+
+    def slope(w: float) -> float:
+        """Derivative of the squared amplitude by the frequency."""
+        if found:
+            nearest = min(found, key=lambda other: abs(other - w))
+            x, change = found[nearest]
+            x = x + (w - nearest) * change
+        else:
+            x = start.in_components(law.components).ravel()
+        solution, jacobian = newton(equations, x, w, control)
+        change = solve(jacobian, -equations.parameter_derivative(solution.x, w))
+        if not solution.converged or change is None:
+            raise ArithmeticError
+        found[w] = solution.x, change
+        return observe.slope(solution.x, change)
+
+    try:
+        low = high = begin
+        step = np.copysign(_FIRST_STEP * begin, slope(begin))
+        while np.sign(slope(high)) == np.sign(step):
+            if abs(high + step - begin) > _FARTHEST * begin:
+                return None
+            low, high, step = high, high + step, 2 * step
+        peak = brentq(slope, low, high, xtol=_WIDTH * begin)
+        slope(float(peak))
+    except ArithmeticError:
+        return None
+    amplitude = found[peak][0].reshape(len(law.components), -1)
+    return peak / (2 * np.pi), PeriodicMotion(law.components, amplitude)
+
+
+def tabulate_peaks(
+    joint: Joint,
+    response: xr.Dataset,
+    *,
+    forces: Sequence[float],
+    harmonics: Sequence[int] = (3, 5, 7, 9),
+) -> pd.DataFrame:
+    """Peaks by the number of harmonics balanced, each at its own frequency.
+
+    Parameters
+    ----------
+    joint, response
+        ``joint.nc`` and the ``response.nc`` of it, whose peaks the table begins with.
+    forces
+        Those of its force levels to take.
+    harmonics
+        Highest harmonics of the further balances, each of which starts from the one before.
+
+    Returns
+    -------
+    DataFrame
+        A row for each force and number of harmonics with columns ``force_N, harmonics,
+        peak_frequency_Hz, peak_mm_per_N`` (NaN where no peak was found), and
+        ``peak_frequency_error_percent, peak_amplitude_error_percent`` against the most harmonics
+        with which it was.
+    """
+    loss_factor = response.attrs["loss_factor"]
+    solved = max(parse_component(str(name))[1] for name in response["component"].to_numpy())
+    if isinstance(joint.law, SampledInTime):
+        joint = replace(joint, law=joint.law.elements)
+    rows = []
+    for force in forces:
+        peaks = {}
+        at_peak = response.sel(force=response["force_level"].to_numpy() == force)
+        if np.isfinite(at_peak["peak_frequency"]).all():
+            place = largest_response(response, force)
+            peaks[solved] = place
+            for highest in (number for number in harmonics if number > solved):
+                found = find_peak(joint, place[0], force, loss_factor, place[1], harmonics=highest)
+                logger.info("%g N, %d harmonics: %s", force, highest, found and found[0])
+                if found is not None:
+                    peaks[highest] = place = found
+        for highest in dict.fromkeys((solved, *harmonics)):
+            frequency, motion = peaks.get(highest, (np.nan, None))
+            amplitude = np.nan if motion is None else abs(motion.amplitude(joint.response_mode))
+            rows.append(
+                {
+                    "force_N": float(force),
+                    "harmonics": highest,
+                    "peak_frequency_Hz": frequency,
+                    "peak_mm_per_N": 1e3 * amplitude / force,
+                }
+            )
+    columns = ["force_N", "harmonics", "peak_frequency_Hz", "peak_mm_per_N"]
+    table = pd.DataFrame(rows, columns=columns)
+    truth = table.dropna().groupby("force_N").last()
+    for what, column in (("frequency", columns[2]), ("amplitude", columns[3])):
+        ratio = table[column] / table["force_N"].map(truth[column])
+        table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)
+    return table

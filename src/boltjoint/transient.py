@@ -22,7 +22,7 @@ from scipy.signal import resample
 
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
-from boltjoint.manyharmonics import PeriodicMotion, solve_periodic
+from boltjoint.manyharmonics import largest_response, solve_periodic
 
 Array = NDArray[np.float64]
 
@@ -187,7 +187,9 @@ def tabulate_truth(
     loss_factor = response.attrs["loss_factor"]
     rows = []
     for force in response["force_level"].to_numpy() if forces is None else forces:
-        frequency, motion = _largest_response(response, force)
+        if not np.any(response["excitation_force"] == force):
+            continue
+        frequency, motion = largest_response(response, force)
         excitation = float(frequency), float(force), loss_factor
         balanced = {}
         for highest in harmonics:
@@ -218,15 +220,6 @@ def tabulate_truth(
                 }
             )
     return pd.DataFrame(rows)
-
-
-def _largest_response(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion]:
-    """Frequency [Hz] and motion where the response to a force is largest."""
-    mine = np.flatnonzero(response["excitation_force"].to_numpy() == force)
-    at = response.isel(solution=mine[response["response_amplitude"].to_numpy()[mine].argmax()])
-    components = tuple(str(name) for name in at["component"].to_numpy())
-    amplitude = at["modal_coordinate"].transpose("component", "mode").to_numpy()
-    return float(at["frequency"]), PeriodicMotion(components, amplitude)
 
 
 @dataclass

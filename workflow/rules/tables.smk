@@ -314,7 +314,7 @@ rule tabulate_states:
 rule march_in_time:
     input:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
-        response=lambda w: layout.response(w.case, *layout.references(study)[w.case]),
+        response=lambda w: layout.response(w.case, *layout.marched(study)[w.case]),
         library=library("march_in_time.py"),
     output:
         csv=report(
@@ -334,6 +334,33 @@ rule march_in_time:
         forces=lambda w: case_of(w).march_forces_N,
     script:
         "../scripts/march_in_time.py"
+
+
+rule balance_harmonics:
+    input:
+        joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        response=lambda w: layout.response(
+            w.case, *layout.balanced(study, w.case)[w.modes]
+        ),
+        library=library("balance_harmonics.py"),
+    output:
+        csv=report(
+            "results/tables/harmonic_peaks_{case}_{modes}.csv",
+            category="4. Tables",
+            subcategory="{case}",
+            labels={"table": "peaks with more harmonics, in {modes}"},
+        ),
+        html="results/tables/harmonic_peaks_{case}_{modes}.html",
+    log:
+        "results/logs/balance_harmonics/{case}_{modes}.log",
+    benchmark:
+        "results/benchmarks/balance_harmonics/{case}_{modes}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    params:
+        forces=lambda w: case_of(w).march_forces_N,
+    script:
+        "../scripts/balance_harmonics.py"
 
 
 rule tabulate_sampling:

@@ -260,8 +260,14 @@ class _Basis:
             yield self._section("fits", "Fits of elements", _fits(*found))
         if drawn := self._backbones():
             yield self._section("backbones", "Backbones", drawn)
-        if found := self.shelf.table("harmonics", modes=self.family):
-            yield self._section("harmonics", "More harmonics, and time", _harmonics(*found))
+        peaks = self.shelf.table("harmonic_peaks", modes=self.family)
+        marched = self.shelf.table("harmonics", modes=self.family)
+        if peaks or marched:
+            body = (_harmonic_peaks(*peaks) if peaks else "") + (
+                _harmonics(*marched) if marched else ""
+            )
+            title = "More harmonics, and time" if marched else "More harmonics"
+            yield self._section("harmonics", title, body)
         if self.states is not None:
             yield self._section("states", "Contact at the peaks", _states(*self.states))
         if self.accuracy is not None:
@@ -537,7 +543,25 @@ def _states(shown: Shown, frame: pd.DataFrame) -> str:
     )
 
 
+def _harmonic_peaks(shown: Shown, frame: pd.DataFrame) -> str:
+    one = frame[frame["harmonics"] == frame["harmonics"].min()]
+    errors = [one[f"peak_{what}_error_percent"].abs().max() for what in ("amplitude", "frequency")]
+    said = ""
+    if not any(map(pd.isna, errors)):
+        said = (
+            f" One harmonic, as in all other results, is off by up to {number(errors[0], 2)} % in "
+            f"amplitude and {number(errors[1], 2)} % in frequency."
+        )
+    return (
+        "<p>Peaks of the node-to-node joint with more and more harmonics, each sought anew at its "
+        f"own frequency; errors are against the most harmonics with which one was found.{said}</p>"
+        "\n" + table(frame, "Peaks by harmonics", (), shown.anchor, shown.from_page, ["force_N"])
+    )
+
+
 def _harmonics(shown: Shown, frame: pd.DataFrame) -> str:
+    if frame.empty:
+        return "<p>There is no response to march in time.</p>\n"
     largest = frame.groupby("harmonics")["difference_percent"].agg(lambda d: d.abs().max())
     highest = largest.index.max()
     return (

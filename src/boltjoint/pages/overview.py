@@ -131,8 +131,8 @@ def _glance(study: Study, shelf: Shelf) -> str:
             "in, and the backbone is such a mode over its amplitude: the largest error of a peak's "
             "amplitude, and how many branches broke off. Time is saved by the joint of fewest "
             "fitted elements, in linear modes, with the analytic Jacobian or a numeric one by "
-            "forward differences; this is the median over all forces. A dash stands where nothing such "
-            "was solved."
+            "forward differences; this is the median over all forces. A dash stands where nothing "
+            "such was solved."
         ],
     )
     published = pd.concat(saved) if saved else pd.DataFrame()

@@ -35,6 +35,7 @@ _OF_CASES = {
     "bases": "",
     "divisions": _FAMILY,
     "fits": _FAMILY,
+    "harmonic_peaks": _FAMILY,
     "harmonics": _FAMILY,
     "models": "",
     "states": rf"{_FAMILY}(?:{_SOLVED})?",
