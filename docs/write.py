@@ -94,6 +94,23 @@ class Tables:
         frame = pd.read_csv(self._path("harmonics", case))
         return frame.pivot_table(index="force_N", columns="harmonics", values="difference_percent")
 
+    def harmonic_peaks(self, case: str) -> pd.DataFrame:
+        """Errors of frequency and amplitude [%], as text, by force and number of harmonics."""
+        frame = pd.read_csv(self._path("harmonic_peaks", case))
+        errors = frame[["peak_frequency_error_percent", "peak_amplitude_error_percent"]]
+        frame["errors"] = errors.apply(
+            lambda row: "–" if row.isna().any() else " / ".join(_digits(e, 2) for e in row), axis=1
+        )
+        return frame.pivot(index="force_N", columns="harmonics", values="errors")  # noqa: PD010
+
+    def one_harmonic(self, what: str) -> float:
+        """The largest error of a peak [%] with one harmonic, of any case and force."""
+        tables = (
+            pd.read_csv(self._path("harmonic_peaks", c)) for c in self.cases("harmonic_peaks")
+        )
+        found = pd.concat(frame[frame["harmonics"] == 1] for frame in tables)
+        return found[f"peak_{what}_error_percent"].abs().max()
+
     def assemblies(self) -> list[str]:
         """The assemblies whose resonances are compared with the full model."""
         study = load_study(HERE.parent)
@@ -147,7 +164,10 @@ class Tables:
 
     @staticmethod
     def _path(kind: str, subject: str) -> Path:
-        basis = {"harmonics": "_free-4", "divisions": "_enriched-40"}.get(kind, "")
+        bases = {"harmonics": "_free-4"} | dict.fromkeys(
+            ("divisions", "harmonic_peaks"), "_enriched-40"
+        )
+        basis = bases.get(kind, "")
         return RESULTS / f"tables/{kind}_{subject}{basis}.csv"
 
     def stuck_error_of_loaded_means(self, case: str, regions: str) -> float:

@@ -535,6 +535,33 @@ def test_a_residual_in_time_says_no_more_than_the_march_resolves(files, residual
     assert markup.IN_TIME == inspect.signature(residuals_in_time).parameters["tolerance"].default
 
 
+def test_how_far_one_harmonic_is_off_stands_first(tmp_path):
+    table = pd.DataFrame(
+        {
+            "force_N": [1.0, 1.0, 10.0, 10.0],
+            "harmonics": [1, 9] * 2,
+            "peak_frequency_error_percent": [0.3, 0.0, 1.1, 0.0],
+            "peak_amplitude_error_percent": [-8.0, 0.0, -40.4, 0.0],
+        }
+    )
+    (tmp_path / "tables").mkdir()
+    paths = [
+        tmp_path / f"tables/harmonic_peaks_mine_{basis}.csv" for basis in ("free-4", "enriched-8")
+    ]
+    # the basis without contact errs by less, and is not what counts
+    for path, share in zip(paths, (0.1, 1.0), strict=True):
+        errors = table.filter(like="error") * share
+        table.assign(**errors).to_csv(path, index=False)
+    files = list(map(str, paths))
+    page = accuracy.page(files, Published(SOURCE), ["mine"])
+    lead = page.split("</header>")[0]
+    assert "The reference of all errors is converged in the basis, with one harmonic." in lead
+    assert "off by up to 40 % in amplitude and 1.1 % in frequency" in lead
+    assert "at 1, 10 N" in lead
+    without = accuracy.page([], Published(SOURCE), ["mine"]).split("</header>")[0]
+    assert "was not computed" in without
+
+
 def test_peaks_of_paths_that_broke_off_are_not_shown(files):
     def break_off(frame):
         lost = frame["force_N"] == 50

@@ -4,7 +4,13 @@ rule write_overview:
             path
             for case in study.cases
             for path in shown_on(case)
-            if path.startswith(("results/tables/accuracy", "results/tables/times"))
+            if path.startswith(
+                (
+                    "results/tables/accuracy",
+                    "results/tables/times",
+                    "results/tables/harmonic_peaks",
+                )
+            )
         ]
         + shown_on("overview"),
         joints=[path for case in study.cases for path in nodes_of(case)],
@@ -32,7 +38,13 @@ rule write_overview:
 
 rule write_page_of_accuracy:
     input:
-        shown=shown_on("accuracy"),
+        shown=shown_on("accuracy")
+        + [
+            path
+            for case in study.cases
+            for path in shown_on(case)
+            if path.startswith("results/tables/harmonic_peaks")
+        ],
         published=published,
         library=library("write_page_of_accuracy.py"),
     output:
@@ -101,7 +113,9 @@ rule write_page_of_case:
     params:
         case=lambda w: case_of(w).model_dump(),
         # no more of it: other options do not stand on the page
-        solver=study.solver.model_dump(include={"friction", "harmonics", "samples"}),
+        solver=study.solver.model_dump(
+            include={"friction", "harmonics", "samples", "largest_error"}
+        ),
         cases=list(study.cases),
     script:
         "../scripts/write_page_of_case.py"

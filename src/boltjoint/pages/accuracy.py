@@ -1,4 +1,4 @@
-"""The page that compares all models of a case with its converged response, beside their cost."""
+"""The page that compares all models of a case with the response converged in the basis."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ import pandas as pd
 from boltjoint.names import coordinates_in_words, is_enriched, joint_in_words
 from boltjoint.pages import markup
 from boltjoint.pages.markup import Section, table
-from boltjoint.pages.shown import Shelf, menu
+from boltjoint.pages.shown import Shelf, menu, one_harmonic
 from boltjoint.published import Published
 
 _MODEL = ["modes", "joint", "coordinates"]
@@ -28,8 +28,7 @@ joint that sticks far too high and its peak too low, however the contact is redu
 repeating the source.</li>
 <li>To <b>reduce the contact</b>, gather pairs that move alike (<i>clusters</i>), and replace the
 elements of each by a few with the same first harmonic at all amplitudes (<i>harmonic</i>).</li>
-<li>All of this has <b>one harmonic</b>. Where most of the contact slips, further ones matter: the
-pages of cases that were marched in time say by how much.</li>
+<li>All of this has <b>one harmonic</b>. Where much of the contact slips, further ones matter.</li>
 </ul>
 """
 
@@ -63,11 +62,12 @@ def page(files: Sequence[str], published: Published, cases: Sequence[str]) -> st
             for kind, (title, body) in parts.items()
             if body
         ]
-    sections += shelf.rest()
     lead = (
-        "<p>How far is each model from the converged answer, and what does it cost? For every case "
+        one_harmonic(shelf)
+        + "<p>How far is each model from that answer, and what does it cost? For every case "
         "that is also solved in a basis that holds the contact.</p>"
     )
+    sections += shelf.rest()
     return markup.page("Accuracy", "Models", lead, sections, menu(cases), "accuracy.html")
 
 

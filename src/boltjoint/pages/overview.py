@@ -12,7 +12,14 @@ from boltjoint.config import Case, Study
 from boltjoint.names import REFERENCE, joint_in_words, parse_coordinates, parse_joint
 from boltjoint.pages import markup
 from boltjoint.pages.markup import Section, number, table
-from boltjoint.pages.shown import Shelf, Shown, figures_and_tables, menu, those
+from boltjoint.pages.shown import (
+    Shelf,
+    Shown,
+    figures_and_tables,
+    menu,
+    one_harmonic,
+    those,
+)
 from boltjoint.published import BASIS, Published
 
 _TABLES = {
@@ -41,6 +48,7 @@ def page(study: Study, files: Sequence[str], shown: Sequence[str], published: Pu
         The source's tables.
     """
     shelf = Shelf(files, published)
+    first = one_harmonic(shelf)
     sections = [
         Section("results", "Results at a glance", _glance(study, shelf)),
         Section("trust", "How far to trust it", _TRUST + _sampling(shelf)),
@@ -50,9 +58,9 @@ def page(study: Study, files: Sequence[str], shown: Sequence[str], published: Pu
         *shelf.rest(),
     ]
     lead = (
-        "<p>Friction between the bars of a bolted lap joint decides how it vibrates. This study "
-        "computes that response with one friction element on every pair of contact nodes, and "
-        "asks how little of it is needed: joints of a few regions, of a few elements in each "
+        f"{first}<p>Friction between the bars of a bolted lap joint decides how it vibrates. This "
+        "study computes that response with one friction element on every pair of contact nodes, "
+        "and asks how little of it is needed: joints of a few regions, of a few elements in each "
         "region, and one mode that depends on the response in place of all linear modes. It "
         "repeats chapter 3 of the thesis <cite>Nonlinear vibrations and reduced order modeling of "
         "bolted joints</cite> and sets the published values beside its own.</p>"
@@ -69,7 +77,8 @@ resonance about a third above that of the full finite-element model, and they un
 severalfold. <i>Accuracy</i> on the pages of the cases therefore means agreement with the
 node-to-node joint in the same modes: it tells what a reduction costs, not how close the answer is
 to the structure. That is what the page <a href="accuracy.html">Accuracy</a> tells: it sets every
-model beside the converged answer, in a basis that holds the contact, and beside its cost.</p>
+model beside the answer that is converged in a basis that holds the contact, with one harmonic, and
+beside its cost.</p>
 <p>What the source does not say had to be chosen: the loss factor, the dimensions (calibrated to the
 published frequencies), the frequency windows, the excited and observed points, and the amplitudes
 of the fit. The clamping force of 10 kN per bolt is what the source states; the slip forces in its

@@ -8,8 +8,8 @@ from pathlib import Path
 import pandas as pd
 
 from boltjoint import layout
-from boltjoint.names import NAME
-from boltjoint.pages.markup import Section, drawing, source, table
+from boltjoint.names import NAME, is_enriched
+from boltjoint.pages.markup import Section, drawing, number, source, table
 from boltjoint.published import BASIS, Published
 
 _FAMILY = r"_(?P<modes>(?:free|enriched)-\d+)"
@@ -252,6 +252,38 @@ class Shelf:
         filled = title.format(subject=shown.subject, newton=f"{shown.newton or 0:.15g}")
         numbers = source("Figure", shown.in_source(self.published))
         return drawing(shown.path, filled, [*notes, numbers], shown.from_page)
+
+
+def one_harmonic(shelf: Shelf) -> str:
+    """What the reference of all errors is, and by how much its one harmonic errs, as HTML.
+
+    By the tables of peaks with more harmonics that are on the shelf: those of bases that hold the
+    contact, where there are any.
+    """
+    found = []
+    while of_basis := shelf.table("harmonic_peaks"):
+        found.append(of_basis)
+    found = [each for each in found if is_enriched(each[0].modes)] or found
+    frames = [frame[frame["harmonics"] == 1] for _, frame in found]
+    one = pd.concat(frames).dropna() if frames else pd.DataFrame()
+    by_how_much = (
+        "By how much one harmonic errs was not computed: give a case <i>march_forces_N</i>."
+    )
+    if len(one):
+        errors = [
+            f"{number(one[f'peak_{what}_error_percent'].abs().max(), 2)} % in {what}"
+            for what in ("amplitude", "frequency")
+        ]
+        forces = ", ".join(f"{force:g}" for force in sorted(one["force_N"].unique()))
+        by_how_much = (
+            f"Peaks of one harmonic are off by up to {' and '.join(errors)} against the most "
+            f"harmonics with which they were found, at {forces} N; the pages of the cases have "
+            "each."
+        )
+    return (
+        "<p><strong>The reference of all errors is converged in the basis, with one "
+        f"harmonic.</strong> {by_how_much}</p>"
+    )
 
 
 def capitalized(words: str) -> str:
