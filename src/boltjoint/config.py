@@ -723,9 +723,12 @@ def load_study(
     cases = {}
     named = [(settings, path, name) for path, name in _names(settings.content, "assemblies")]
     for path, name in _names(settings.content, "cases"):
+        if name in names.PAGES:
+            continue
         file, content = reader.find(CASE_FOLDER, name, settings, path)
         cases[name] = reader.check(Case, file, content)
-        named += [(file, path, assembly) for path, assembly in _names(content, "assembly")]
+        if content is not None and _is_name(content.get("assembly")):
+            named.append((file, ("assembly",), content["assembly"]))
     assemblies: dict[str, Assembly | None] = {}
     for place, path, name in named:
         file, content = reader.find(ASSEMBLY_FOLDER, name, place, path)
@@ -1011,13 +1014,15 @@ def _conflicts_with_options(case: Case, settings: Settings) -> Iterator[tuple[Ke
                 yield (*of_block, "coordinates", place), shown(name), sentence
 
 
-def _names(content: Mapping[str, Any] | None, key: str) -> Iterator[tuple[KeyPath, str]]:
-    """The well-formed names under a key, one or a list of them, each with its key path."""
-    value = None if content is None else content.get(key)
-    listed = enumerate(value) if isinstance(value, list | tuple) else [(None, value)]
-    for index, name in listed:
-        if isinstance(name, str) and re.fullmatch(names.NAME, name):
-            yield (key,) if index is None else (key, index), name
+def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]]:
+    """The well-formed names in the list under a key, each with its key path."""
+    listed = content.get(key)
+    if isinstance(listed, list | tuple):
+        yield from (((key, index), name) for index, name in enumerate(listed) if _is_name(name))
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
 
 
 SCHEMAS: dict[str, type[Entry]] = {"config": Settings, "assembly": Assembly, "case": Case}

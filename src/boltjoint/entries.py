@@ -252,7 +252,7 @@ def _models_in(annotation: object) -> Iterator[type[Entry]]:
 def _meaning(model: type[Entry], path: KeyPath) -> str:
     fields = [owner.model_fields.get(str(path[-1])) for owner in _owners(model, path)]
     meanings = [field.description for field in fields if field is not None and field.description]
-    return f": {meanings[0]}" if meanings else ""
+    return f": {' '.join(meanings[0].split())}" if meanings else ""
 
 
 def choice(name: str, options: Sequence[str] | Mapping[str, object]) -> str:
