@@ -219,6 +219,8 @@ def test_larger_bases_than_are_found_are_refused(study):
     small = {"ring_cells_across_width": 2, "ring_cells_along_bar": 2, "rings_head_to_cell_edge": 1}
     write(study / ASSEMBLY_FILE, ASSEMBLY | {"mesh": ASSEMBLY["mesh"] | small})
     # 54 pairs, 14 of them on the centre line
+    y = build_assembly(load_study(study).assemblies["two_bolt"])["position"].sel(axis="y")
+    assert (y >= 0).sum() == 34
     enrichment = SETTINGS["enrichment"] | {"free_modes": 2, "most": 90}
     bases = {"bases": ["enriched-70", "enriched-71"]}
     of_what = f"must have at most 70 vectors: enrichment.free_modes, and two for each of {SIDE}"

@@ -206,10 +206,11 @@ class Assembly(Entry):
         return self.response or self._free_end()
 
     @property
-    def elements_outside_lap(self) -> tuple[int, int]:
+    def elements_outside_lap(self) -> tuple[float, float]:
         """Elements along the bars from the clamp to the lap, and from the lap to the free end."""
         wanted = self.mesh.element_length_free_mm
-        before, behind = (max(1, round(length / wanted)) for length in self.bar.free_length_mm)
+        # whole, but no int: the quotient of what is allowed may be infinite
+        before, behind = (max(1.0, round(length / wanted, 0)) for length in self.bar.free_length_mm)
         return before, behind
 
     @property
