@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 # a file whose keys replace those of config.yaml: make reproduce STUDY=config/short.yaml
 STUDY ?=
-CONFIG = $(if $(STUDY),--configfile $(STUDY))
+CONFIG = $(if $(STUDY),--config "study=$(STUDY)")
 
 .PHONY: reproduce test lint docs verify clean
 

@@ -17,21 +17,25 @@ from pydantic import Field, StrictBool, ValidationError
 
 from boltjoint import names
 from boltjoint.entries import (
+    DISTINCT,
+    INTEGRAL,
+    Check,
     Count,
+    Distinct,
     Entry,
     KeyPath,
     Number,
     Positive,
-    WholeNumber,
+    Several,
     choice,
     explained,
-    parse_mapping,
-    repeated,
-    shown,
 )
+from boltjoint.names import MOST_MODES
 from boltjoint.solvers.equations import StepControl
+from boltjoint.yamltext import TextError, read_mapping, shown, typed
 
 CONFIG_FILE = "config/config.yaml"
+COMMAND_LINE = "command line"
 CASE_FOLDER = "config/cases"
 ASSEMBLY_FOLDER = "config/assemblies"
 SCHEMA_FOLDER = "config/schemas"
@@ -42,9 +46,6 @@ LEAST_SAMPLES = 8
 #: resonances of the structure by which bases are compared; none can have fewer vectors
 COMPARED_RESONANCES = 2
 
-#: more modes than a mesh of this kind resolves
-MOST_MODES = 100
-
 
 class ConfigError(ValueError):
     """The configuration cannot be used; one line of text for each problem of each file."""
@@ -54,10 +55,18 @@ class ConfigError(ValueError):
         self.problems = tuple(problems)
 
 
+def _page(name: str) -> Iterator[tuple[KeyPath, str]]:
+    if name in names.PAGES:
+        yield (), "must be another name: the report has a page called so"
+
+
 Name = Annotated[str, Field(pattern=names.NAME)]
+CaseName = Annotated[Name, Check(_page, {"not": {"enum": list(names.PAGES)}})]
 ModesName = Annotated[str, Field(pattern=names.MODES)]
+ComparedModesName = Annotated[str, Field(pattern=names.COMPARED_MODES)]
 CoordinatesName = Annotated[str, Field(pattern=names.COORDINATES)]
 JointName = Annotated[str, Field(pattern=names.JOINT)]
+ModesCount = Annotated[int, Field(strict=True, ge=1, le=MOST_MODES), INTEGRAL]
 # left out of model_dump(), so that a result made from the dump does not go stale with the text
 Description = Annotated[str, Field(exclude=True)]
 
@@ -123,9 +132,9 @@ class Bolts(Entry):
 class Mesh(Entry):
     """Divisions of the mesh. Each bolt sits in a rectangular cell as wide as the bar."""
 
-    ring_cells_across_width: Annotated[Count, Field(multiple_of=2)]
+    ring_cells_across_width: Annotated[int, Field(strict=True, ge=2, multiple_of=2), INTEGRAL]
     """Elements across the width of the bar; even, so that nodes lie on the centre line."""
-    ring_cells_along_bar: Annotated[WholeNumber, Field(ge=2)]
+    ring_cells_along_bar: Annotated[int, Field(strict=True, ge=2), INTEGRAL]
     """Elements along each long side of a bolt cell."""
     rings_under_head: Count
     """Rings of elements between the edge of the hole and the edge of the head."""
@@ -197,17 +206,37 @@ class Assembly(Entry):
         return self.response or self._free_end()
 
     @property
+    def elements_outside_lap(self) -> tuple[float, float]:
+        """Elements along the bars from the clamp to the lap, and from the lap to the free end."""
+        wanted = self.mesh.element_length_free_mm
+        # whole, but no int: the quotient of what is allowed may be infinite
+        before, behind = (max(1.0, round(length / wanted, 0)) for length in self.bar.free_length_mm)
+        return before, behind
+
+    @property
     def contact_pairs(self) -> int:
         """Coincident node pairs of the plane of contact, by counting the mesh divisions."""
         mesh = self.mesh
-        bolts = len(self.bolts.positions_from_lap_start_mm)
         around = 2 * (mesh.ring_cells_across_width + mesh.ring_cells_along_bar)
-        rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
-        across = mesh.ring_cells_across_width + 1
-        in_cells = bolts * around * (rings + 1)
-        between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1) * across
-        at_ends = 2 * mesh.columns_at_each_lap_end * across
-        return in_cells + between + at_ends
+        return around * self._rings_of_pairs + (mesh.ring_cells_across_width + 1) * self._columns
+
+    @property
+    def pairs_of_one_side(self) -> int:
+        """Those on the centre line and to one side of it: the others are their mirror images."""
+        on_centre_line = 2 * self._rings_of_pairs + self._columns
+        return (self.contact_pairs + on_centre_line) // 2
+
+    @property
+    def _rings_of_pairs(self) -> int:
+        rings = self.mesh.rings_under_head + self.mesh.rings_head_to_cell_edge
+        return len(self.bolts.positions_from_lap_start_mm) * (rings + 1)
+
+    @property
+    def _columns(self) -> int:
+        """Columns of contact pairs across the bar that belong to no ring."""
+        mesh, bolts = self.mesh, len(self.bolts.positions_from_lap_start_mm)
+        between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
+        return between + 2 * mesh.columns_at_each_lap_end
 
     def _free_end(self) -> Point:
         return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
@@ -274,6 +303,14 @@ class Assembly(Entry):
         ):
             if not low <= round(getattr(point, name), 6) <= round(high, 6):
                 yield (key, name), f"must lie in the assembly, from {low:g} to {high:g} mm"
+        # half an element from the clamp the nearest node is as far in it as beyond it
+        free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
+        if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):
+            effect = {
+                "excitation": "a force there does not excite any mode",
+                "response": "no mode moves there",
+            }[key]
+            yield (key, "x_mm"), f"is in the clamp: {effect}; must be more than {free_mm:g} mm"
 
 
 class ConstantLoadContact(Entry):
@@ -319,21 +356,19 @@ class Regions(Entry):
 class SolveBlock(Entry):
     """A resonance, the joints whose response is computed around it, and in what they are solved."""
 
-    resonance: Count
+    resonance: ModesCount
     """Which resonance, from 1; not more than there are modes."""
-    joints: Annotated[tuple[JointName, ...], Field(min_length=1)]
+    joints: Several[JointName]
     """Joint models: node-to-node; regions=N or clusters=N, N a number or auto; these with
     /elements=M or /harmonic=M (M fitted elements each) or /table (one tabulated element each)."""
-    modes: Annotated[tuple[ModesName, ...], Field(min_length=1)] | None = None
+    modes: Several[ModesName] | None = None
     """Modal bases; those of the case when left out."""
-    coordinates: Annotated[tuple[CoordinatesName, ...], Field(min_length=1)] | None = None
+    coordinates: Several[CoordinatesName] | None = None
     """Unknowns; those of the case when left out."""
     window_Hz: tuple[Positive, Positive] | None = None
     """Lowest and highest frequency; chosen around the resonance when left out."""
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        for key in ("joints", "modes", "coordinates"):
-            yield from repeated(key, getattr(self, key) or ())
         if self.window_Hz is not None and self.window_Hz[0] >= self.window_Hz[1]:
             yield ("window_Hz",), "must be the lower frequency, then the higher one"
 
@@ -353,15 +388,15 @@ class Case(Entry):
     regions: Regions = Regions()
     loss_factor: Annotated[Number, Field(gt=0, lt=1)] = 0.002
     """Structural damping; above 0, since without it a peak has no bound where friction sticks."""
-    forces_N: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    forces_N: Several[Positive]
     """Amplitudes of the harmonic force, in N; one frequency response for each."""
-    march_forces_N: tuple[Positive, ...] = ()
+    march_forces_N: Distinct[Positive] = ()
     """Those forces at whose peaks the node-to-node joint is also marched in time and balanced with
     up to 201 harmonics."""
-    modes: Annotated[tuple[ModesName, ...], Field(min_length=1)]
+    modes: Several[ModesName]
     """Modal bases: free-N, the first N bending modes without contact, or enriched-N, N vectors that
     also hold the contact while it sticks, slips or opens."""
-    coordinates: Annotated[tuple[CoordinatesName, ...], Field(min_length=1)]
+    coordinates: Several[CoordinatesName]
     """Unknowns: linear (all modes of the basis), rdnm-N or complex-rdnm-N (N response-dependent
     modes), or backbone (the response rebuilt from the mode at given amplitudes)."""
     solve: Annotated[tuple[SolveBlock, ...], Field(min_length=1)]
@@ -427,14 +462,10 @@ class Case(Entry):
         return next(filter(None, given), None)
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        yield from repeated("forces_N", self.forces_N)
-        yield from repeated("march_forces_N", self.march_forces_N)
         there = ", ".join(f"{force:g}" for force in self.forces_N)
         for index, force in enumerate(self.march_forces_N):
             if force not in self.forces_N:
                 yield ("march_forces_N", index), f"must be one of forces_N: {there}"
-        yield from repeated("modes", self.modes)
-        yield from repeated("coordinates", self.coordinates)
         yield from dict.fromkeys(
             problem for index in range(len(self.solve)) for problem in self._conflicts_in(index)
         )
@@ -442,10 +473,6 @@ class Case(Entry):
     def _conflicts_in(self, index: int) -> Iterator[tuple[KeyPath, str]]:
         """What does not go together in a block, at the key that says it."""
         block, given = self.blocks[index], self.solve[index]
-        of_modes = ("modes",) if given.modes is None else ("solve", index, "modes")
-        for place, name in enumerate(block.modes):
-            if names.parse_modes(name) > MOST_MODES:
-                yield (*of_modes, place), f"must have at most {MOST_MODES} modes"
         smallest = min(block.modes, key=names.parse_modes)
         available = names.parse_modes(smallest)
         of_coordinates = (
@@ -499,7 +526,7 @@ class Solver(Entry):
     """Forces in closed form, or sampled in time (AFT), which any number of harmonics can be."""
     harmonics: Count = 1
     """Harmonics of the response; more than 1 only with ``friction: sampled``."""
-    samples: Count = 256
+    samples: Annotated[int, Field(strict=True, ge=LEAST_SAMPLES), INTEGRAL] = 256
     """Samples a period with ``friction: sampled``; they err by their inverse square."""
     jacobian: Literal["analytic", "forward-difference"] = "analytic"
     """Where the derivatives come from: analytic, or forward-difference as in the source study."""
@@ -513,11 +540,11 @@ class Solver(Entry):
     """Residual at which a point is solved, relative to the modal force."""
     largest_step: Positive = 0.07
     """Longest step along the curve, as a relative change of the response."""
-    smallest_step: Positive = 1e-9
+    smallest_step: Annotated[Positive, Field(lt=StepControl.first_step)] = 1e-9
     """Shortest step along the curve; a curve that needs a shorter one is given up."""
     target_iterations: Count = 4
     """Newton corrections a point that the step control aims at."""
-    most_iterations: Count = 12
+    most_iterations: Annotated[int, Field(strict=True, ge=2), INTEGRAL] = 12
     """Newton corrections after which a point is tried again with a shorter step."""
     most_solutions: Count = 5000
     """Points after which a curve is given up."""
@@ -549,9 +576,8 @@ class Solver(Entry):
                 f"must be at least {LEAST_SAMPLES * self.harmonics}, "
                 f"{LEAST_SAMPLES} for each harmonic",
             )
-        begin = min(self.largest_step, StepControl.first_step)
-        if self.smallest_step >= begin:
-            yield ("smallest_step",), f"must be less than the first step, {begin:g}"
+        if self.smallest_step >= self.largest_step:
+            yield ("smallest_step",), f"must be less than largest_step, {self.largest_step:g}"
         if self.target_iterations >= self.most_iterations:
             yield (
                 ("target_iterations",),
@@ -568,13 +594,13 @@ class Enrichment(Entry):
     """Coulomb friction coefficient; it decides whether pairs slip before they open."""
     loss_factor: Positive = 0.002
     """Of the structure; friction counts by what it adds to that."""
-    free_modes: Count = 12
+    free_modes: ModesCount = 12
     """Modes without contact among the candidates."""
-    resonances: Count = 2
+    resonances: ModesCount = 2
     """Resonances whose motion the bases are to hold, from the first; at most free_modes."""
     levels: Count = 14
     """Steps by which the load that slips grows from none to all of it."""
-    most: Count = 80
+    most: ModesCount = 80
     """Vectors of the largest basis; enriched-N has the first N of them."""
 
     @property
@@ -596,7 +622,7 @@ class Fitting(Entry):
 
     starts: Count = 16
     """Starting points of the search; the best fit of all is kept."""
-    load_fractions: tuple[Fraction, Fraction, Fraction] = (0.3, 0.6, 0.9)
+    load_fractions: Annotated[tuple[Fraction, Fraction, Fraction], DISTINCT] = (0.3, 0.6, 0.9)
     """Loops fit at the displacements where a region carries these parts of its slip force."""
 
     def fit(self, joint: str) -> dict[str, Any]:
@@ -605,9 +631,6 @@ class Fitting(Entry):
         if parsed.reduction == "harmonic":
             return {"count": parsed.elements, "method": "describing-function"}
         return {"count": parsed.elements, "method": "loops", **self.model_dump()}
-
-    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        yield from repeated("load_fractions", self.load_fractions)
 
 
 class Timing(Entry):
@@ -622,22 +645,14 @@ class Timing(Entry):
 class Convergence(Entry):
     """What is tabulated to show how far bases and regions are from converged ones."""
 
-    bases: tuple[ModesName, ...] = ()
+    bases: Distinct[ComparedModesName] = ()
     """Bases in which the resonances of the structure and the peaks of every case are found; the
     others are compared with the last, which is enriched-N. No table when left out."""
-    regions: tuple[Count, ...] = ()
+    regions: Distinct[Count] = ()
     """Numbers of regions whose peaks are compared with those of all pairs, in the basis of the
     converged response of a case. No table when left out."""
 
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        for key in ("bases", "regions"):
-            yield from repeated(key, getattr(self, key))
-        for index, basis in enumerate(self.bases):
-            if names.parse_modes(basis) < COMPARED_RESONANCES:
-                sentence = (
-                    f"must have at least {COMPARED_RESONANCES} vectors, for as many resonances"
-                )
-                yield ("bases", index), sentence
         if self.bases and not names.is_enriched(self.bases[-1]):
             yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"
 
@@ -645,27 +660,15 @@ class Convergence(Entry):
 class Settings(Entry):
     """The file config.yaml: which cases run, and the numerical options."""
 
-    cases: Annotated[tuple[Name, ...], Field(min_length=1)]
+    cases: Several[CaseName]
     """Case studies to run: files of config/cases, without .yaml."""
-    assemblies: tuple[Name, ...] = ()
+    assemblies: Distinct[Name] = ()
     """Assemblies to build and tabulate even if no case uses them: files of config/assemblies."""
     enrichment: Enrichment = Enrichment()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()
     timing: Timing = Timing()
     convergence: Convergence = Convergence()
-
-    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        most = self.enrichment.most
-        for index, basis in enumerate(self.convergence.bases):
-            if names.is_enriched(basis) and names.parse_modes(basis) > most:
-                sentence = f"must have at most {most} vectors, as enrichment.most"
-                yield ("convergence", "bases", index), sentence
-        yield from repeated("cases", self.cases)
-        for index, name in enumerate(self.cases):
-            if name in names.PAGES:
-                yield ("cases", index), "must be another name: the report has a page called so"
-        yield from repeated("assemblies", self.assemblies)
 
 
 class Study(Entry):
@@ -690,7 +693,7 @@ class Study(Entry):
 
 def load_study(
     folder: str | Path,
-    settings: Mapping[str, Any] | None = None,
+    changes: Mapping[str, Any] | None = None,
     published: Collection[str] | None = None,
 ) -> Study:
     """Read and check the configuration of a study.
@@ -699,8 +702,10 @@ def load_study(
     ----------
     folder
         The folder that holds ``config/``.
-    settings
-        The content of ``config.yaml`` if it is already read, with what the command line changed.
+    changes
+        Keys that replace those of ``config.yaml``, as the command line gives them: values may still
+        be words. Under ``study`` it may name a file, from the folder on, whose keys replace those
+        of ``config.yaml`` before. Of keys that hold keys, only those are replaced that are given.
     published
         Case studies of the source that a case may be compared with; any name will do without.
 
@@ -710,40 +715,40 @@ def load_study(
         With one line for each problem of each file that the study uses.
     """
     reader = _Reader(Path(folder))
-    place = CONFIG_FILE
-    if settings is None:
-        settings = reader.read(CONFIG_FILE)
-    else:
-        # who read it may have passed over a key that stands there twice
-        if (reader.folder / CONFIG_FILE).exists():
-            reader.read(CONFIG_FILE)
-        place = f"{CONFIG_FILE} or command line"
+    settings = reader.settings(changes or {})
+    if reader.problems:
+        raise ConfigError(reader.problems)
 
     # Files named beside a problem are read all the same, to report their problems with it.
-    checked = reader.check(Settings, place, settings)
+    checked = reader.check(Settings, settings, settings.content)
     cases = {}
-    named = [(place, path, name) for path, name in _names(settings, "assemblies")]
-    for path, name in _names(settings, "cases"):
-        file, content = reader.find(CASE_FOLDER, name, place, path)
+    named = [(settings, path, name) for path, name in _names(settings.content, "assemblies")]
+    for path, name in _names(settings.content, "cases"):
+        if name in names.PAGES:
+            continue
+        file, content = reader.find(CASE_FOLDER, name, settings, path)
         cases[name] = reader.check(Case, file, content)
-        named += [(file, path, assembly) for path, assembly in _names(content, "assembly")]
+        if content is not None and _is_name(content.get("assembly")):
+            named.append((file, ("assembly",), content["assembly"]))
     assemblies: dict[str, Assembly | None] = {}
     for place, path, name in named:
         file, content = reader.find(ASSEMBLY_FOLDER, name, place, path)
         if name not in assemblies:
             assemblies[name] = reader.check(Assembly, file, content)
     for name, case in cases.items():
+        file = f"{CASE_FOLDER}/{name}.yaml"
         if case is not None and (assembly := assemblies[case.assembly]) is not None:
-            reader.check_regions(f"{CASE_FOLDER}/{name}.yaml", case, assembly)
+            reader.check_regions(file, case, assembly)
         if case is not None and checked is not None:
-            reader.check_options(f"{CASE_FOLDER}/{name}.yaml", case, checked)
-        if case is not None and checked is not None:
-            reader.check_bases(f"{CASE_FOLDER}/{name}.yaml", case, checked.enrichment.most)
+            reader.check_options(file, case, checked)
+            reader.check_bases(file, case, checked.enrichment, assemblies[case.assembly])
         if case is not None and published is not None:
-            reader.check_published(f"{CASE_FOLDER}/{name}.yaml", case, published)
+            reader.check_published(file, case, published)
 
     if all(cases.values()):
         reader.check_preloads(cases.values(), assemblies)
+    if checked is not None:
+        reader.check_convergence(settings, checked, cases.values(), assemblies)
 
     if reader.problems or checked is None:
         raise ConfigError(reader.problems)
@@ -758,6 +763,49 @@ def load_study(
     )
 
 
+def _updated(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The content with what is given in the changes; both may hold keys in keys."""
+    updated = dict(content)
+    for key, value in changes.items():
+        if isinstance(value, Mapping):
+            below = updated.get(key)
+            value = _updated(below if isinstance(below, Mapping) else {}, value)
+        updated[key] = value
+    return updated
+
+
+class _Settings:
+    """The content of config.yaml after what a study file and the command line change of it."""
+
+    def __init__(self) -> None:
+        self.content: dict[str, Any] = {}
+        self._layers: list[tuple[str, Mapping[str, Any]]] = []
+
+    def update(self, place: str, changes: Mapping[str, Any]) -> None:
+        """Replace the keys that a file or the command line holds."""
+        self.content = _updated(self.content, changes)
+        self._layers.append((place, changes))
+
+    def place(self, path: KeyPath) -> str:
+        """What gave the value under a key path, or else what that would stand in."""
+        for length in range(len(path), 0, -1):
+            for place, changes in reversed(self._layers):
+                if _gives(changes, path[:length]):
+                    return place
+        return CONFIG_FILE
+
+
+def _gives(content: Any, path: KeyPath) -> bool:  # noqa: ANN401 - YAML
+    """Whether the value under a key path, or a list or word in which it would be, is given."""
+    for part in path:
+        if not isinstance(content, Mapping):
+            return True
+        if part not in content:
+            return False
+        content = content[part]
+    return True
+
+
 EntryT = TypeVar("EntryT", bound=Entry)
 
 
@@ -769,21 +817,41 @@ class _Reader:
         self.problems: list[str] = []
         self._contents: dict[str, Mapping[str, Any] | None] = {}
 
+    def settings(self, changes: Mapping[str, Any]) -> _Settings:
+        """The keys of config.yaml, then of the study file, then of the command line."""
+        settings = _Settings()
+        if (content := self.read(CONFIG_FILE)) is not None:
+            settings.update(CONFIG_FILE, content)
+        if "study" in changes:
+            file = changes["study"]
+            if not isinstance(file, str):
+                self._note(COMMAND_LINE, ("study",), shown(file), "must be the name of a file")
+            elif (content := self.read(file)) is not None:
+                settings.update(_as_word(file), content)
+        try:
+            given = {key: value for key, value in changes.items() if key != "study"}
+            settings.update(COMMAND_LINE, typed(given))
+        except ValueError as error:
+            self.problems.append(f"{COMMAND_LINE}: {error}")
+        return settings
+
     def read(self, file: str) -> Mapping[str, Any] | None:
         """The mapping that a file holds; None, with a problem noted, if it holds none."""
         if file not in self._contents:
             self._contents[file] = None
+            place = _as_word(file)
             try:
-                text = (self.folder / file).read_text(encoding="utf-8")
-                self._contents[file] = parse_mapping(text)
+                self._contents[file] = read_mapping(self.folder / file)
             except FileNotFoundError:
-                self.problems.append(f"{file}: there is no such file in {self.folder.resolve()}")
-            except (OSError, ValueError) as error:
-                self.problems.append(f"{file}: {error}")
+                self.problems.append(f"{place}: there is no such file in {self.folder.resolve()}")
+            except OSError as error:
+                self.problems.append(f"{place}: cannot be read: {error.strerror}")
+            except TextError as error:
+                self.problems.append(f"{place}{error.place}: {error.sentence}")
         return self._contents[file]
 
     def find(
-        self, folder: str, name: str, place: str, path: KeyPath
+        self, folder: str, name: str, place: str | _Settings, path: KeyPath
     ) -> tuple[str, Mapping[str, Any] | None]:
         """The file of this name in a folder and what it holds; ``place`` is where it is named."""
         file = f"{folder}/{name}.yaml"
@@ -794,7 +862,7 @@ class _Reader:
         return file, None
 
     def check(
-        self, model: type[EntryT], file: str, content: Mapping[str, Any] | None
+        self, model: type[EntryT], file: str | _Settings, content: Mapping[str, Any] | None
     ) -> EntryT | None:
         """The content as a model; None, with the problems noted, if it is not one."""
         if content is None:
@@ -807,23 +875,30 @@ class _Reader:
             return None
 
     def check_regions(self, file: str, case: Case, assembly: Assembly) -> None:
-        """Note each joint with more regions, or elements in all, than there are contact pairs."""
-        pairs = assembly.contact_pairs
+        """Note each joint with more regions, or elements in all, than there are contact pairs.
+
+        Bands hold each pair with its mirror image, and so are at most as many as on one side.
+        """
+        pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
+        of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
         for block_index, block in enumerate(case.solve):
             for index, joint in enumerate(block.joints):
                 parsed = names.parse_joint(joint)
                 regions = 1 if parsed.count == "auto" else parsed.count or 0
-                for count, what in (
-                    (regions, parsed.division),
-                    (regions * (parsed.elements or 0), "elements in all"),
+                for count, what, (most, of_what) in (
+                    (
+                        regions,
+                        parsed.division,
+                        of_one_side if parsed.division == "regions" else pairs,
+                    ),
+                    (regions * (parsed.elements or 0), "elements in all", pairs),
                 ):
-                    if count > pairs:
+                    if count > most:
                         self._note(
                             file,
                             ("solve", block_index, "joints", index),
                             shown(joint),
-                            f"must have at most {pairs} {what}, "
-                            f"the contact pairs of {case.assembly}",
+                            f"must have at most {most} {what}, {of_what}",
                         )
                         break
 
@@ -843,17 +918,41 @@ class _Reader:
                 sentence = f"is missing: {enriched[0]} is made from the contact under preload"
                 self._note(f"{ASSEMBLY_FOLDER}/{name}.yaml", ("preload_N",), None, sentence)
 
-    def check_bases(self, file: str, case: Case, most: int) -> None:
+    def check_bases(
+        self, file: str, case: Case, enrichment: Enrichment, assembly: Assembly | None
+    ) -> None:
         """Note each enriched basis of more vectors than are found."""
         for family in case.bases:
-            if names.is_enriched(family) and names.parse_modes(family) > most:
+            sentence = _too_large(family, enrichment, {case.assembly: assembly})
+            if sentence:
                 key = next(
                     ("modes",) if block.modes is None else ("solve", index, "modes")
                     for index, block in enumerate(case.solve)
                     if family in (block.modes or case.modes)
                 )
-                sentence = f"must have at most {most} vectors, as enrichment.most in {CONFIG_FILE}"
                 self._note(file, key, shown(family), sentence)
+
+    def check_convergence(
+        self,
+        settings: _Settings,
+        checked: Settings,
+        cases: Collection[Case | None],
+        assemblies: Mapping[str, Assembly | None],
+    ) -> None:
+        """Note bases and numbers of regions that an assembly does not have."""
+        for index, basis in enumerate(checked.convergence.bases):
+            if sentence := _too_large(basis, checked.enrichment, assemblies):
+                self._note(settings, ("convergence", "bases", index), shown(basis), sentence)
+        divided = dict.fromkeys(
+            case.assembly for case in cases if case and any(map(names.is_enriched, case.bases))
+        )
+        for index, count in enumerate(checked.convergence.regions):
+            for name in divided:
+                assembly = assemblies[name]
+                if assembly and count > (most := assembly.pairs_of_one_side):
+                    sentence = f"must be at most {most}, {_pairs_of_one_side(name)}"
+                    self._note(settings, ("convergence", "regions", index), shown(count), sentence)
+                    break
 
     def check_published(self, file: str, case: Case, published: Collection[str]) -> None:
         """Note a case study that the source does not have."""
@@ -861,10 +960,44 @@ class _Reader:
             sentence = f"is no case study of the source{choice(case.published, published)}"
             self._note(file, ("published",), shown(case.published), sentence)
 
-    def _note(self, file: str, path: KeyPath, value: str | None, sentence: str) -> None:
-        keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    def _note(self, file: str | _Settings, path: KeyPath, value: str | None, sentence: str) -> None:
+        place = file if isinstance(file, str) else file.place(path)
+        keys = "".join(
+            f"[{part}]" if isinstance(part, int) else f".{_as_word(part)}" for part in path
+        )
         what = sentence if value is None else f"{value} {sentence}"
-        self.problems.append(f"{file}: {keys.removeprefix('.')}: {what}")
+        self.problems.append(f"{place}: {keys.removeprefix('.')}: {what}")
+
+
+def _as_word(text: str) -> str:
+    """A key or file name as it is, or in quotes and cut where it is no plain word."""
+    return text if re.fullmatch(r"[\w./=+~-]{1,200}", text) else shown(text)
+
+
+def _pairs_of_one_side(assembly: str) -> str:
+    return f"the contact pairs of {assembly} on one side of the centre line and on it"
+
+
+def _too_large(
+    basis: str, enrichment: Enrichment, assemblies: Mapping[str, Assembly | None]
+) -> str | None:
+    """What an enriched basis of more vectors than are found must be, for the first assembly."""
+    if not names.is_enriched(basis):
+        return None
+    number = names.parse_modes(basis)
+    if number > enrichment.most:
+        return f"must have at most {enrichment.most} vectors, as enrichment.most in {CONFIG_FILE}"
+    for name, assembly in assemblies.items():
+        if assembly is None:
+            continue
+        # candidates: modes, and the shapes of a force along and across the contact on every pair
+        candidates = enrichment.free_modes + 2 * assembly.pairs_of_one_side
+        if number > candidates:
+            return (
+                f"must have at most {candidates} vectors: enrichment.free_modes, and two for each "
+                f"of {_pairs_of_one_side(name)}"
+            )
+    return None
 
 
 def _conflicts_with_options(case: Case, settings: Settings) -> Iterator[tuple[KeyPath, str, str]]:
@@ -882,13 +1015,15 @@ def _conflicts_with_options(case: Case, settings: Settings) -> Iterator[tuple[Ke
                 yield (*of_block, "coordinates", place), shown(name), sentence
 
 
-def _names(content: Mapping[str, Any] | None, key: str) -> Iterator[tuple[KeyPath, str]]:
-    """The well-formed names under a key, one or a list of them, each with its key path."""
-    value = None if content is None else content.get(key)
-    listed = enumerate(value) if isinstance(value, list | tuple) else [(None, value)]
-    for index, name in listed:
-        if isinstance(name, str) and re.fullmatch(names.NAME, name):
-            yield (key,) if index is None else (key, index), name
+def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]]:
+    """The well-formed names in the list under a key, each with its key path."""
+    listed = content.get(key)
+    if isinstance(listed, list | tuple):
+        yield from (((key, index), name) for index, name in enumerate(listed) if _is_name(name))
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
 
 
 SCHEMAS: dict[str, type[Entry]] = {"config": Settings, "assembly": Assembly, "case": Case}

@@ -1,40 +1,89 @@
-"""Reading YAML strictly: unknown or repeated keys and unsuitable values are errors, in words."""
+"""Mappings of a YAML file as checked objects, and what is wrong with them in words."""
 
 import difflib
-import json
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, Literal, Self, get_args, get_origin
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args, get_origin
 
-import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import no_info_after_validator_function
+
+from boltjoint.yamltext import shown
 
 KeyPath = tuple[str | int, ...]
 
 
-# The numbers of YAML 1.2. PyYAML follows 1.1, to which 1e8 is a word, and Snakemake reads
-# config.yaml with PyYAML: so words that spell a number are numbers here.
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-
-
-def _spelled_number(value: object) -> object:
-    if isinstance(value, str) and _FLOAT.fullmatch(value):
-        return float(value)
-    return value
-
-
-def _spelled_whole_number(value: object) -> object:
-    value = _spelled_number(value)
+def _integral(value: object) -> object:
+    """5e3 is a whole number too."""
     if isinstance(value, float) and value.is_integer():
         return int(value)
     return value
 
 
+#: makes numbers such as 5e3 whole ones; it comes last, or pydantic leaves limits out of the schema
+INTEGRAL = BeforeValidator(_integral)
 # strict: true and false are not numbers
-Number = Annotated[float, BeforeValidator(_spelled_number), Field(strict=True, allow_inf_nan=False)]
-WholeNumber = Annotated[int, BeforeValidator(_spelled_whole_number), Field(strict=True)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
-Count = Annotated[WholeNumber, Field(ge=1)]
+Count = Annotated[int, Field(strict=True, ge=1), INTEGRAL]
+
+
+@dataclass(frozen=True, eq=False)  # hashed as an object: a union must tell annotations apart
+class Check:
+    """A rule for a single value that pydantic has no word for, though JSON schemas have.
+
+    Parameters
+    ----------
+    problems
+        Key path within the value and sentence for each problem of a value.
+    schema
+        What the rule is in a JSON schema.
+    """
+
+    problems: Callable[[Any], Iterator[tuple[KeyPath, str]]]
+    schema: Mapping[str, Any]
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """The value, if there are no problems."""
+        return no_info_after_validator_function(self._checked, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """The schema of the value with the rule."""
+        return {**handler(schema), **self.schema}
+
+    def _checked(self, value: Any) -> Any:  # noqa: ANN401 - any value
+        if problems := list(self.problems(value)):
+            raise PydanticCustomError("check", "{problems}", {"problems": problems})
+        return value
+
+
+def _repeated(values: Sequence[object]) -> Iterator[tuple[KeyPath, str]]:
+    before = set()
+    for index, value in enumerate(values):
+        if value in before:
+            yield (index,), "must not appear twice"
+        before.add(value)
+
+
+#: the entries of a list are each there once
+DISTINCT = Check(_repeated, {"uniqueItems": True})
+ItemT = TypeVar("ItemT")
+Several = Annotated[tuple[ItemT, ...], Field(min_length=1), DISTINCT]
+Distinct = Annotated[tuple[ItemT, ...], DISTINCT]
 
 
 class Conflict(ValueError):
@@ -61,66 +110,6 @@ class Entry(BaseModel):
         yield from ()
 
 
-def repeated(key: str, values: Sequence[object]) -> Iterator[tuple[KeyPath, str]]:
-    """A conflict for each value of a list that stands there a second time."""
-    for index, value in enumerate(values):
-        if value in values[:index]:
-            yield (key, index), "must not appear twice"
-
-
-class _Loader(yaml.SafeLoader):
-    """YAML 1.2 core types; a key that stands twice in a mapping is an error."""
-
-    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 - the name PyYAML looks for
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        first: dict[Any, int] = {}
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            line = key_node.start_mark.line + 1
-            if not isinstance(key, str):
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {shown(key)} must be a word", key_node.start_mark
-                )
-            if key in first:
-                raise yaml.constructor.ConstructorError(
-                    None,
-                    None,
-                    f"the key {shown(key)} stands twice, first in line {first[key]}",
-                    key_node.start_mark,
-                )
-            first[key] = line
-        return super().construct_mapping(node, deep=deep)
-
-
-for _tag, _pattern, _first in (
-    ("null", r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),
-    ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", list("tTfF")),
-    ("int", r"^[-+]?(?:0|[1-9][0-9]*)$", list("-+0123456789")),
-    (
-        "float",
-        rf"^(?:{_FLOAT.pattern}|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$",
-        list("-+.0123456789"),
-    ),
-):
-    _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(_pattern), _first)
-
-
-def parse_mapping(text: str) -> dict[str, Any]:
-    """The keys and values that a YAML text holds; a ``ValueError`` says what is wrong and where."""
-    try:
-        content = yaml.load(text, Loader=_Loader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        raise ValueError(f"{where}{error.problem}") from error
-    except yaml.YAMLError as error:
-        raise ValueError(" ".join(str(error).split())) from error
-    if not isinstance(content, dict):
-        raise ValueError("must hold keys with values, as in `description: ...`")
-    return content
-
-
 def explained(
     error: ValidationError,
     model: type[Entry],
@@ -143,6 +132,9 @@ def explained(
         match problem["type"]:
             case "value_error" if isinstance(context["error"], Conflict):
                 for inner, sentence in context["error"].problems:
+                    yield path + inner, _shown_at(content, path + inner), sentence
+            case "check":
+                for inner, sentence in context["problems"]:
                     yield path + inner, _shown_at(content, path + inner), sentence
             case "extra_forbidden":
                 elsewhere = [o for o in _owners(model, path) if path[-1] in o.model_fields]
@@ -186,6 +178,8 @@ def _must(kind: str, context: Mapping[str, Any]) -> str:
             return f"must be at least {context['ge']:g}"
         case "less_than":
             return f"must be less than {context['lt']:g}"
+        case "less_than_equal":
+            return f"must be at most {context['le']:g}"
         case "multiple_of":
             return f"must be a multiple of {context['multiple_of']:g}"
         case "string_type":
@@ -258,7 +252,7 @@ def _models_in(annotation: object) -> Iterator[type[Entry]]:
 def _meaning(model: type[Entry], path: KeyPath) -> str:
     fields = [owner.model_fields.get(str(path[-1])) for owner in _owners(model, path)]
     meanings = [field.description for field in fields if field is not None and field.description]
-    return f": {meanings[0]}" if meanings else ""
+    return f": {' '.join(meanings[0].split())}" if meanings else ""
 
 
 def choice(name: str, options: Sequence[str] | Mapping[str, object]) -> str:
@@ -279,9 +273,3 @@ def _shown_at(content: Any, path: KeyPath) -> str | None:  # noqa: ANN401 - YAML
             return None
         content = content[part]
     return shown(content)
-
-
-def shown(value: object) -> str:
-    """A value as it would stand in a file, cut where it is long."""
-    text = json.dumps(value, ensure_ascii=False, default=str)
-    return text if len(text) <= 60 else f"{text[:57]}..."

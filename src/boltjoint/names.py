@@ -3,26 +3,36 @@
 import re
 from typing import Literal, NamedTuple
 
-NAME = r"^[A-Za-z0-9_-]+$"
-MODES = r"^(?:free|enriched)-([1-9][0-9]*)$"
-COORDINATES = r"^(?:linear|backbone|(complex-)?rdnm-([1-9][0-9]*))$"
+#: more modes than a mesh of this kind resolves; the patterns hold the number
+MOST_MODES = 100
+
+# one name of a case among others makes the name of a file, which has room for 255 characters
+NAME = r"^[A-Za-z0-9_-]{1,64}$"
+MODES = r"^(?:free|enriched)-([1-9][0-9]?|100)$"
+#: with a vector or more for each of the resonances by which bases are compared
+COMPARED_MODES = r"^(?:free|enriched)-([2-9]|[1-9][0-9]|100)$"
+COORDINATES = r"^(?:linear|backbone|(complex-)?rdnm-([1-9][0-9]?|100))$"
+# six digits: more pairs, and so more regions or elements, than any mesh has
 JOINT = (
-    r"^(?:node-to-node|(regions|clusters)=([1-9][0-9]*|auto)"
-    r"(?:/(?:(elements|harmonic)=([1-9][0-9]*)|(table)))?)$"
+    r"^(?:node-to-node|(regions|clusters)=([1-9][0-9]{0,5}|auto)"
+    r"(?:/(?:(elements|harmonic)=([1-9][0-9]{0,5})|(table)))?)$"
 )
 #: pages of the report beside those of the cases
 PAGES = ("overview", "accuracy", "structure")
 
 #: the patterns, in words
 PATTERNS = {
-    NAME: "must be a file name without .yaml, of letters, digits, _ and -",
-    MODES: "must be free-N or enriched-N, N being the number of modes",
+    NAME: "must be a file name without .yaml, of at most 64 letters, digits, _ and -",
+    MODES: f"must be free-N or enriched-N, N being the number of modes, at most {MOST_MODES}",
+    COMPARED_MODES: (
+        f"must be free-N or enriched-N, N being the number of modes, from 2 to {MOST_MODES}"
+    ),
     COORDINATES: (
         "must be linear, backbone, rdnm-N or complex-rdnm-N, "
-        "N being the number of response-dependent modes"
+        f"N being the number of response-dependent modes, at most {MOST_MODES}"
     ),
     JOINT: (
-        "must be node-to-node, regions=N or clusters=N, N being a number or auto, "
+        "must be node-to-node, regions=N or clusters=N, N being a number below 1000000 or auto, "
         "alone or with /elements=M, /harmonic=M or /table"
     ),
 }

@@ -1,4 +1,7 @@
 # The study that the configuration describes, and what the rules ask of it.
+#
+# The library reads its files: Snakemake's own reader (configfile:, --configfile) is a template engine,
+# which runs the code in a file that asks for it.
 
 import os
 from pathlib import Path
@@ -12,6 +15,12 @@ from boltjoint.published import Published
 from boltjoint.sources import library_sources
 
 SOURCE = Path(workflow.basedir, "resources/source")
+
+if workflow.overwrite_configfiles:
+    raise WorkflowError(
+        "--configfile is not for this study: name the file by --config study=FILE, "
+        "or by make reproduce STUDY=FILE"
+    )
 
 try:
     study = load_study(Path.cwd(), config, Published(SOURCE).case_studies)

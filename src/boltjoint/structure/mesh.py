@@ -242,9 +242,7 @@ def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
     lap_a = blocks.add(BAR_A, in_lap, lower)
     lap_b = blocks.add(BAR_B, in_lap, upper)
     # the end of a bar in the lap touches the other bar's shoulder and has nodes of its own
-    elements = [
-        max(1, round(length / mesh.element_length_free_mm)) for length in bar.free_length_mm
-    ]
+    elements = [int(number) for number in assembly.elements_outside_lap]
     x_a = np.linspace(0.0, lap_start, elements[0] + 1)
     x_b = np.linspace(lap_end, lap_end + _MM * bar.free_length_mm[1], elements[1] + 1)
     free_a = blocks.add(BAR_A, rectangle_plan(x_a, y), full_height)

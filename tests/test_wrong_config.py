@@ -1,0 +1,311 @@
+"""Hundreds of wrong configurations: each is refused in one line that says where, before any job."""
+
+import json
+import random
+import shutil
+
+import pytest
+from mutations import mutations
+from pydantic import ValidationError
+from small_study import ASSEMBLY, CASE, SETTINGS, snakemake, write
+from snakemake.common.configfile import load_configfile
+from test_yamltext import HOSTILE
+
+from boltjoint.config import SCHEMAS, ConfigError, load_study
+from boltjoint.structure.mesh import build_assembly
+
+CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY = FILES = (
+    "config/config.yaml",
+    "config/cases/small.yaml",
+    "config/assemblies/two_bolt.yaml",
+    "mine.yaml",
+)
+CONTENTS = dict(zip(FILES, (SETTINGS, CASE, ASSEMBLY, {"cases": ["small"]}), strict=True))
+MODELS = {CONFIG: SCHEMAS["config"], CASE_FILE: SCHEMAS["case"], ASSEMBLY_FILE: SCHEMAS["assembly"]}
+
+#: what no file may hold as a line of its own, and line after it, column and words of the problem
+BAD_LINES = {
+    "new: @word": (0, 6, "found character '@' that cannot start any token"),
+    "new: word: word": (0, 10, "mapping values are not allowed here"),
+    "new: 'a' b": (0, 10, "expected <block end>, but found '<scalar>'"),
+    "new: *word": (0, 6, "anchors (&) and aliases (*) are not allowed"),
+    "new: !!set {a}": (0, 6, 'the tag "tag:yaml.org,2002:set" is not allowed'),
+    "new: 1e999": (0, 6, '"1e999" must be a finite number'),
+    "new: [1, 2": (1, None, "expected ',' or ']', but got"),
+    "[new]: 1": (0, 1, 'the key ["new"] must be a word'),
+    "2: 1": (0, 1, "the key 2 must be a word"),
+    "new: {a: 1, a: 2}": (0, 13, 'the key "a" stands twice, first in line'),
+    "\tnew: 1": (0, 1, "found character '\\t' that cannot start any token"),
+    "new: \x07": (0, 6, '"\\u0007" is no character of a text'),
+}
+
+
+@pytest.fixture
+def study(tmp_path):
+    for file, content in CONTENTS.items():
+        write(tmp_path / file, content)
+    load_study(tmp_path, {"study": STUDY})
+    return tmp_path
+
+
+def problem_of(study, changes=None):
+    """The only problem of a study, as a line."""
+    with pytest.raises(ConfigError) as refused:
+        load_study(study, changes)
+    (line,) = str(refused.value).splitlines()
+    assert line.isprintable()
+    assert len(line) < 500
+    return line
+
+
+def wrong_values():
+    """File, key path and content with one problem there; up to two of each kind for every key."""
+    found = {}
+    for file, model in MODELS.items():
+        for content, path in mutations(CONTENTS[file]):
+            try:
+                model.model_validate(content)
+            except ValidationError as error:
+                # keys that contradict each other may be said of either
+                kinds = [problem["type"] for problem in error.errors(include_url=False)]
+                if len(kinds) == 1 and kinds != ["value_error"]:
+                    found.setdefault((file, path, kinds[0]), []).append(content)
+    chance = random.Random(0)
+    return [
+        (file, path, content)
+        for (file, path, _), contents in found.items()
+        for content in chance.sample(contents, min(2, len(contents)))
+    ]
+
+
+def dotted(path):
+    keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return keys.removeprefix(".")
+
+
+def test_a_wrong_value_is_said_with_file_and_key(study):
+    """Misspelt, missing and additional keys, values of other kinds, beyond limits, and repeated."""
+    wrong = wrong_values()
+    for file, path, content in wrong:
+        (study / file).write_text(json.dumps(content), encoding="utf-8")
+        line = problem_of(study)
+        write(study / file, CONTENTS[file])
+        place, key, words = line.split(": ", maxsplit=2)
+        assert place == file
+        assert key.startswith(dotted(path[:-1])), (path, line)
+        assert words
+    assert len(wrong) > 400
+
+
+def test_a_line_that_is_no_yaml_is_said_with_line_and_column(study):
+    refused = 0
+    for file in FILES:
+        text = (study / file).read_text(encoding="utf-8")
+        lines = text.splitlines()
+        outermost = [index for index, line in enumerate(lines) if line[0].isalpha()]
+        for index in outermost:
+            for bad, (after, column, words) in BAD_LINES.items():
+                changed = [*lines[:index], bad, *lines[index:]]
+                (study / file).write_text("\n".join(changed), encoding="utf-8")
+                line = problem_of(study, {"study": STUDY})
+                where = f"{file}:{index + 1 + after}:"
+                assert line.startswith(where if column is None else f"{where}{column}: "), line
+                assert words in line
+                refused += 1
+        (study / file).write_text(text, encoding="utf-8")
+    assert refused > 200
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_what_is_no_data_is_refused_in_every_file(study, file):
+    for text, line in HOSTILE.values():
+        (study / file).write_text(text, encoding="utf-8")
+        assert problem_of(study, {"study": STUDY}).startswith(f"{file}:{line}")
+
+
+@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"a: \xff\n", ":1:4: is not text in UTF-8"),
+        (b"\xff\xfea\0:\0", ":1:1: is not text in UTF-8"),
+        (b"#" * 10**6, ": is larger than 200000 bytes"),
+        (None, ": cannot be read: Is a directory"),
+    ],
+)
+def test_a_file_that_is_no_text_is_refused(study, file, content, words):
+    (study / file).unlink()
+    if content is None:
+        (study / file).mkdir()
+    else:
+        (study / file).write_bytes(content)
+    assert problem_of(study, {"study": STUDY}) == file + words
+
+
+@pytest.mark.parametrize("file", [CONFIG, STUDY])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("large", '"large" is not in config/cases; there are: small'),
+        ("smal", '"smal" is not in config/cases; did you mean small?'),
+        (64 * "a", f'"{56 * "a"}... is not in config/cases'),
+        (300 * "a", f'"{56 * "a"}... must be a file name without .yaml, of at most 64 letters'),
+        ("../cases/small", '"../cases/small" must be a file name'),
+        ("/etc/passwd", '"/etc/passwd" must be a file name'),
+        ("a\nb", '"a\\nb" must be a file name'),
+        ("", '"" must be a file name'),
+        ("overview", '"overview" must be another name'),
+    ],
+)
+def test_a_name_that_leads_to_no_file_is_refused(study, file, name, words):
+    write(study / file, CONTENTS[file] | {"cases": [name]})
+    changes = {"study": STUDY} if file == STUDY else {}
+    assert problem_of(study, changes).startswith(f"{file}: cases[0]: {words}")
+
+
+@pytest.mark.parametrize(
+    ("key", "shown_as"),
+    [
+        (1000 * "k", f'"{56 * "k"}...'),
+        ("two words", '"two words"'),
+        ("a: b", '"a: b"'),
+        ("a\nb", '"a\\nb"'),
+        ("<<", '"<<"'),
+        ("__use_yte__", "__use_yte__"),
+        ("?expression", '"?expression"'),
+    ],
+)
+def test_an_odd_key_is_shown_in_one_line(study, key, shown_as):
+    for file in (CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY):
+        (study / file).write_text(json.dumps(CONTENTS[file] | {key: {"a": 1}}), encoding="utf-8")
+        line = problem_of(study, {"study": STUDY})
+        write(study / file, CONTENTS[file])
+        assert line.startswith(f"{file}: {shown_as}: is not a known key; there are: ")
+
+
+def refused(study, file, changes):
+    """What is said of a file with other keys."""
+    write(study / file, CONTENTS[file] | changes)
+    return problem_of(study).removeprefix(f"{file}: ")
+
+
+SIDE = "the contact pairs of two_bolt on one side of the centre line and on it"
+
+
+def test_more_regions_than_pairs_are_refused(study):
+    # 138 pairs, 18 of them on the centre line; bands hold those on both sides of it alike
+    assert refused(
+        study, CASE_FILE, {"solve": solve("clusters=138", "regions=78", "regions=79")}
+    ) == (f'solve[0].joints[2]: "regions=79" must have at most 78 regions, {SIDE}')
+    assert refused(study, CASE_FILE, {"solve": solve("clusters=139")}) == (
+        'solve[0].joints[0]: "clusters=139" must have at most 138 clusters, '
+        "the contact pairs of two_bolt"
+    )
+    write(study / CASE_FILE, CASE)
+    convergence = {"bases": [], "regions": [78, 79]}
+    assert refused(study, CONFIG, {"convergence": convergence}) == (
+        f"convergence.regions[1]: 79 must be at most 78, {SIDE}"
+    )
+    # they are compared in the enriched basis of a case, or not at all
+    write(study / CASE_FILE, CASE | {"solve": solve("node-to-node")})
+    load_study(study)
+
+
+def solve(*joints):
+    return [{"resonance": 1, "joints": list(joints)}]
+
+
+def test_larger_bases_than_are_found_are_refused(study):
+    small = {"ring_cells_across_width": 2, "ring_cells_along_bar": 2, "rings_head_to_cell_edge": 1}
+    write(study / ASSEMBLY_FILE, ASSEMBLY | {"mesh": ASSEMBLY["mesh"] | small})
+    # 54 pairs, 14 of them on the centre line
+    y = build_assembly(load_study(study).assemblies["two_bolt"])["position"].sel(axis="y")
+    assert (y >= 0).sum() == 34
+    enrichment = SETTINGS["enrichment"] | {"free_modes": 2, "most": 90}
+    bases = {"bases": ["enriched-70", "enriched-71"]}
+    of_what = f"must have at most 70 vectors: enrichment.free_modes, and two for each of {SIDE}"
+    changes = {"enrichment": enrichment, "convergence": bases}
+    assert refused(study, CONFIG, changes) == (f'convergence.bases[1]: "enriched-71" {of_what}')
+    write(study / CONFIG, SETTINGS | {"enrichment": enrichment, "convergence": {}})
+    assert (
+        refused(study, CASE_FILE, {"modes": ["enriched-71"]}) == f'modes: "enriched-71" {of_what}'
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "effect"),
+    [
+        ("excitation", "a force there does not excite any mode"),
+        ("response", "no mode moves there"),
+    ],
+)
+def test_a_point_in_the_clamp_is_refused(study, key, effect):
+    # four elements of 15 mm from the clamp to the lap
+    point = {"y_mm": 0, "z_mm": 10, "direction": "z"}
+    for x_mm in (0, 7.5):
+        assert refused(study, ASSEMBLY_FILE, {key: point | {"x_mm": x_mm}}) == (
+            f"{key}.x_mm: {x_mm} is in the clamp: {effect}; must be more than 7.5 mm"
+        )
+    write(study / ASSEMBLY_FILE, ASSEMBLY | {key: point | {"x_mm": 7.6}})
+    load_study(study)
+    model = build_assembly(load_study(study).assemblies["two_bolt"])
+    assert model[f"{key}_node"].item() not in model["clamped_node"]
+
+
+# ---- through the workflow
+
+
+@pytest.fixture
+def copied(project, tmp_path):
+    """A copy of the project before it is run."""
+    folder = tmp_path / "project"
+    shutil.copytree(project, folder, ignore=shutil.ignore_patterns("results", ".snakemake"))
+    return folder
+
+
+def test_a_wrong_study_stops_before_any_job_in_one_line(copied):
+    write(copied / CASE_FILE, CASE | {"preload_N": "much"})
+    write(copied / STUDY, {"timing": {"repeat": 1}})
+    assert (
+        f"{STUDY}: timing.repeat: is not a known key; did you mean repeats? "
+        "there are: repeats, enough_s\n"
+        f'{CASE_FILE}: preload_N: "much" must be a number\n'
+    ) in said(copied, "--config", f"study={STUDY}")
+
+
+@pytest.mark.parametrize("file", [CONFIG, STUDY])
+def test_code_in_a_file_is_not_run(copied, monkeypatch, file):
+    code = "__use_yte__: true\n__definitions__: ['import pathlib; pathlib.Path(\"ran\").touch()']\n"
+    (copied / file).write_text(f"{code}cases: [small]\n", encoding="utf-8")
+    options = ["--config", f"study={STUDY}"] if file == STUDY else []
+    assert f"{file}: __use_yte__: is not a known key; there are: cases, " in said(copied, *options)
+    assert not (copied / "ran").exists()
+    # as it would be by Snakemake's own reader
+    monkeypatch.chdir(copied)
+    load_configfile(file)
+    assert (copied / "ran").exists()
+
+
+def test_a_study_file_is_not_given_as_configfile(copied):
+    assert "--configfile is not for this study: name the file by --config study=FILE" in said(
+        copied, "--configfile", CONFIG
+    )
+
+
+def said(folder, *options):
+    """What a run says that is refused, whose output without jobs goes to two places."""
+    ran = snakemake(folder, "--dry-run", *options)
+    assert ran.returncode != 0
+    output = ran.stdout + ran.stderr
+    assert "Traceback" not in output
+    assert "rule " not in output
+    return output
+
+
+def test_a_study_file_and_the_command_line_change_what_is_planned(copied):
+    write(copied / STUDY, {"convergence": {"bases": []}})
+    ran = snakemake(copied, "--dry-run", "--config", f"study={STUDY}", "convergence={regions: []}")
+    assert ran.returncode == 0, ran.stderr
+    assert "solve_response" in ran.stdout + ran.stderr
+    for rule in ("find_peaks", "tabulate_divisions", "find_patterns"):
+        assert rule not in ran.stdout + ran.stderr

@@ -1,0 +1,156 @@
+"""YAML as data: what is read, and what is refused at which line and column."""
+
+import pytest
+
+from boltjoint.yamltext import LARGEST_FILE, TextError, parse_mapping, read_mapping, shown, typed
+
+#: 2^20 words once its aliases are expanded
+BOMB = "k0: &k0 word\n" + "".join(f"k{i + 1}: &k{i + 1} [*k{i}, *k{i}]\n" for i in range(20))
+
+
+@pytest.mark.parametrize(
+    ("word", "value"),
+    [
+        # numbers and booleans of YAML 1.2, where 1.1 has others
+        ("010", 10),
+        ("-7", -7),
+        ("+1", 1),
+        ("0x10", 16),
+        ("0o10", 8),
+        ("1e8", 1e8),
+        ("1E-3", 1e-3),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("true", True),
+        ("FALSE", False),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        # words
+        ("1:30", "1:30"),
+        ("1_000", "1_000"),
+        ("0b1", "0b1"),
+        ("yes", "yes"),
+        ("Off", "Off"),
+        ("2001-01-01", "2001-01-01"),
+        ("=", "="),
+        ("'1e8'", "1e8"),
+        ('"true"', "true"),
+        ("[1, two, [3.0]]", [1, "two", [3.0]]),
+        ("{b: {c: no}}", {"b": {"c": "no"}}),
+    ],
+)
+def test_values_are_of_the_core_schema_of_yaml_1_2(word, value):
+    content = parse_mapping(f"a: {word}\n")
+    assert content == {"a": value}
+    assert type(content["a"]) is type(value)
+
+
+def test_a_merge_key_merges_nothing():
+    assert parse_mapping("<<: {a: 1}\nb: 2\n") == {"<<": {"a": 1}, "b": 2}
+
+
+def test_a_directive_for_yaml_1_1_changes_nothing():
+    assert parse_mapping("%YAML 1.1\n---\na: yes\n") == {"a": "yes"}
+
+
+HOSTILE = {
+    "key twice": ("a: 1\nb: 2\na: 3\n", '3:1: the key "a" stands twice, first in line 1'),
+    "inner key twice": ("a:\n  b: 2\n  b: 3\n", '3:3: the key "b" stands twice, first in line 2'),
+    "key in quotes twice": ("a: 1\n'a': 2\n", '2:1: the key "a" stands twice, first in line 1'),
+    "number as key": ("1: a\n", "1:1: the key 1 must be a word"),
+    "true as key": ("true: a\n", "1:1: the key true must be a word"),
+    "list as key": ("[a, b]: c\n", '1:1: the key ["a", "b"] must be a word'),
+    "mapping as key": ("? {a: b}\n: c\n", '1:3: the key {"a": "b"} must be a word'),
+    "no key": ("?\n: a\n", "1:2: the key null must be a word"),
+    "open list": ("a: [1, 2\nb: 3\n", "2:2: expected ',' or ']', but got ':'"),
+    "open quote": ('a: "b\n', "2:1: found unexpected end of stream"),
+    "tab": ("a:\n\tb: 1\n", "2:1: found character '\\t' that cannot start any token"),
+    "two colons": ("a: b: c\n", "1:5: mapping values are not allowed here"),
+    "escape": ('a: "\\q"\n', "1:6: found unknown escape character 'q'"),
+    "list": ("- a\n", "1:1: must hold keys with values, as in `description: ...`"),
+    "word": ("a\n", "1:1: must hold keys with values, as in `description: ...`"),
+    "nothing": ("", "1:1: must hold keys with values, as in `description: ...`"),
+    "comment": ("# a: 1\n", "1:1: must hold keys with values, as in `description: ...`"),
+    "anchor": ("a: &b 1\n", "1:4: anchors (&) and aliases (*) are not allowed"),
+    "alias": ("a: *b\n", "1:4: anchors (&) and aliases (*) are not allowed"),
+    "alias bomb": (BOMB, "1:5: anchors (&) and aliases (*) are not allowed"),
+    "list in itself": ("a: &a [*a]\n", "1:4: anchors (&) and aliases (*) are not allowed"),
+    "tag": ("a: !!str 1\n", '1:4: the tag "tag:yaml.org,2002:str" is not allowed'),
+    "own tag": ("a: !b 1\n", '1:4: the tag "!b" is not allowed'),
+    "object": (
+        "a: !!python/object/apply:os.system ['touch ran']\n",
+        '1:4: the tag "tag:yaml.org,2002:python/object/apply:os.system" is not allowed',
+    ),
+    "two documents": ("a: 1\n---\nb: 2\n", "2:1: begins a second document; a file holds one"),
+    "empty document": ("---\n---\na: 1\n", "2:1: begins a second document; a file holds one"),
+    "yaml 2": ("%YAML 2.0\n---\na: 1\n", "1:1: found incompatible YAML document"),
+    "5000 digits": (f"a: {5000 * '9'}\n", f'1:4: "{56 * "9"}... must be a finite number'),
+    "5000 zeros": (f"a: {5000 * '0'}1\n", f'1:4: "{56 * "0"}... must be a finite number'),
+    "400 digits": (f"a: {400 * '9'}\n", f'1:4: "{56 * "9"}... must be a finite number'),
+    "5000 hexadecimal digits": (f"a: 0x{5000 * 'f'}\n", '1:4: "0xfff'),
+    "large exponent": ("a: [1, -1e400]\n", '1:8: "-1e400" must be a finite number'),
+    "infinity": ("a: -.inf\n", '1:4: "-.inf" must be a finite number'),
+    "no number": ("a: .NaN\n", '1:4: ".NaN" must be a finite number'),
+    "2000 lists": (f"a: {2000 * '['}", "1:23: is nested deeper than 20 levels"),
+    "2000 mappings": (f"a: {2000 * '{a: '}", "1:80: is nested deeper than 20 levels"),
+    "2000 dashes": (f"a:\n {2000 * '- '}1\n", "2:40: is nested deeper than 20 levels"),
+    "nul": ("a: b\0c\n", '1:5: "\\u0000" is no character of a text'),
+    "nul in quotes": ('a: "b\\0c"\n', '1:4: "\\u0000" is no character of a text'),
+    "escape sequence": ("a: 1\nb: \x1b[31m\n", '2:4: "\\u001b" is no character of a text'),
+    "half a pair": ('a: "\\ud800"\n', '1:4: "\\ud800" is no character of a text'),
+    "line of Unicode": ("a: b\u2028c: d\n", '1:5: "\\u2028" is no character of a text'),
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_what_is_no_data_is_refused_in_one_line(kind):
+    text, line = HOSTILE[kind]
+    with pytest.raises(TextError) as refused:
+        parse_mapping(text)
+    assert str(refused.value).startswith(line)
+    assert len(str(refused.value).splitlines()) == 1
+    assert len(str(refused.value)) < 200
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (b"a: 1\nb\xc3\xbc: \xff\n", "2:5: is not text in UTF-8"),
+        ("a: 1\n".encode("utf-16"), "1:1: is not text in UTF-8"),
+        (b"# a\n" * LARGEST_FILE, f"is larger than {LARGEST_FILE} bytes"),
+    ],
+)
+def test_files_that_are_no_text_are_refused(tmp_path, content, line):
+    path = tmp_path / "a.yaml"
+    path.write_bytes(content)
+    with pytest.raises(TextError) as refused:
+        read_mapping(path)
+    assert str(refused.value) == line
+
+
+def test_a_file_may_begin_with_a_byte_order_mark_and_end_lines_as_elsewhere(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_bytes(b"\xef\xbb\xbfa: 1\r\nb: 2\r\n")
+    assert read_mapping(path) == {"a": 1, "b": 2}
+
+
+def test_a_file_of_the_largest_size_is_read(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text(f"a: [{'1, ' * (LARGEST_FILE // 3 - 10)}1]\n", encoding="utf-8")
+    assert len(read_mapping(path)["a"]) == LARGEST_FILE // 3 - 9
+
+
+def test_words_of_the_command_line_are_typed_as_in_a_file():
+    words = {"a": "1e-6", "b": ["2", "two", {"c": "false"}], "d": 3, "e": True}
+    assert typed(words) == {"a": 1e-6, "b": [2, "two", {"c": False}], "d": 3, "e": True}
+    with pytest.raises(ValueError, match=r'"1e999" must be a finite number'):
+        typed({"a": ["1e999"]})
+
+
+def test_values_are_shown_in_one_short_line():
+    assert shown({"a": [1, None]}) == '{"a": [1, null]}'
+    assert shown("bölt") == '"bölt"'
+    assert shown(100 * "a") == f'"{56 * "a"}...'
+    for text in ("a\nb", "a\u2028b", "\x1b[31m", "\ud800"):
+        assert shown(text).isprintable()
