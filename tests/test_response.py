@@ -52,7 +52,9 @@ def test_a_window_that_cannot_hold_the_resonance_is_refused(joint):
 
 @pytest.mark.parametrize("resonance", [0, 4])
 def test_window_needs_a_mode(joint, resonance):
-    with pytest.raises(ValueError, match=f"resonance {resonance} of 3 modes"):
+    with pytest.raises(
+        ValueError, match=f"resonance is {resonance}: it must be at least 1 and at most 3"
+    ):
         frequency_window(joint, resonance=resonance)
 
 

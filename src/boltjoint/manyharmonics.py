@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.balance import Forming, HarmonicBalance, parse_component
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
@@ -68,11 +69,22 @@ class PeriodicMotion:
         Amplitudes of the modes [kg^1/2 m], shape (components, modes).
     converged
         Whether the equations hold.
+
+    Raises
+    ------
+    ValueError
+        If there is not a row for each component.
     """
 
     components: tuple[str, ...]
     modal_coordinate: NDArray[np.float64]
     converged: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse amplitudes that do not fit the components; not converged, they may be anything."""
+        shape = len(self.components), "modes"
+        found = checks.array("modal_coordinate", self.modal_coordinate, shape, finite=False)
+        object.__setattr__(self, "modal_coordinate", found)
 
     def in_components(self, components: tuple[str, ...]) -> NDArray[np.float64]:
         """Amplitudes of other components, zero where there are none, (components, modes)."""
@@ -82,6 +94,7 @@ class PeriodicMotion:
 
     def in_time(self, samples: int) -> NDArray[np.float64]:
         """The modes at equally spaced times of a period [kg^1/2 m], shape (samples, modes)."""
+        samples = checks.whole("samples", samples, at_least=1)
         phase = 2 * np.pi * np.arange(samples) / samples
         total = np.zeros((samples, self.modal_coordinate.shape[1]))
         for name, amplitude in zip(self.components, self.modal_coordinate, strict=True):
@@ -92,6 +105,7 @@ class PeriodicMotion:
 
     def amplitude(self, mode: NDArray[np.float64]) -> complex:
         """First harmonic [m] of a point with these modes: sine coefficient + i cosine."""
+        mode = checks.array("mode", mode, self.modal_coordinate.shape[1:])
         sin, cos = self.in_components(("sin", "cos")) @ mode
         return complex(sin, cos)
 
@@ -126,15 +140,27 @@ def solve_periodic(
         sticks. Few harmonics lead to more of them.
     control
         Tolerance and most iterations.
+
+    Raises
+    ------
+    ValueError
+        If the friction of the joint is sampled already, there are too few samples for the
+        harmonics, the start is of another joint, or a number is out of range.
     """
+    checks.instance("joint", joint, Joint)
+    frequency = checks.number("frequency", frequency, above=0)
+    force = checks.number("force", force, above=0)
+    control = StepControl(most_iterations=50) if control is None else control
+    checks.instance("control", control, StepControl)
     w = 2 * np.pi * frequency
     law = SampledInTime(joint.law, harmonics, samples)
     balance = ViscousBalance(replace(joint, law=law), loss_factor, force)
     if start is None:
         x = balance.stuck_solution(w)
     else:
-        x = start.in_components(law.components).ravel()
-    control = control or StepControl(most_iterations=50)
+        checks.instance("start", start, PeriodicMotion)
+        shape = "components", joint.natural_frequency.size
+        x = checks.array("start", start.in_components(law.components), shape).ravel()
     solution, _ = newton(LinearModes(balance), x, w, control)
     amplitude = solution.x.reshape(len(law.components), -1)
     return PeriodicMotion(law.components, amplitude, solution.converged)
