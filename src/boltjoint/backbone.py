@@ -144,7 +144,7 @@ class ModeAtAmplitude(Equations):
         From below what the smallest force can do to the stuck mode at the ends of the window [Hz]
         to above what structural damping alone would let the largest one do.
         """
-        forces, window = checks.positive("forces", forces), checks.interval("window", window)
+        forces, window = checks.numbers("forces", forces), checks.interval("window", window)
         excitation = self.balance.joint.excitation_mode
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance

@@ -16,6 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 Shape = Sequence[int | str]
 """Length of each dimension, or a name where any length is allowed."""
 
+#: motion of a point in a mode, over that of other points, below which it is rounding: where there
+#: should be none, it reaches 2e-10 on the meshes of the study
+ROUNDING_OF_MODES = 1e-8
+
 #: what a limit asks for, and how it reads
 _LIMITS = {
     "above": (operator.gt, "above"),
@@ -114,12 +118,20 @@ def choice(name: str, value: str, allowed: Collection[str]) -> str:
     return value
 
 
-def positive(name: str, value: ArrayLike) -> list[float]:
+def numbers(name: str, value: ArrayLike) -> list[float]:
     """One or more finite numbers above zero."""
     found = array(name, value, ("values",), above=0)
     if not found.size:
         raise ValueError(f"{name} is empty: it must hold at least one value")
     return found.tolist()
+
+
+def ascending(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Two or more finite numbers, each above the one before."""
+    found = array(name, value, ("values",))
+    if found.size < 2 or not np.all(np.diff(found) > 0):
+        raise ValueError(f"{name} is {found}: it must hold two or more values that increase")
+    return found
 
 
 def interval(name: str, value: ArrayLike) -> tuple[float, float]:

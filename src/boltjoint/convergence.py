@@ -112,7 +112,7 @@ def peaks_near(
     ValueError
         As for ``response.solve_branch``.
     """
-    forces = checks.positive("forces", forces)
+    forces = checks.numbers("forces", forces)
     checks.instance("joint", joint, Joint)
     joint.check_excitation(resonance)
     window = frequency_window(joint, resonance=resonance)

@@ -22,10 +22,6 @@ from boltjoint.friction.variable import VariableLoad
 #: the laws that a joint can have, by their name
 LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
 
-#: motion of a point, over that of the other points the force and the response are at, that is
-#: rounding of the modes; a force or an observed point that is weak for a reason is far above
-_NO_MOTION = 1e-9
-
 #: relative difference of squared frequencies below which modes are any combination of each other
 _SAME_FREQUENCY = 1e-9
 
@@ -141,7 +137,7 @@ class Joint:
         """
         resonance = self.check_resonance(resonance)
         excited, observed = map(np.linalg.norm, (self.excitation_mode, self.response_mode))
-        rounding = _NO_MOTION * max(excited, observed)
+        rounding = checks.ROUNDING_OF_MODES * max(excited, observed)
         stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
         squared, vectors = np.linalg.eigh(stiffness)
         own = squared[resonance - 1]

@@ -226,7 +226,7 @@ def solve_response(
     ValueError
         As for ``solve_branch``.
     """
-    forces = checks.positive("forces", forces)
+    forces = checks.numbers("forces", forces)
     largest_error = checks.number("largest_error", largest_error, above=0)
     checks.choice("fallback", fallback, get_args(Fallback))
     if window is None:

@@ -52,7 +52,7 @@ def time_solver(
         If there is no force, a number is out of range, a Jacobian is not known, or as for
         ``response.solve_branch``.
     """
-    forces = checks.positive("forces", forces)
+    forces = checks.numbers("forces", forces)
     checks.whole("repeats", repeats, at_least=1)
     checks.number("enough_s", enough_s, at_least=0)
     for jacobian in jacobians:

@@ -208,7 +208,7 @@ def tabulate_truth(
     checks.instance("joint", joint, Joint)
     checks.instance("response", response, xr.Dataset)
     levels = response["force_level"].to_numpy()
-    forces = levels if forces is None else checks.positive("forces", forces)
+    forces = levels if forces is None else checks.numbers("forces", forces)
     if not np.isin(forces, levels).all():
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
     harmonics = [checks.whole("harmonics", each, at_least=1) for each in harmonics]
