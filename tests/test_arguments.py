@@ -469,13 +469,14 @@ def regions_of(joint):
     return partition.regions_of_like_motion(joint, 2)
 
 
-def described():
-    for name, calls in ATTACKS.items():
-        for i, call in enumerate(calls):
-            yield pytest.param(name, call, id=f"{name}-{i}")
+DESCRIBED = [
+    pytest.param(name, call, id=f"{name}-{i}")
+    for name, calls in ATTACKS.items()
+    for i, call in enumerate(calls)
+]
 
 
-@pytest.mark.parametrize(("name", "call"), described())
+@pytest.mark.parametrize(("name", "call"), DESCRIBED)
 def test_a_wrong_argument_is_refused_by_its_name(name, call):
     with pytest.raises(ValueError, match=rf"(?<!\w){re.escape(name)}(?!\w)"):
         call()
@@ -507,7 +508,12 @@ def test_a_joint_may_be_made_of_lists():
             name: getattr(JOINT, name).tolist()
             for name in ("natural_frequency", "tangential_mode", "position", "element_position")
         },
-        law=ConstantLoad(*(getattr(CONSTANT_LAW, name).tolist() for name in vars(CONSTANT_LAW))),
+        law=ConstantLoad(
+            *(
+                getattr(CONSTANT_LAW, name).tolist()
+                for name in ("point_of_element", *CONSTANT_LAW.quantities)
+            )
+        ),
     )
     found, expected = solved(listed), solved()
     np.testing.assert_array_equal(found.modal_coordinate, expected.modal_coordinate)

@@ -95,9 +95,8 @@ class HarmonicBalance:
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
-        size = len(self.components) * self.rows[0].shape[1]
-        if x.shape != (size,):
-            raise ValueError(f"x has shape {x.shape}, expected {(size,)}")
+        if x.shape != self._shape:
+            raise ValueError(f"x has shape {x.shape}, expected {self._shape}")
         amplitudes = x.reshape(len(self.components), -1)
         return np.hstack([B @ amplitudes.T for B in self.rows])
 
@@ -189,8 +188,7 @@ class HarmonicBalance:
         """The same from the motion of the points and their force."""
         u, f = self._first_harmonic(motion), self._first_harmonic(force)
         at_rest = u == 0
-        stuck = self.joint.law.stuck_stiffness(self.joint.points)
-        return np.where(at_rest, stuck, f / np.where(at_rest, 1.0, u))
+        return np.where(at_rest, self._stuck_stiffness, f / np.where(at_rest, 1.0, u))
 
     def secant_derivative(
         self,
@@ -268,6 +266,11 @@ class HarmonicBalance:
         return tangent.reshape(-1, d, n, d, n)
 
     @cached_property
+    def _shape(self) -> tuple[int]:
+        """Of the unknown."""
+        return (len(self.components) * self.rows[0].shape[1],)
+
+    @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
         """Harmonic number of every entry of the unknown."""
         numbers = [harmonic for _, harmonic in map(parse_component, self.components)]
@@ -336,10 +339,14 @@ class HarmonicBalance:
         return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
 
     @cached_property
+    def _stuck_stiffness(self) -> NDArray[np.float64]:
+        """Of the points in each direction [N/m]."""
+        return self.joint.law.stuck_stiffness(self.joint.points)
+
+    @cached_property
     def _stuck_tangent(self) -> NDArray[np.float64]:
         """Tangents of the points while nothing slips and open elements stay open."""
-        stiffness = self.joint.law.stuck_stiffness(self.joint.points)
-        each = np.repeat(stiffness, len(self.components), axis=1)
+        each = np.repeat(self._stuck_stiffness, len(self.components), axis=1)
         return each[:, :, None] * np.eye(each.shape[1])
 
     @cached_property

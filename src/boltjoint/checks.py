@@ -7,6 +7,7 @@ to floating point; the other way round, nothing is rounded: a float is no index,
 
 import operator
 from collections.abc import Collection, Sequence
+from math import isfinite
 from numbers import Integral, Real
 
 import numpy as np
@@ -60,9 +61,7 @@ def array(
     found = np.asarray(_plain(name, value, "iuf", "real numbers", shape), dtype=float, order="C")
     if finite and not np.isfinite(found).all():
         raise ValueError(f"{name} must be finite, {_first(found, ~np.isfinite(found))}")
-    within = _within(found, limits)
-    if not np.all(within):
-        raise ValueError(f"{name} must be {_in_words(limits)}, {_first(found, ~within)}")
+    _refuse_outside(name, found, limits)
     return found
 
 
@@ -73,9 +72,7 @@ def indices(
     found = value if np.size(value) else np.zeros(np.shape(value), dtype=np.int64)
     found = np.asarray(_plain(name, found, "iu", "whole numbers", shape), np.int64, order="C")
     allowed = {"at_least": 0} if count is None else {"at_least": 0, "below": count}
-    within = _within(found, allowed)
-    if not np.all(within):
-        raise ValueError(f"{name} must be {_in_words(allowed)}, {_first(found, ~within)}")
+    _refuse_outside(name, found, allowed)
     return found
 
 
@@ -86,11 +83,10 @@ def flags(name: str, value: ArrayLike, shape: Shape | None = None) -> NDArray[np
 
 def number(name: str, value: float, **limits: float) -> float:
     """A finite real number within limits, as for ``array``."""
-    found = _scalar(value)
-    if not isinstance(found, Real) or isinstance(found, bool) or not np.isfinite(found):
+    found = value if type(value) is float else _scalar(value)
+    if not (isinstance(found, float | Real) and isfinite(found)) or isinstance(found, bool):
         raise ValueError(f"{name} is {value!r}: it must be a finite number")
-    if not _within(found, limits):
-        raise ValueError(f"{name} is {found}: it must be {_in_words(limits)}")
+    _refuse_number_outside(name, found, limits)
     return float(found)
 
 
@@ -99,8 +95,7 @@ def whole(name: str, value: int, **limits: int) -> int:
     found = _scalar(value)
     if not isinstance(found, Integral) or isinstance(found, bool):
         raise ValueError(f"{name} is {value!r}: it must be a whole number")
-    if not _within(found, limits):
-        raise ValueError(f"{name} is {found}: it must be {_in_words(limits)}")
+    _refuse_number_outside(name, found, limits)
     return int(found)
 
 
@@ -200,12 +195,16 @@ def _scalar(value: object) -> object:
     return value.item() if getattr(value, "ndim", None) == 0 else value
 
 
-def _within(value: NDArray | float, limits: dict[str, float]) -> NDArray[np.bool_] | bool:
-    """Whether, or where, a value is within all limits."""
-    found = True
+def _refuse_outside(name: str, found: NDArray, limits: dict[str, float]) -> None:
     for limit, bound in limits.items():
-        found = _LIMITS[limit][0](value, bound) & found
-    return found
+        within = _LIMITS[limit][0](found, bound)
+        if not within.all():
+            raise ValueError(f"{name} must be {_in_words(limits)}, {_first(found, ~within)}")
+
+
+def _refuse_number_outside(name: str, found: float, limits: dict[str, float]) -> None:
+    if not all(_LIMITS[limit][0](found, bound) for limit, bound in limits.items()):
+        raise ValueError(f"{name} is {found}: it must be {_in_words(limits)}")
 
 
 def _in_words(limits: dict[str, float]) -> str:

@@ -192,13 +192,14 @@ ATTACKS = {
 }
 
 
-def described():
-    for name, calls in ATTACKS.items():
-        for i, call in enumerate(calls):
-            yield pytest.param(name, call, id=f"{name}-{i}")
+DESCRIBED = [
+    pytest.param(name, call, id=f"{name}-{i}")
+    for name, calls in ATTACKS.items()
+    for i, call in enumerate(calls)
+]
 
 
-@pytest.mark.parametrize(("name", "call"), described())
+@pytest.mark.parametrize(("name", "call"), DESCRIBED)
 def test_a_wrong_argument_is_refused_by_its_name(assembly, name, call):
     with pytest.raises(ValueError, match=rf"(?<!\w){re.escape(name)}(?!\w)"):
         call(assembly)

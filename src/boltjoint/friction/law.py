@@ -1,6 +1,7 @@
 """What every friction law answers: harmonic forces, tangents and contact states by motion."""
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +105,7 @@ class FrictionLaw(ABC):
     def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
         """As ``contact_state``, of a motion that is known to fit."""
 
-    @property
+    @cached_property
     def _points(self) -> int:
         """Points up to the last that has an element."""
         return int(self.point_of_element.max(initial=-1)) + 1
