@@ -316,7 +316,9 @@ def test_motion_of_more_harmonics_is_refused(joint):
 
 @pytest.mark.parametrize("resonance", [0, 4])
 def test_a_mode_that_is_not_there_is_refused(joint, resonance):
-    with pytest.raises(ValueError, match=f"resonance {resonance} of 3 modes"):
+    with pytest.raises(
+        ValueError, match=f"resonance is {resonance}: it must be at least 1 and at most 3"
+    ):
         ModeAtAmplitude(joint, LOSS, resonance)
 
 

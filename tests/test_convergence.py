@@ -50,9 +50,8 @@ def test_error_is_that_of_the_forces_at_the_largest_response(solved):
         at = response.isel(solution=(response["excitation_force"] == force).to_numpy())
         at = at.isel(solution=int(np.argmax(at["response_amplitude"].to_numpy())))
         q = at["modal_coordinate"].sel(component=list(joint.law.components))
-        motion = HarmonicBalance(joint, LOSS, force).motion(
-            q.transpose("component", ...).to_numpy()
-        )
+        x = q.transpose("component", ...).to_numpy().ravel()
+        motion = HarmonicBalance(joint, LOSS, force).motion(x)
         exact = joint.law.force(motion)
         error = SampledInTime(joint.law, samples=64).force(motion) - exact
         expected = np.sqrt((error**2).sum() / (exact**2).sum())
@@ -164,8 +163,9 @@ def test_without_a_peak_where_it_is_expected_all_of_the_response_is_followed(
 
 
 def test_a_response_without_a_peak_has_none(joint):
-    rigid = replace(joint, response_mode=np.zeros(3))
-    peaks = peaks_near(rigid, [1.0], LOSS)
+    # observed where the second mode alone moves, and damped so much that it shows no resonance
+    elsewhere = replace(joint, response_mode=np.array([0.0, 1.0, 0.0]))
+    peaks = peaks_near(elsewhere, [1.0], 0.5)
     assert peaks.iloc[0, 1:].isna().all()
 
 

@@ -122,7 +122,7 @@ def test_contact_state():
 
 @pytest.mark.parametrize(("k", "slip"), [(-1.0, 1.0), (1.0, 0.0), (np.nan, 1.0)])
 def test_impossible_elements_are_refused(k, slip):
-    with pytest.raises(ValueError, match="must be positive on every element"):
+    with pytest.raises(ValueError, match=r"must be (positive|finite), but is"):
         one_element(k, slip)
 
 

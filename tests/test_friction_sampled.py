@@ -226,11 +226,11 @@ def test_components_of_several_harmonics():
 
 @pytest.mark.parametrize(("harmonics", "samples"), [(5, 10), (1, 2)])
 def test_too_few_samples_are_refused(harmonics, samples):
-    message = f"{samples} samples cannot tell {harmonics} harmonics apart: at least"
+    message = f"samples is {samples}: it must be at least {2 * harmonics + 1}"
     with pytest.raises(ValueError, match=message):
         SampledInTime(constant_load(1)[0], harmonics, samples)
 
 
 def test_without_a_harmonic_there_is_no_motion():
-    with pytest.raises(ValueError, match="harmonics is 0: there must be at least one"):
+    with pytest.raises(ValueError, match="harmonics is 0: it must be at least 1"):
         SampledInTime(constant_load(1)[0], 0)

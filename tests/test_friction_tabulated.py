@@ -176,5 +176,5 @@ def test_a_joint_under_variable_load_is_refused():
 
 
 def test_impossible_elements_are_refused():
-    with pytest.raises(ValueError, match="must be positive on every element"):
+    with pytest.raises(ValueError, match="slip_force must be positive"):
         replace(tabulate_joint(regions()).law, slip_force=np.zeros(60))

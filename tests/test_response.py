@@ -50,9 +50,53 @@ def test_a_window_that_cannot_hold_the_resonance_is_refused(joint):
             frequency_window(joint, given=given)
 
 
+def test_a_resonance_that_the_force_does_not_excite_is_refused(joint):
+    stiffness = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
+    stuck = np.linalg.eigh(stiffness)[1]
+    # at a node of the second stuck mode
+    blind = replace(joint, excitation_mode=stuck[:, 0] + stuck[:, 2])
+    for solve in (
+        lambda: solve_branch(blind, 1.0, loss_factor=LOSS, resonance=2),
+        lambda: solve_response(blind, [1.0], loss_factor=LOSS, resonance=2),
+    ):
+        with pytest.raises(ValueError, match=r"this force does not excite .* in resonance 2"):
+            solve()
+    assert solve_branch(blind, 1.0, loss_factor=LOSS).complete
+
+
+def test_rounding_beside_the_observed_point_is_no_excitation(joint):
+    # as where the force acts across a symmetric structure
+    noise = 1e-10 * np.array([1.0, -0.3, 0.2])
+    with pytest.raises(ValueError, match="this force does not excite the modes asked for"):
+        solve_branch(replace(joint, excitation_mode=noise), 1.0, loss_factor=LOSS)
+
+
+def test_a_weak_excitation_is_one(joint):
+    weak = replace(joint, excitation_mode=1e-6 * joint.excitation_mode)
+    branch, same = (
+        solve_branch(each, force, loss_factor=LOSS) for each, force in ((weak, 1e6), (joint, 1.0))
+    )
+    # the same force on the modes, but for rounding
+    np.testing.assert_allclose(branch.amplitude[branch.peak], same.amplitude[same.peak], rtol=1e-9)
+
+
+def test_of_two_modes_of_one_frequency_the_force_excites_one_combination(joint):
+    # two modes without contact: any combination of them is a mode, and one is excited
+    pair = replace(
+        joint,
+        natural_frequency=np.array([70.0, 70.0, 950.0]),
+        tangential_mode=joint.tangential_mode * [0.0, 0.0, 1.0],
+        excitation_mode=np.array([1.0, 0.0, 1.0]),
+    )
+    for resonance in (1, 2):
+        pair.check_excitation(resonance)
+
+
 @pytest.mark.parametrize("resonance", [0, 4])
 def test_window_needs_a_mode(joint, resonance):
-    with pytest.raises(ValueError, match=f"resonance {resonance} of 3 modes"):
+    with pytest.raises(
+        ValueError, match=f"resonance is {resonance}: it must be at least 1 and at most 3"
+    ):
         frequency_window(joint, resonance=resonance)
 
 

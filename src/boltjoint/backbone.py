@@ -15,6 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from boltjoint import checks
 from boltjoint.balance import Forming, HarmonicBalance
 from boltjoint.dataset import quantity
 from boltjoint.joint import Joint
@@ -85,8 +86,7 @@ class ModeAtAmplitude(Equations):
         self._modes = len(self.balance.stiffness)
         if self.balance.components[-2:] != ("sin", "cos") or len(self.balance.components) > 3:
             raise ValueError("a backbone needs a motion of one harmonic")
-        if not 1 <= resonance <= self._modes:
-            raise ValueError(f"resonance {resonance} of {self._modes} modes")
+        resonance = joint.check_resonance(resonance)
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
         self.scale, self.stuck = squared[resonance - 1], vectors[:, resonance - 1]
         #: sine and cosine part of the mode whose phase the unknown has
@@ -151,6 +151,7 @@ class ModeAtAmplitude(Equations):
         to above what structural damping alone would let the largest one do. Without it nothing
         limits the response where all contact slips: a loss factor of 1e-5 then stands for it.
         """
+        forces, window = checks.numbers("forces", forces), checks.interval("window", window)
         excitation = self.balance.joint.excitation_mode
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
@@ -208,9 +209,12 @@ class Backbone:
         amplitudes: tuple[float, float],
         control: StepControl | None = None,
     ) -> None:
+        checks.instance("equations", equations, ModeAtAmplitude)
+        control = StepControl() if control is None else control
+        checks.instance("control", control, StepControl)
         self.equations = equations
-        self._control = replace(control or StepControl(), largest_step=_STEP)
-        low, high = np.log(amplitudes)
+        self._control = replace(control, largest_step=_STEP)
+        low, high = np.log(checks.interval("amplitudes", amplitudes))
         path = None
         for lower in np.log(_LOWER):
             # the stuck mode leads to where little slips, and the path from there to where more does
@@ -282,6 +286,8 @@ def rebuild(backbone: Backbone, force: float, window: tuple[float, float]) -> Re
     window
         Lowest and highest frequency [Hz].
     """
+    checks.instance("backbone", backbone, Backbone)
+    force, window = checks.number("force", force, above=0), checks.interval("window", window)
     curve = _Curve(backbone, force)
     if curve.beyond == 0 or not backbone.states:
         empty = np.zeros((0, curve.balance.modal_force.size))
@@ -486,7 +492,15 @@ def find_backbone(
         By state: ``modal_amplitude`` [kg^1/2 m], ``response_amplitude`` of the observed point [m],
         ``natural_frequency`` [Hz], ``damping_ratio``, ``peak_force`` [N], under which the response
         is largest at that state, ``mode_shape`` (state, mode, part); ``complete`` and ``reason``.
+
+    Raises
+    ------
+    ValueError
+        If forces, loss factor or window are out of range, the structure has fewer modes, the motion
+        has further harmonics, or the force does not excite the resonance.
     """
+    checks.instance("joint", joint, Joint)
+    joint.check_excitation(resonance)
     equations = ModeAtAmplitude(joint, loss_factor, resonance)
     backbone = Backbone(equations, equations.amplitudes_for(forces, window), control)
     states = backbone.states

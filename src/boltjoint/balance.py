@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.joint import Joint
 
 Forming = Callable[[], NDArray[np.float64]]
@@ -47,12 +48,26 @@ class HarmonicBalance:
     basis
         V, orthonormal combinations of the linear modes, shape (linear modes, modes); the linear
         modes themselves by default.
+
+    Raises
+    ------
+    ValueError
+        If loss factor or force are negative or not finite, or the basis is not of this shape.
     """
 
     joint: Joint
     loss_factor: float
     excitation_force: float
     basis: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is no balance."""
+        checks.instance("joint", self.joint, Joint)
+        checks.number("loss_factor", self.loss_factor, at_least=0)
+        checks.number("excitation_force", self.excitation_force, at_least=0)
+        if self.basis is not None:
+            modes = self.joint.natural_frequency.size
+            object.__setattr__(self, "basis", checks.array("basis", self.basis, (modes, "modes")))
 
     @cached_property
     def components(self) -> tuple[str, ...]:
@@ -80,6 +95,8 @@ class HarmonicBalance:
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
+        if x.shape != self._shape:
+            raise ValueError(f"x has shape {x.shape}, expected {self._shape}")
         amplitudes = x.reshape(len(self.components), -1)
         return np.hstack([B @ amplitudes.T for B in self.rows])
 
@@ -92,14 +109,14 @@ class HarmonicBalance:
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """What is left of the equations at x and w, shape of x."""
-        force = self._to_modes(self.joint.law.force(self.motion(x)))
+        force = self._to_modes(self.joint.law.evaluate(self.motion(x)))
         return self.dynamic_stiffness(w) @ x + force - self.modal_force
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
     ) -> tuple[NDArray[np.float64], Forming]:
         """Residual, and what forms its exact derivative by x, from one pass over the elements."""
-        return self.with_contact(x, w, *self.joint.law.force_and_tangent(self.motion(x)))
+        return self.with_contact(x, w, *self.joint.law.evaluate_with_tangent(self.motion(x)))
 
     def with_contact(
         self,
@@ -117,7 +134,7 @@ class HarmonicBalance:
         self, x: NDArray[np.float64], w: float, dx: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Residual, and its exact derivative along dx, for which no Jacobian is formed."""
-        force, tangent = self.joint.law.force_and_tangent(self.motion(x))
+        force, tangent = self.joint.law.evaluate_with_tangent(self.motion(x))
         residual, _ = self.with_contact(x, w, force, tangent)
         change = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
         return residual, self.dynamic_stiffness(w) @ dx + self._to_modes(change)
@@ -131,7 +148,7 @@ class HarmonicBalance:
         """
         q = x.reshape(len(self.components), -1)
         parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        contact = self._to_modes(self.joint.law.force(self.motion(x))).reshape(q.shape)
+        contact = self._to_modes(self.joint.law.evaluate(self.motion(x))).reshape(q.shape)
         excitation = self.modal_force.reshape(q.shape)
         driven, lost, rubbed = 0.0, 0.0, 0.0
         for h in (harmonic for part, harmonic in parts if part == "sin"):
@@ -148,6 +165,7 @@ class HarmonicBalance:
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
+        w = checks.number("w", w, at_least=0)
         return np.linalg.solve(self.dynamic_stiffness(w) + self._stuck_to_modes, self.modal_force)
 
     def secant_stiffness(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -162,7 +180,7 @@ class HarmonicBalance:
             Shape (points, directions) [N/m].
         """
         motion = self.motion(x)
-        return self.secants(motion, self.joint.law.force(motion))
+        return self.secants(motion, self.joint.law.evaluate(motion))
 
     def secants(
         self, motion: NDArray[np.float64], force: NDArray[np.float64]
@@ -170,8 +188,7 @@ class HarmonicBalance:
         """The same from the motion of the points and their force."""
         u, f = self._first_harmonic(motion), self._first_harmonic(force)
         at_rest = u == 0
-        stuck = self.joint.law.stuck_stiffness(self.joint.points)
-        return np.where(at_rest, stuck, f / np.where(at_rest, 1.0, u))
+        return np.where(at_rest, self._stuck_stiffness, f / np.where(at_rest, 1.0, u))
 
     def secant_derivative(
         self,
@@ -249,6 +266,11 @@ class HarmonicBalance:
         return tangent.reshape(-1, d, n, d, n)
 
     @cached_property
+    def _shape(self) -> tuple[int]:
+        """Of the unknown."""
+        return (len(self.components) * self.rows[0].shape[1],)
+
+    @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
         """Harmonic number of every entry of the unknown."""
         numbers = [harmonic for _, harmonic in map(parse_component, self.components)]
@@ -317,10 +339,14 @@ class HarmonicBalance:
         return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
 
     @cached_property
+    def _stuck_stiffness(self) -> NDArray[np.float64]:
+        """Of the points in each direction [N/m]."""
+        return self.joint.law.stuck_stiffness(self.joint.points)
+
+    @cached_property
     def _stuck_tangent(self) -> NDArray[np.float64]:
         """Tangents of the points while nothing slips and open elements stay open."""
-        stiffness = self.joint.law.stuck_stiffness(self.joint.points)
-        each = np.repeat(stiffness, len(self.components), axis=1)
+        each = np.repeat(self._stuck_stiffness, len(self.components), axis=1)
         return each[:, :, None] * np.eye(each.shape[1])
 
     @cached_property

@@ -154,7 +154,17 @@ def to_dataset(
         Structural damping eta [-].
     errors
         Of each branch; none where the branches are in linear modes.
+
+    Raises
+    ------
+    ValueError
+        If there is no branch, one is of another joint, there are not as many errors, or the loss
+        factor is negative.
     """
+    if not branches:
+        raise ValueError("branches is empty: it must hold at least one branch")
+    if errors is not None and len(errors) != len(branches):
+        raise ValueError(f"errors has {len(errors)} entries, branches {len(branches)}")
     if errors is None:
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
     solved = joint.law.components
@@ -175,7 +185,7 @@ def to_dataset(
         elements = joint.law.point_of_element.size
         at_peak = np.full(elements, states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
-            motion = balance.motion(found[branch.peak])
+            motion = balance.motion(branch.modal_coordinate[branch.peak])
             at_peak = joint.law.contact_state(motion)
         states_at_peak.append(at_peak)
 

@@ -2,11 +2,13 @@
 
 import logging
 from collections.abc import Mapping, Sequence
+from typing import get_args
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from boltjoint import checks
 from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
@@ -41,7 +43,13 @@ def tabulate_sampling(
     DataFrame
         Columns ``case, law, samples, force_N, error_relative``: the error of the forces on all
         points in the Euclidean norm, relative to the exact ones.
+
+    Raises
+    ------
+    ValueError
+        If there are too few samples for a harmonic, or friction is sampled already.
     """
+    samples = [checks.whole("samples", count, at_least=3) for count in samples]
     rows = []
     for case, (joint, response) in solved.items():
         for force, motion in _largest_motions(joint, response).items():
@@ -100,7 +108,15 @@ def peaks_near(
     DataFrame
         Columns ``force_N, peak_frequency_Hz, peak_mm_per_N``, by force; NaN where the response
         shows no peak.
+
+    Raises
+    ------
+    ValueError
+        As for ``response.solve_branch``.
     """
+    forces = checks.numbers("forces", forces)
+    checks.instance("joint", joint, Joint)
+    joint.check_excitation(resonance)
     window = frequency_window(joint, resonance=resonance)
     mode = ModeAtAmplitude(joint, loss_factor, resonance)
     backbone = Backbone(mode, mode.amplitudes_for(forces, window), control)
@@ -176,7 +192,16 @@ def tabulate_divisions(
     DataFrame
         Columns ``division, motion, regions, region_error_percent, force_N, peak_frequency_Hz,
         peak_mm_per_N, peak_frequency_error_percent, peak_amplitude_error_percent``.
+
+    Raises
+    ------
+    ValueError
+        If the division is not known, no division has such a number of regions, or as for
+        ``peaks_near``.
     """
+    checks.instance("joint", joint, Joint)
+    checks.choice("division", division, get_args(Division))
+    counts = [checks.whole("counts", count, at_least=1) for count in counts]
     parts = []
     ways = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
     for how, motion in [*ways, ("inner-outer", "mean"), ("clusters", "mean")]:
@@ -194,6 +219,8 @@ def tabulate_divisions(
             }
             peaks = peaks_near(regions, reference["force_N"], loss_factor, control=control)
             parts.append(pd.DataFrame({**made, **peaks}))
+    if not parts:
+        raise ValueError(f"counts are {counts}: no division has as many regions")
     return _against(pd.concat(parts), reference)
 
 

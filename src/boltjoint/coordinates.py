@@ -5,12 +5,13 @@ back into the linear modes of the structure.
 """
 
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from boltjoint import checks
 from boltjoint.balance import Forming, HarmonicBalance
 from boltjoint.names import parse_coordinates
 from boltjoint.solvers.equations import Equations
@@ -32,9 +33,16 @@ class LinearModes(Equations):
         The modal equations.
     jacobian
         ``analytic``, or ``forward-difference`` as in eq. 2.38.
+
+    Raises
+    ------
+    ValueError
+        If the way to the Jacobian is not known.
     """
 
     def __init__(self, balance: HarmonicBalance, jacobian: Jacobian = "analytic") -> None:
+        checks.instance("balance", balance, HarmonicBalance)
+        checks.choice("jacobian", jacobian, get_args(Jacobian))
         self.balance = balance
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
         self._analytic = jacobian == "analytic"
@@ -187,7 +195,7 @@ class MovingModes(LinearModes):
     def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         motion = self.balance.motion(x)
-        force, tangent = self.balance.joint.law.force_and_tangent(motion)
+        force, tangent = self.balance.joint.law.evaluate_with_tangent(motion)
         secant = self.balance.secants(motion, force)
         squared, vectors, kept = self._modes_of(secant.real)
         V, k = vectors[:, kept], self._scale
@@ -332,6 +340,8 @@ class ComplexModes(LinearModes, LaggedEquations):
         static_share: bool = True,
     ) -> None:
         super().__init__(balance, jacobian)
+        checks.choice("renewal", renewal, get_args(Renewal))
+        static_share = checks.flag("static_share", static_share)
         self.implicit = renewal == "within"
         # with all others added, a basis of the solution itself is as good as the linear modes
         exact = self.implicit and static_share
@@ -373,7 +383,7 @@ class ComplexModes(LinearModes, LaggedEquations):
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         if not self._analytic:
             return self._with_differences(x, p)
-        force, tangent = self.balance.joint.law.force_and_tangent(self._motion(x))
+        force, tangent = self.balance.joint.law.evaluate_with_tangent(self._motion(x))
         return self._balanced(x, p, force), lambda: self._jacobian(p, tangent)
 
     def _jacobian(self, p: float, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -454,7 +464,7 @@ class ComplexModes(LinearModes, LaggedEquations):
         return motion.reshape(len(motion), -1)
 
     def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        return self._balanced(x, p, self.balance.joint.law.force(self._motion(x)))
+        return self._balanced(x, p, self.balance.joint.law.evaluate(self._motion(x)))
 
     def _balanced(
         self, x: NDArray[np.float64], p: float, force: NDArray[np.float64]
@@ -498,10 +508,13 @@ def pose(
     Raises
     ------
     ValueError
-        If the balance cannot be posed in such coordinates.
+        If the balance cannot be posed in such coordinates, there are not as many modes, or an
+        option is not known.
     """
     kind, count = parse_coordinates(name)
-    target = resonance - 1
+    checks.instance("balance", balance, HarmonicBalance)
+    target = balance.joint.check_resonance(resonance) - 1
+    check_options(jacobian, renewal, static_share)
     if kind == "linear":
         return LinearModes(balance, jacobian)
     if kind == "complex":
@@ -513,12 +526,26 @@ def pose(
     raise ValueError(f"the balance is not posed in {name}")
 
 
+def check_options(jacobian: Jacobian, renewal: Renewal, static_share: bool) -> None:
+    """Refuse options of coordinates that are not known, whichever coordinates have a use for them.
+
+    Parameters
+    ----------
+    jacobian, renewal, static_share
+        As for ``pose``.
+    """
+    checks.choice("jacobian", jacobian, get_args(Jacobian))
+    checks.choice("renewal", renewal, get_args(Renewal))
+    checks.flag("static_share", static_share)
+
+
 def _stuck_modes(
     balance: HarmonicBalance, count: int, target: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Squared frequencies and modes while nothing slips: the target and those next below it."""
     modes = len(balance.stiffness)
-    if not 1 <= count <= modes:
+    checks.whole("target", target, at_least=0, below=modes)
+    if not 1 <= checks.whole("count", count) <= modes:
         raise ValueError(f"{count} response-dependent modes of {modes} linear ones")
     first = max(0, target + 1 - count)
     squared, vectors = np.linalg.eigh(balance.stiffness + balance.joint.stuck_stiffness())

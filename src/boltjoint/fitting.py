@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.special import softmax
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad
+from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint import Joint
 
 #: what of the hysteresis is to agree
@@ -68,6 +70,15 @@ def loading_curve(
     slip_force: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Force of elements in parallel on first loading by ``displacement`` [N], of its shape."""
+    displacement = checks.array("displacement", displacement)
+    return _loading_curve(displacement, *_elements("stiffness", stiffness, slip_force))
+
+
+def _loading_curve(
+    displacement: NDArray[np.float64],
+    stiffness: NDArray[np.float64],
+    slip_force: NDArray[np.float64],
+) -> NDArray[np.float64]:
     stuck = np.multiply.outer(displacement, stiffness)
     return np.minimum(stuck, slip_force).sum(axis=-1)
 
@@ -83,16 +94,23 @@ def unloading_branch(
     Masing's rule: the branch is the loading curve, twice as large and turned around. The other half
     of the loop is the same with both signs changed.
     """
-    top = loading_curve(np.array(amplitude), stiffness, slip_force)
-    return top - 2 * loading_curve((amplitude - displacement) / 2, stiffness, slip_force)
+    amplitude = checks.number("amplitude", amplitude, above=0)
+    displacement = checks.array(
+        "displacement", displacement, at_least=-amplitude, at_most=amplitude
+    )
+    stiffness, slip_force = _elements("stiffness", stiffness, slip_force)
+    top = _loading_curve(np.array(amplitude), stiffness, slip_force)
+    return top - 2 * _loading_curve((amplitude - displacement) / 2, stiffness, slip_force)
 
 
 def amplitude_of_load(
     fraction: float, stiffness: NDArray[np.float64], slip_force: NDArray[np.float64]
 ) -> float:
     """Displacement [m] at which first loading reaches a fraction of the total slip force."""
+    fraction = checks.number("fraction", fraction, above=0, at_most=1)
+    stiffness, slip_force = _elements("stiffness", stiffness, slip_force)
     corners = np.append(0.0, np.sort(slip_force / stiffness))
-    load = loading_curve(corners, stiffness, slip_force)
+    load = _loading_curve(corners, stiffness, slip_force)
     return float(np.interp(fraction * slip_force.sum(), load, corners))
 
 
@@ -124,11 +142,20 @@ def loop_error(
     LoopError
         The largest of all loops, exact; and the mean over amplitudes from that of the first slip to
         that of full slip, evenly in their logarithm, and over the loop, evenly in phase.
+
+    Raises
+    ------
+    ValueError
+        If stiffnesses and slip forces differ in number or are not positive.
     """
+    stiffness, slip_force = _elements("stiffness", stiffness, slip_force)
+    fitted_stiffness, fitted_slip_force = _elements(
+        "fitted_stiffness", fitted_stiffness, fitted_slip_force
+    )
     onset = slip_force / stiffness
     corner = np.unique(np.concatenate([[0.0], onset, fitted_slip_force / fitted_stiffness]))
-    few = loading_curve(corner, fitted_stiffness, fitted_slip_force)
-    difference = (few - loading_curve(corner, stiffness, slip_force)) / slip_force.sum()
+    few = _loading_curve(corner, fitted_stiffness, fitted_slip_force)
+    difference = (few - _loading_curve(corner, stiffness, slip_force)) / slip_force.sum()
     # d(A) - 2 d(v) with v up to A (Masing) is linear in both between corners
     above = difference - 2 * np.minimum.accumulate(difference)
     below = 2 * np.maximum.accumulate(difference) - difference
@@ -184,12 +211,15 @@ def fit_elements(
     Raises
     ------
     ValueError
-        If fewer than ``count`` elements are there to be replaced, or the method is not known.
+        If fewer than ``count`` elements are there to be replaced, a stiffness or slip force is not
+        positive, a fraction is not between 0 and 1, or the method is not known.
     """
-    if not 1 <= count <= stiffness.size:
-        raise ValueError(f"cannot fit {count} elements to the {stiffness.size} of a region")
-    if method not in get_args(Method):
-        raise ValueError(f"method {method!r} is not known; allowed: {', '.join(get_args(Method))}")
+    stiffness, slip_force = _elements("stiffness", stiffness, slip_force)
+    if not 1 <= checks.whole("count", count) <= stiffness.size:
+        raise ValueError(
+            f"count is {count}: cannot fit {count} elements to the {stiffness.size} of a region"
+        )
+    load_fractions = _check_options(method, load_fractions, starts)
     amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in load_fractions])
     loops = _Loops(stiffness, slip_force, amplitude)
     if method == "loops":
@@ -246,11 +276,20 @@ def nearest_loading_curve(
         In the order in which the elements slip [N/m], [N], shape (count,).
     ratio : float
         The largest ratio.
+
+    Raises
+    ------
+    ValueError
+        If a stiffness or slip force, the number or the sharpness is not positive.
     """
+    stiffness, slip_force = _elements("stiffness", stiffness, slip_force)
+    count = checks.whole("count", count, at_least=1)
+    if sharpness != np.inf:
+        sharpness = checks.number("sharpness", sharpness, above=0)
     onset = np.sort(slip_force / stiffness)
     onset = onset[np.diff(onset, prepend=0.0) > _SAME_CORNER * onset]
     u = np.append(0.0, onset)
-    force = np.append(0.0, loading_curve(onset, stiffness, slip_force))
+    force = np.append(0.0, _loading_curve(onset, stiffness, slip_force))
     if onset.size <= count:
         return *_elements_of_corners(onset, force[1:], count), 0.0
     stuck = stiffness.sum() * onset
@@ -291,7 +330,7 @@ def fit_reduced_joint(
     Raises
     ------
     ValueError
-        If a region has fewer elements under load than ``count``.
+        If a region has fewer elements under load than ``count``, or as for ``fit_elements``.
 
     Returns
     -------
@@ -300,6 +339,10 @@ def fit_reduced_joint(
     fit : Dataset
         Cost, loop errors, amplitudes and the loops of region and fit, by point.
     """
+    checks.instance("joint", joint, Joint)
+    checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
+    count = checks.whole("count", count, at_least=1)
+    load_fractions = _check_options(method, load_fractions, starts)
     law = joint.law
     fits, errors, of_region, of_fit, displacement = [], [], [], [], []
     phase = np.linspace(0, np.pi, _SAMPLES)
@@ -381,11 +424,34 @@ def tabulate_joint(joint: Joint) -> Joint:
     ValueError
         If the normal load varies: the force is then no function of one amplitude.
     """
+    checks.instance("joint", joint, Joint)
     law = joint.law
     if not isinstance(law, ConstantLoad):
-        raise ValueError(f"the law {law.name!r} cannot be tabulated: only constant normal load can")
+        raise ValueError(
+            f"the law {law.name!r} of the joint cannot be tabulated: only constant normal load can"
+        )
     elements = law.point_of_element, law.tangential_stiffness, law.slip_force
     return replace(joint, law=TabulatedLoad(*elements))
+
+
+def _elements(
+    name: str, stiffness: NDArray[np.float64], slip_force: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness, by its name, and slip force of at least one element."""
+    stiffness = checks.array(name, stiffness, ("elements",), above=0)
+    if not stiffness.size:
+        raise ValueError(f"{name} is empty: there must be at least one element")
+    slip_name = name.replace("stiffness", "slip_force")
+    return stiffness, checks.array(slip_name, slip_force, stiffness.shape, above=0)
+
+
+def _check_options(
+    method: Method, load_fractions: Sequence[float], starts: int
+) -> NDArray[np.float64]:
+    """Refuse options of a fit; the fractions of the load as an array."""
+    checks.choice("method", method, get_args(Method))
+    checks.whole("starts", starts, at_least=1)
+    return checks.array("load_fractions", load_fractions, ("loops",), above=0, at_most=1)
 
 
 class _Loops:
@@ -405,7 +471,7 @@ class _Loops:
         self._combine = np.zeros((top.size, self.displacement.size))
         self._combine[np.arange(top.size), top] = 1.0
         self._combine[np.arange(top.size), amplitude.size + np.arange(top.size)] = -2.0
-        self._target = self._combine @ loading_curve(self.displacement, stiffness, slip_force)
+        self._target = self._combine @ _loading_curve(self.displacement, stiffness, slip_force)
 
     def elements(
         self, unknown: NDArray[np.float64]
@@ -415,7 +481,7 @@ class _Loops:
         return self.total_stiffness * softmax(a), self.total_slip * softmax(b)
 
     def residual(self, unknown: NDArray[np.float64]) -> NDArray[np.float64]:
-        force = self._combine @ loading_curve(self.displacement, *self.elements(unknown))
+        force = self._combine @ _loading_curve(self.displacement, *self.elements(unknown))
         return (force - self._target) / self.total_slip
 
     def jacobian(self, unknown: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
+
 #: a smaller relative change of the frequency between two solutions is rounding
 _ROUNDING = 1e-12
 
@@ -38,7 +40,13 @@ def find_folds(frequency: NDArray[np.float64]) -> Folds:
     frequency
         Of the solutions in the order of the branch [Hz], shape (solutions,); the branch runs from
         low to high.
+
+    Raises
+    ------
+    ValueError
+        If a frequency is not finite.
     """
+    frequency = checks.array("frequency", frequency, ("solutions",))
     change = np.diff(frequency)
     moves = change[np.abs(change) > _ROUNDING * np.abs(frequency[:-1])]
     turning_points = int(np.sum(np.sign(moves[1:]) != np.sign(moves[:-1])))

@@ -11,15 +11,19 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint import dataset
+from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.law import FrictionLaw
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.friction.variable import VariableLoad
 
 #: the laws that a joint can have, by their name
 LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
+
+#: relative difference of squared frequencies below which modes are any combination of each other
+_SAME_FREQUENCY = 1e-9
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,8 @@ class Joint:
     Raises
     ------
     ValueError
-        If the shapes do not fit each other or an element sits on a point that does not exist.
+        If an entry is not a finite number, a natural frequency is negative, the shapes do not fit
+        each other, or an element sits on a point that does not exist.
     """
 
     natural_frequency: NDArray[np.float64]
@@ -62,8 +67,13 @@ class Joint:
 
     def __post_init__(self) -> None:
         """Refuse parts that do not fit each other."""
-        modes = self.natural_frequency.size
-        points, elements = len(self.position), self.law.point_of_element.size
+        checks.instance("law", self.law, FrictionLaw)
+        frequency = checks.array(
+            "natural_frequency", self.natural_frequency, ("modes",), at_least=0
+        )
+        position = checks.array("position", self.position, ("points", 3))
+        on = self.law.point_of_element
+        modes, points, elements = frequency.size, len(position), on.size
         expected = {
             "natural_frequency": (modes,),
             "excitation_mode": (modes,),
@@ -72,6 +82,8 @@ class Joint:
             "position": (points, 3),
             "element_position": (elements, 3),
         }
+        if modes == 0:
+            raise ValueError("natural_frequency is empty: a structure has at least one mode")
         needs_normal = "normal" in self.law.directions
         if needs_normal != (self.normal_mode is not None):
             verb = "needs" if needs_normal else "has no use for"
@@ -79,12 +91,11 @@ class Joint:
         if needs_normal:
             expected["normal_mode"] = (points, modes)
         for name, shape in expected.items():
-            found = getattr(self, name).shape
-            if found != shape:
-                raise ValueError(f"{name} has shape {found}, expected {shape}")
-        on = self.law.point_of_element
-        if elements == 0 or on.min() < 0 or on.max() >= points:
-            raise ValueError(f"elements must sit on points 0 to {points - 1}")
+            object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
+        if elements == 0 or on.max() >= points:
+            raise ValueError(
+                f"point_of_element of the law: elements must sit on points 0 to {points - 1}"
+            )
 
     @property
     def points(self) -> int:
@@ -102,6 +113,46 @@ class Joint:
         """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
         stiffness = self.law.stuck_stiffness(self.points)
         return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
+
+    def check_resonance(self, resonance: int) -> int:
+        """The number of a resonance, from 1, refused where there are not as many modes."""
+        return checks.whole("resonance", resonance, at_least=1, at_most=self.natural_frequency.size)
+
+    def check_excitation(self, resonance: int) -> None:
+        """Refuse a resonance that the force does not excite, and a response that is zero.
+
+        The participation ``phi . excitation_mode`` of the stuck mode phi is compared with the modes
+        at the excited and at the observed point, whichever are larger: across the width of a
+        symmetric structure, or in its clamp, it is nothing but rounding.
+
+        Parameters
+        ----------
+        resonance
+            Which resonance is followed, from 1.
+
+        Raises
+        ------
+        ValueError
+            If the force does not excite it, or the observed point moves in no mode.
+        """
+        resonance = self.check_resonance(resonance)
+        excited, observed = map(np.linalg.norm, (self.excitation_mode, self.response_mode))
+        rounding = checks.ROUNDING_OF_MODES * max(excited, observed)
+        stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
+        squared, vectors = np.linalg.eigh(stiffness)
+        own = squared[resonance - 1]
+        alike = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
+        participation = np.linalg.norm(self.excitation_mode @ alike)
+        if participation <= rounding:
+            raise ValueError(
+                "this force does not excite the modes asked for: excitation_mode has a share of "
+                f"{participation:.1g} kg^-1/2 in resonance {resonance}"
+            )
+        if observed <= rounding:
+            raise ValueError(
+                "the observed point does not move in the modes asked for: response_mode is at "
+                f"most {abs(self.response_mode).max():.1g} kg^-1/2"
+            )
 
 
 def connect_nodes(
@@ -131,14 +182,23 @@ def connect_nodes(
     Raises
     ------
     ValueError
-        If the two datasets do not hold the same pairs, or no pair carries load.
+        If the two datasets do not hold the same pairs, finite numbers, or no pair carries load; or
+        if a stiffness or the friction coefficient is not positive.
     """
-    position = modes["position"].transpose("pair", "axis").to_numpy()
-    if not np.array_equal(position, preload["position"].transpose("pair", "axis").to_numpy()):
+    tangential_stiffness = checks.number("tangential_stiffness", tangential_stiffness, above=0)
+    friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
+    if normal_stiffness is not None:
+        normal_stiffness = checks.number("normal_stiffness", normal_stiffness, above=0)
+    position, other = (
+        checks.variable(name, each, "position", ("pair", "axis"))
+        for name, each in (("modes", modes), ("preload", preload))
+    )
+    if not np.array_equal(position, other):
         raise ValueError("modes and preload were found on different contact pairs")
-    normal_load = preload["normal_load"].to_numpy()
+    normal_load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
     if not np.any(normal_load > 0):
         raise ValueError("no contact pair carries load")
+    checks.variable("modes", modes, "relative_mode", ("axis", "pair", "mode"))
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
     # bar A lies below bar B: A minus B along z closes
     along_bar, closing = (relative.sel(axis=axis).to_numpy() for axis in ("x", "z"))
@@ -156,13 +216,15 @@ def connect_nodes(
         law = VariableLoad(
             **common,
             normal_stiffness=normal_stiffness * each,
-            normal_load=normal_load - normal_stiffness * preload["gap"].to_numpy(),
+            normal_load=normal_load
+            - normal_stiffness * checks.variable("preload", preload, "gap", ("pair",), at_least=0),
             friction_coefficient=friction_coefficient * each,
         )
     return Joint(
-        natural_frequency=modes["natural_frequency"].to_numpy(),
-        excitation_mode=modes["excitation_mode"].to_numpy(),
-        response_mode=modes["response_mode"].to_numpy(),
+        **{
+            name: checks.variable("modes", modes, name, ("mode",))
+            for name in ("natural_frequency", "excitation_mode", "response_mode")
+        },
         tangential_mode=along_bar[pairs],
         position=position[pairs],
         law=law,
@@ -193,15 +255,18 @@ def merge_points(
         If the regions do not fit the points, a number is left out, or a weight is negative or all
         weights of a region are zero.
     """
+    checks.instance("joint", joint, Joint)
+    region = checks.indices("region", region, (joint.points,))
     size = np.bincount(region)
-    if region.shape != (joint.points,) or np.any(size == 0):
-        raise ValueError("every point needs a region, and regions count from 0 without gaps")
+    if np.any(size == 0):
+        raise ValueError(f"region must count from 0 without gaps: no point has {np.argmin(size)}")
     if weight is None:
         share = 1 / size[region]
     else:
+        weight = checks.array("weight", weight, region.shape, at_least=0)
         total = np.bincount(region, weight)
-        if np.any(weight < 0) or np.any(total == 0):
-            raise ValueError("weights must not be negative, nor all zero in a region")
+        if np.any(total == 0):
+            raise ValueError(f"weight is zero in all of region {np.argmin(total)}")
         share = weight / total[region]
     mean = np.zeros((size.size, joint.points))
     mean[region, np.arange(joint.points)] = share
@@ -215,8 +280,16 @@ def merge_points(
 
 
 def to_dataset(joint: Joint) -> xr.Dataset:
-    """The joint as the result files keep it (``joint.nc``)."""
+    """The joint as the result files keep it (``joint.nc``).
+
+    Raises
+    ------
+    ValueError
+        If its friction is sampled in time, which is no law of its own.
+    """
+    checks.instance("joint", joint, Joint)
     law = joint.law
+    checks.instance("law of the joint", law, *LAWS.values())
     stored = {
         "natural_frequency": quantity(
             "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
@@ -258,9 +331,18 @@ def load(path: str | Path, sampling: Mapping[str, int] | None = None) -> Joint:
         ``joint.nc``.
     sampling
         ``harmonics`` and ``samples`` of ``friction.sampled.SampledInTime``; exact without.
+
+    Raises
+    ------
+    ValueError
+        As for ``from_dataset`` and ``SampledInTime``.
     """
     found = from_dataset(dataset.load(path))
-    return found if sampling is None else replace(found, law=SampledInTime(found.law, **sampling))
+    if sampling is None:
+        return found
+    for name in sampling:
+        checks.choice("sampling", name, ("harmonics", "samples"))
+    return replace(found, law=SampledInTime(found.law, **sampling))
 
 
 def from_dataset(stored: xr.Dataset) -> Joint:
@@ -269,21 +351,23 @@ def from_dataset(stored: xr.Dataset) -> Joint:
     Raises
     ------
     ValueError
-        If the law is one this version does not know.
+        If the law is one this version does not know, or the dataset does not describe a joint.
     """
-    name = stored.attrs["law"]
-    if name not in LAWS:
-        raise ValueError(f"law {name!r} is not known; allowed: {', '.join(LAWS)}")
-    law = LAWS[name]
-    stored = stored.transpose("point", "element", ..., "axis", "mode", missing_dims="ignore")
-    quantities = {name: stored[name].to_numpy() for name in law.quantities}
+    checks.instance("stored", stored, xr.Dataset)
+    law = LAWS[checks.choice("law", stored.attrs.get("law"), LAWS)]
+    on = checks.index_variable("stored", stored, "point_of_element", ("element",))
+    of_points = ("tangential_mode", *(["normal_mode"] if "normal_mode" in stored else []))
+    dims = {
+        **dict.fromkeys(("natural_frequency", "excitation_mode", "response_mode"), ("mode",)),
+        **dict.fromkeys(of_points, ("point", "mode")),
+        "position": ("point", "axis"),
+        "element_position": ("element", "axis"),
+    }
     return Joint(
-        natural_frequency=stored["natural_frequency"].to_numpy(),
-        excitation_mode=stored["excitation_mode"].to_numpy(),
-        response_mode=stored["response_mode"].to_numpy(),
-        tangential_mode=stored["tangential_mode"].to_numpy(),
-        position=stored["position"].to_numpy(),
-        law=law(point_of_element=stored["point_of_element"].to_numpy(), **quantities),
-        element_position=stored["element_position"].to_numpy(),
-        normal_mode=stored["normal_mode"].to_numpy() if "normal_mode" in stored else None,
+        law=law(on, **{name: _stored(stored, name, ("element",)) for name in law.quantities}),
+        **{name: _stored(stored, name, of_name) for name, of_name in dims.items()},
     )
+
+
+def _stored(stored: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np.float64]:
+    return checks.variable("stored", stored, name, dims)

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from boltjoint import checks
 from boltjoint.balance import Forming, HarmonicBalance, parse_component
 from boltjoint.branch import Observed
 from boltjoint.coordinates import LinearModes
@@ -85,11 +86,22 @@ class PeriodicMotion:
         Amplitudes of the modes [kg^1/2 m], shape (components, modes).
     converged
         Whether the equations hold.
+
+    Raises
+    ------
+    ValueError
+        If there is not a row for each component.
     """
 
     components: tuple[str, ...]
     modal_coordinate: NDArray[np.float64]
     converged: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse amplitudes that do not fit the components; not converged, they may be anything."""
+        shape = len(self.components), "modes"
+        found = checks.array("modal_coordinate", self.modal_coordinate, shape, finite=False)
+        object.__setattr__(self, "modal_coordinate", found)
 
     def in_components(self, components: tuple[str, ...]) -> NDArray[np.float64]:
         """Amplitudes of other components, zero where there are none, (components, modes)."""
@@ -99,6 +111,7 @@ class PeriodicMotion:
 
     def in_time(self, samples: int) -> NDArray[np.float64]:
         """The modes at equally spaced times of a period [kg^1/2 m], shape (samples, modes)."""
+        samples = checks.whole("samples", samples, at_least=1)
         phase = 2 * np.pi * np.arange(samples) / samples
         total = np.zeros((samples, self.modal_coordinate.shape[1]))
         for name, amplitude in zip(self.components, self.modal_coordinate, strict=True):
@@ -109,6 +122,7 @@ class PeriodicMotion:
 
     def amplitude(self, mode: NDArray[np.float64]) -> complex:
         """First harmonic [m] of a point with these modes: sine coefficient + i cosine."""
+        mode = checks.array("mode", mode, self.modal_coordinate.shape[1:])
         sin, cos = self.in_components(("sin", "cos")) @ mode
         return complex(sin, cos)
 
@@ -143,15 +157,27 @@ def solve_periodic(
         sticks. Few harmonics lead to more of them.
     control
         Tolerance and most iterations.
+
+    Raises
+    ------
+    ValueError
+        If the friction of the joint is sampled already, there are too few samples for the
+        harmonics, the start is of another joint, or a number is out of range.
     """
+    checks.instance("joint", joint, Joint)
+    frequency = checks.number("frequency", frequency, above=0)
+    force = checks.number("force", force, above=0)
+    control = StepControl(most_iterations=50) if control is None else control
+    checks.instance("control", control, StepControl)
     w = 2 * np.pi * frequency
     law = SampledInTime(joint.law, harmonics, samples)
     balance = ViscousBalance(replace(joint, law=law), loss_factor, force)
     if start is None:
         x = balance.stuck_solution(w)
     else:
-        x = start.in_components(law.components).ravel()
-    control = control or StepControl(most_iterations=50)
+        checks.instance("start", start, PeriodicMotion)
+        shape = "components", joint.natural_frequency.size
+        x = checks.array("start", start.in_components(law.components), shape).ravel()
     solution, _ = newton(LinearModes(balance), x, w, control)
     amplitude = solution.x.reshape(len(law.components), -1)
     return PeriodicMotion(law.components, amplitude, solution.converged)
@@ -166,8 +192,16 @@ def largest_response(response: xr.Dataset, force: float) -> tuple[float, Periodi
         ``response.nc`` of any number of harmonics.
     force
         One of its force levels [N].
+
+    Raises
+    ------
+    ValueError
+        If there is no solution at that force.
     """
+    checks.instance("response", response, xr.Dataset)
     mine = np.flatnonzero(response["excitation_force"].to_numpy() == force)
+    if not mine.size:
+        raise ValueError(f"force is {force} N: the response has no solution at it")
     at = response.isel(solution=mine[response["response_amplitude"].to_numpy()[mine].argmax()])
     components = tuple(str(name) for name in at["component"].to_numpy())
     amplitude = at["modal_coordinate"].transpose("component", "mode").to_numpy()
@@ -210,7 +244,15 @@ def find_peak(
     tuple of float and PeriodicMotion, or None
         Frequency [Hz] and motion of the peak; None where there is none within a tenth of the
         frequency that the balance leads to.
+
+    Raises
+    ------
+    ValueError
+        If an argument is none of this kind.
     """
+    checks.instance("joint", joint, Joint)
+    checks.instance("start", start, PeriodicMotion)
+    frequency = checks.number("frequency", frequency, above=0)
     law = SampledInTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
     equations, observe = LinearModes(balance), Observed(balance)
@@ -273,7 +315,17 @@ def tabulate_peaks(
         peak_frequency_Hz, peak_mm_per_N`` (NaN where no peak was found), and
         ``peak_frequency_error_percent, peak_amplitude_error_percent`` against the most harmonics
         with which it was.
+
+    Raises
+    ------
+    ValueError
+        If a force is not among the levels of the response.
     """
+    checks.instance("joint", joint, Joint)
+    checks.instance("response", response, xr.Dataset)
+    forces = checks.numbers("forces", forces)
+    if not np.isin(forces, response["force_level"]).all():
+        raise ValueError(f"forces are {forces}: they must be among the levels of the response")
     loss_factor = response.attrs["loss_factor"]
     solved = max(parse_component(str(name))[1] for name in response["component"].to_numpy())
     if isinstance(joint.law, SampledInTime):

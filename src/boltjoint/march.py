@@ -12,6 +12,8 @@ import xarray as xr
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint import checks
+
 #: elements that are marched side by side: many for the processor's vectors, few for its cache
 _LANES = 128
 
@@ -40,7 +42,15 @@ def forces_in_time(
     -------
     ndarray
         Sine and cosine coefficients of the force [N], shape (points, 2).
+
+    Raises
+    ------
+    ValueError
+        As for ``contact_forces_in_time``.
     """
+    motion = checks.array("motion", motion, ("points", 2))
+    slip_force = checks.array("slip_force", slip_force, ("elements",), above=0)
+    stiffness = checks.array("stiffness", stiffness, slip_force.shape, above=0)
     both = np.zeros((len(motion), 6))
     both[:, 1:3] = motion
     elements = point_of_element, stiffness, *_constant_load(slip_force)
@@ -84,20 +94,27 @@ def contact_forces_in_time(
     ndarray
         Those of the friction force, then of what the normal load is more than in the assembled
         state [N], shape (points, 6).
+
+    Raises
+    ------
+    ValueError
+        If the elements differ in length, act on points that do not move, or are not finite; if a
+        stiffness or friction coefficient is not positive; or if there are fewer than three samples.
     """
+    motion = checks.array("motion", motion, ("points", 6))
+    samples = checks.whole("samples", samples, at_least=3)
+    on = checks.indices("point_of_element", point_of_element, ("elements",), count=len(motion))
+    k_u = checks.array("tangential_stiffness", tangential_stiffness, on.shape, above=0)
+    k_v = normal_stiffness
+    if k_v is not None:
+        k_v = checks.array("normal_stiffness", k_v, on.shape, above=0)
+    load = {"above": 0} if k_v is None else {}
+    normal_load = checks.array("normal_load", normal_load, on.shape, **load)
+    mu = checks.array("friction_coefficient", friction_coefficient, on.shape, above=0)
     phase = 2 * np.pi * np.arange(1, samples + 1) / samples
     table = np.column_stack([np.sin(phase), np.cos(phase)])
     force = np.zeros_like(motion)
-    _march(
-        point_of_element,
-        tangential_stiffness,
-        normal_stiffness,
-        normal_load,
-        friction_coefficient,
-        motion,
-        table,
-        force,
-    )
+    _march(on, k_u, k_v, normal_load, mu, motion, table, force)
     return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
 
 
@@ -217,8 +234,14 @@ def residuals_in_time(
     Raises
     ------
     ValueError
-        If the solutions have more harmonics than the first, with which the march moves the points.
+        If the solutions have more harmonics than the first, with which the march moves the points,
+        or samples and tolerance are out of range.
     """
+    checks.instance("joint", joint, xr.Dataset)
+    checks.instance("response", response, xr.Dataset)
+    samples = checks.whole("samples", samples, at_least=3)
+    tolerance = checks.number("tolerance", tolerance, above=0)
+    most_samples = checks.whole("most_samples", most_samples, at_least=3)
     components = ["bias", "sin", "cos"]
     further = [name for name in response["component"].to_numpy() if name not in components]
     if further:
@@ -298,7 +321,13 @@ def check_solutions(
     -------
     DataFrame
         Columns ``force_N, solutions, residual_in_time`` and ``frequency_Hz``, where it is largest.
+
+    Raises
+    ------
+    ValueError
+        As for ``residuals_in_time``.
     """
+    checks.instance("response", response, xr.Dataset)
     converged = response.isel(solution=response["converged"].to_numpy() == 1)
     found = pd.DataFrame(
         {

@@ -70,7 +70,7 @@ def parse_joint(name: str) -> JointName:
     >>> tuple(parse_joint("regions=6/elements=7")), tuple(parse_joint("clusters=auto/table"))
     (('regions', 6, 'elements', 7), ('clusters', 'auto', 'table', None))
     """
-    division, count, reduction, elements, table = _matched(JOINT, name)
+    division, count, reduction, elements, table = _matched("joint", JOINT, name)
     return JointName(
         division,
         int(count) if count and count.isdigit() else count,
@@ -81,7 +81,7 @@ def parse_joint(name: str) -> JointName:
 
 def parse_modes(name: str) -> int:
     """The number of modes that the name of a basis stands for: 4 for ``free-4``."""
-    (number,) = _matched(MODES, name)
+    (number,) = _matched("modes", MODES, name)
     return int(number)
 
 
@@ -109,7 +109,7 @@ def parse_coordinates(name: str) -> Coordinates:
     >>> parse_coordinates("linear")
     Coordinates(kind='linear', count=None)
     """
-    is_complex, count = _matched(COORDINATES, name)
+    is_complex, count = _matched("coordinates", COORDINATES, name)
     if count is None:
         return Coordinates("backbone" if name == "backbone" else "linear")
     return Coordinates("complex" if is_complex else "real", int(count))
@@ -159,8 +159,8 @@ def _counted(number: int, what: str) -> str:
     return f"{number} {what}{'s' if number > 1 else ''}"
 
 
-def _matched(pattern: str, name: str) -> tuple[str | None, ...]:
-    match = re.fullmatch(pattern, name)
+def _matched(what: str, pattern: str, name: str) -> tuple[str | None, ...]:
+    match = re.fullmatch(pattern, name) if isinstance(name, str) else None
     if match is None:
-        raise ValueError(f"{name!r} {PATTERNS[pattern]}")
+        raise ValueError(f"{what} {name!r} {PATTERNS[pattern]}")
     return match.groups()

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import eigh, eigvalsh
 from scipy.spatial import KDTree
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint import Joint, merge_points
 
@@ -65,8 +66,10 @@ def regions_of_equal_load(
     Raises
     ------
     ValueError
-        If there are fewer places than regions.
+        If there are fewer places than regions, or no pair carries load.
     """
+    position, load = _profile(position, "load", load)
+    count = checks.whole("count", count)
     x, from_middle = _ranks(position[:, 0]), _ranks(np.abs(position[:, 1]))
     _, place = np.unique(np.column_stack([x, from_middle]), axis=0, return_inverse=True)
     at_place = np.bincount(place, load)
@@ -111,6 +114,8 @@ def regions_of_equal_middle_load(
     ValueError
         If a region would hold no pair, or no pair along the middle carries load.
     """
+    position, pressure = _profile(position, "pressure", pressure)
+    count = checks.whole("count", count, at_least=1)
     from_middle = np.abs(position[:, 1])
     middle = np.flatnonzero(from_middle <= from_middle.min() + _SAME_PLACE)
     middle = middle[np.argsort(position[middle, 0], kind="stable")]
@@ -144,9 +149,10 @@ def inner_and_outer_regions(
     Raises
     ------
     ValueError
-        If the number is odd, or there are fewer places than regions.
+        If the number is odd, there are fewer places than regions, or no pair carries load.
     """
-    if count % 2:
+    position, load = _profile(position, "load", load)
+    if checks.whole("count", count) % 2:
         raise ValueError(f"{count} regions are not an inner and an outer one in every band")
     region = 2 * regions_of_equal_load(position, load, count // 2)
     from_middle = _ranks(np.abs(position[:, 1]))
@@ -186,6 +192,7 @@ def regions_of_like_motion(joint: Joint, count: int, *, resonances: int = 1) -> 
     ValueError
         If there are fewer pairs than regions, or fewer modes than resonances.
     """
+    checks.instance("joint", joint, Joint)
     return _LikeMotion(joint, _slip_states(joint, resonances)).regions(count)
 
 
@@ -228,13 +235,15 @@ def partition_regions(
     Raises
     ------
     ValueError
-        If there are not enough pairs for so many regions, or neither a number nor a tolerance.
+        If there are not enough pairs for so many regions, or neither a number nor a tolerance; or
+        if division or motion are not known.
     """
+    partition = _Partition(joint, preload, division, motion, resonances)
     if count is None:
         if tolerance is None:
             raise ValueError("regions need a number, or a tolerance that chooses it")
         count = choose_count(joint, preload, tolerance, division, motion, resonances=resonances)
-    return _Partition(joint, preload, division, motion, resonances).joint(count)
+    return partition.joint(count)
 
 
 def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
@@ -264,6 +273,8 @@ def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
     ValueError
         If the two differ in their number of elements, or there are fewer modes than resonances.
     """
+    for name, each in (("joint", joint), ("regions", regions)):
+        checks.instance(name, each, Joint)
     if regions.law.point_of_element.size != joint.law.point_of_element.size:
         raise ValueError("regions must have the elements of the joint they are compared with")
     return _largest_error(_slip_states(joint, resonances), joint, regions)
@@ -291,6 +302,11 @@ def tabulate_region_errors(
     -------
     Dataset
         ``count(partition)`` and ``region_error(partition)``.
+
+    Raises
+    ------
+    ValueError
+        As for ``partition_regions``.
     """
     partition = _Partition(joint, preload, division, motion, resonances)
     return xr.Dataset(
@@ -333,8 +349,8 @@ def choose_count(
     ValueError
         If the tolerance is not positive, or no number of regions up to ``most`` meets it.
     """
-    if not tolerance > 0:
-        raise ValueError(f"the tolerance is {tolerance}: it must be positive")
+    tolerance = checks.number("tolerance", tolerance, above=0)
+    most = checks.whole("most", most, at_least=1)
     partition = _Partition(joint, preload, division, motion, resonances)
     best, at = np.inf, 0
     for count in range(1, min(most, joint.points) + 1):
@@ -383,7 +399,7 @@ class _LikeMotion:
 
     def regions(self, count: int) -> NDArray[np.int64]:
         points = len(self._motion)
-        if not 1 <= count <= points:
+        if not 1 <= checks.whole("count", count) <= points:
             raise ValueError(f"{points} pairs do not divide into {count} regions")
         # the first merges of the tree, by their order: equal heights would merge too many at once
         merges = np.arange(points - 1, dtype=float)
@@ -409,6 +425,10 @@ class _Partition:
         motion: Motion,
         resonances: int,
     ) -> None:
+        checks.instance("joint", joint, Joint)
+        checks.choice("division", division, get_args(Division))
+        checks.choice("motion", motion, get_args(Motion))
+        _check_resonances(joint, resonances)
         self._joint, self._preload = joint, preload
         self._division, self._motion, self._resonances = division, motion, resonances
 
@@ -426,9 +446,14 @@ class _Partition:
             return _on_lines(joint, region)
         if self._motion == "mean":
             return merge_points(joint, region)
-        load = np.bincount(joint.law.point_of_element, joint.law.slip_force, joint.points)
+        load = self._load
         unloaded = np.bincount(region, load)[region] == 0
         return merge_points(joint, region, np.where(unloaded, 1.0, load))
+
+    @property
+    def _load(self) -> NDArray[np.float64]:
+        law = self._joint.law
+        return np.bincount(law.point_of_element, law.slip_force, self._joint.points)
 
     def error(self, count: int) -> float:
         return _largest_error(self._states, self._joint, self.joint(count))
@@ -438,10 +463,11 @@ class _Partition:
         if self._division == "clusters":
             return self._like_motion.regions(count)
         if self._division in _BY_LOAD:
-            return _BY_LOAD[self._division](joint.position[:, :2], joint.law.slip_force, count)
+            return _BY_LOAD[self._division](joint.position[:, :2], self._load, count)
         # of all pairs, since between those that a joint has elements on the surface may be open
-        surface = self._preload["position"].transpose("pair", "axis").to_numpy()
-        pressure = (self._preload["normal_load"] / self._preload["area"]).to_numpy()
+        surface = checks.variable("preload", self._preload, "position", ("pair", "axis"))
+        load = checks.variable("preload", self._preload, "normal_load", ("pair",), at_least=0)
+        pressure = load / checks.variable("preload", self._preload, "area", ("pair",), above=0)
         region = regions_of_equal_middle_load(surface[:, :2], pressure, count)
         region = region[KDTree(surface).query(joint.position)[1]]
         _refuse_empty(region, count)
@@ -465,10 +491,11 @@ def _on_lines(joint: Joint, region: NDArray[np.int64]) -> Joint:
 
 
 def _slip_states(joint: Joint, resonances: int) -> _SlipStates:
+    _check_resonances(joint, resonances)
     modes = joint.natural_frequency.size
-    if not 1 <= resonances <= modes:
-        raise ValueError(f"{resonances} resonances of {modes} modes")
     load = joint.law.slip_force
+    if not load.any():
+        raise ValueError("no element of the joint carries load: there is nothing to slip")
     order = np.argsort(load, kind="stable")
     let_go = np.cumsum(load[order]) / load.sum()
     # by a threshold, so that elements with the same load let go together
@@ -541,6 +568,21 @@ def _centres(values: NDArray[np.float64], region: NDArray[np.int64]) -> NDArray[
     """Mean of every column of values over each region, shape (regions, columns)."""
     size = np.bincount(region)
     return np.column_stack([np.bincount(region, column) / size for column in values.T])
+
+
+def _check_resonances(joint: Joint, resonances: int) -> None:
+    checks.whole("resonances", resonances, at_least=1, at_most=joint.natural_frequency.size)
+
+
+def _profile(
+    position: NDArray[np.float64], name: str, load: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Place and load of pairs, by which they are divided."""
+    position = checks.array("position", position, ("pairs", 2))
+    load = checks.array(name, load, position.shape[:1], at_least=0)
+    if not load.any():
+        raise ValueError(f"{name} is zero on every pair: no part of it can be equal to another")
+    return position, load
 
 
 def _refuse_empty(region: NDArray[np.int64], count: int) -> None:

@@ -3,17 +3,27 @@
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.backbone import BEGINS_ABOVE, Backbone, ModeAtAmplitude, rebuild
 from boltjoint.balance import HarmonicBalance
 from boltjoint.branch import Branch, BranchError, Observed, estimate_error, to_dataset
-from boltjoint.coordinates import Jacobian, LinearModes, Loading, MovingModes, Renewal, pose
+from boltjoint.coordinates import (
+    Jacobian,
+    LinearModes,
+    Loading,
+    MovingModes,
+    Renewal,
+    check_options,
+    pose,
+)
 from boltjoint.joint import Joint
+from boltjoint.names import parse_coordinates
 from boltjoint.solvers import arc_length, lagged_basis
 from boltjoint.solvers.equations import Path, StepControl
 from boltjoint.solvers.lagged_basis import LaggedEquations
@@ -66,13 +76,17 @@ def frequency_window(
     Raises
     ------
     ValueError
-        If the structure has fewer modes, or the resonance lies outside the window given, however
-        much of the contact slips.
+        If there is no joint, the structure has fewer modes, or the resonance lies outside the
+        window given, however much of the contact slips.
     """
+    if not joints:
+        raise ValueError("joints is empty: a window is that of at least one joint")
+    if given is not None:
+        given = checks.interval("given", given)
     lowest, highest = np.inf, 0.0
     for joint in joints:
-        if not 1 <= resonance <= joint.natural_frequency.size:
-            raise ValueError(f"resonance {resonance} of {joint.natural_frequency.size} modes")
+        checks.instance("joint", joint, Joint)
+        resonance = joint.check_resonance(resonance)
         stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
         frequency = np.sqrt(np.linalg.eigvalsh(stuck)[resonance - 1]) / (2 * np.pi)
         highest = max(highest, float(frequency))
@@ -136,10 +150,24 @@ def solve_branch(
     Raises
     ------
     ValueError
-        If a start is given for ``backbone``.
+        If a start is given for ``backbone``; if force, loss factor, window or start are out of
+        range, the structure has fewer modes, or an option is not known; or if the force does not
+        excite the resonance, or the observed point does not move.
     """
-    control = control or StepControl()
-    window = window or frequency_window(joint, resonance=resonance)
+    checks.instance("joint", joint, Joint)
+    force = checks.number("force", force, above=0)
+    loss_factor = checks.number("loss_factor", loss_factor, at_least=0)
+    parse_coordinates(coordinates)
+    check_options(jacobian, renewal, static_share)
+    control = StepControl() if control is None else control
+    checks.instance("control", control, StepControl)
+    joint.check_excitation(resonance)
+    if window is None:
+        window = frequency_window(joint, resonance=resonance)
+    window = checks.interval("window", window)
+    if start is not None:
+        size = len(joint.law.components) * joint.natural_frequency.size
+        start = checks.array("start", start, (size,))
     if coordinates == "backbone":
         if start is not None:
             raise ValueError("a response rebuilt from the backbone has no start")
@@ -192,8 +220,18 @@ def solve_response(
     Dataset
         ``response.nc``: all solutions one after another, and by force level the peak (NaN where
         the branch shows none), whether the branch is complete, and the contact states at the peak.
+
+    Raises
+    ------
+    ValueError
+        As for ``solve_branch``.
     """
-    window = window or frequency_window(joint, resonance=resonance)
+    forces = checks.numbers("forces", forces)
+    largest_error = checks.number("largest_error", largest_error, above=0)
+    checks.choice("fallback", fallback, get_args(Fallback))
+    if window is None:
+        window = frequency_window(joint, resonance=resonance)
+    window = checks.interval("window", window)
     linear = {"loss_factor": loss_factor, "window": window, "resonance": resonance}
     linear |= {"jacobian": jacobian, "control": control}
     branches, errors = [], []

@@ -4,10 +4,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from typing import get_args
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.coordinates import Jacobian
 from boltjoint.joint import Joint
 from boltjoint.response import solve_branch
@@ -43,7 +45,18 @@ def time_solver(
     -------
     DataFrame
         Columns ``force_N, repeat, wall_s, cpu_s, solutions, iterations, jacobian, complete``.
+
+    Raises
+    ------
+    ValueError
+        If there is no force, a number is out of range, a Jacobian is not known, or as for
+        ``response.solve_branch``.
     """
+    forces = checks.numbers("forces", forces)
+    checks.whole("repeats", repeats, at_least=1)
+    checks.number("enough_s", enough_s, at_least=0)
+    for jacobian in jacobians:
+        checks.choice("jacobians", jacobian, get_args(Jacobian))
     rows = []
     brief = replace(options.get("control") or StepControl(), most_solutions=2)
     spent = dict.fromkeys(product(jacobians, forces), 0.0)

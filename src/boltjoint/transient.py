@@ -20,7 +20,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import resample
 
+from boltjoint import checks
+from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.sampled import SampledInTime
+from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint import Joint
 from boltjoint.manyharmonics import largest_response, solve_periodic
 
@@ -116,8 +119,23 @@ def steady_state(
     Raises
     ------
     ValueError
-        If the steps are too long for the highest mode: the march would be unstable.
+        If the steps are too long for the highest mode: the march would be unstable; if the friction
+        of the joint is sampled, or the start does not fit it; or if a number is out of range.
     """
+    checks.instance("joint", joint, Joint)
+    checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
+    frequency = checks.number("frequency", frequency, above=0)
+    force = checks.number("force", force, above=0)
+    loss_factor = checks.number("loss_factor", loss_factor, at_least=0)
+    ramp = checks.whole("ramp", ramp, at_least=0)
+    steps = checks.whole("steps", steps, at_least=3)
+    harmonics = checks.whole("harmonics", harmonics, at_least=1, at_most=steps)
+    tolerance = checks.number("tolerance", tolerance, above=0)
+    begun = ramp if start is None else 0
+    most_periods = checks.whole("most_periods", most_periods, at_least=begun + 1)
+    if start is not None:
+        start = checks.array("start", start, ("samples", joint.natural_frequency.size))
+        checks.whole("length of start", len(start), at_least=1)
     march = _March.of(joint, frequency, force, loss_factor, steps)
     if start is None:
         for i in range(ramp):
@@ -136,7 +154,7 @@ def steady_state(
         harmonics=found,
         motion=fine.history.copy(),
         steps=fine.steps,
-        periods=march.periods + fine.periods + (ramp if start is None else 0),
+        periods=march.periods + fine.periods + begun,
         change=change,
         step_error=float(abs(found[1] - extrapolated) / abs(extrapolated)),
         settled=max(coarse_change, change) <= tolerance,
@@ -181,12 +199,26 @@ def tabulate_truth(
         ``from_rest_percent``, that of the march from rest; ``step_error_percent``,
         ``steps_per_period``, ``periods`` and ``change_per_period`` of the march, and whether both
         marches are ``settled``.
+
+    Raises
+    ------
+    ValueError
+        If a force is not among the levels of the response, or as for ``steady_state``.
     """
+    checks.instance("joint", joint, Joint)
+    checks.instance("response", response, xr.Dataset)
+    levels = response["force_level"].to_numpy()
+    forces = levels if forces is None else checks.numbers("forces", forces)
+    if not np.isin(forces, levels).all():
+        raise ValueError(f"forces are {forces}: they must be among the levels of the response")
+    harmonics = [checks.whole("harmonics", each, at_least=1) for each in harmonics]
+    samples = checks.whole("samples", samples, at_least=2 * max(harmonics) + 1)
+    steps = checks.whole("steps", steps, at_least=3)
     if isinstance(joint.law, SampledInTime):
         joint = replace(joint, law=joint.law.elements)
     loss_factor = response.attrs["loss_factor"]
     rows = []
-    for force in response["force_level"].to_numpy() if forces is None else forces:
+    for force in forces:
         if not np.any(response["excitation_force"] == force):
             continue
         frequency, motion = largest_response(response, force)

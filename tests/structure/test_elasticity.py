@@ -157,13 +157,32 @@ def test_refuses_elements_turned_inside_out():
         assemble(coordinate, connectivity, **STEEL)
 
 
+def test_a_corner_that_is_folded_over_is_seen_where_no_gauss_point_tells():
+    coordinate, connectivity = brick_bar(1.0, 1.0, 1.0, (1, 1, 1))
+    node = connectivity[0, 6]
+    # a corner on the plane through its three neighbours is flat, beyond it is folded over
+    towards_middle = coordinate.mean(axis=0) - coordinate[node]
+    flat = 2 / 3 * towards_middle
+    for share, jacobian in ((0.9, 1.0), (1.1, -1.0)):
+        moved = coordinate.copy()
+        moved[node] += share * flat
+        assert np.sign(smallest_jacobian(moved, connectivity)) == jacobian
+    with pytest.raises(ValueError, match="1 elements are turned inside out"):
+        assemble(moved, connectivity, **STEEL)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"coordinate": np.zeros((8, 2))}, r"not \(nodes, 3\)"),
-        ({"connectivity": np.zeros((1, 20), int)}, r"not \(elements, 8\)"),
-        ({"poissons_ratio": 0.5}, "no elastic solid"),
-        ({"density": -1.0}, "no elastic solid"),
+        ({"coordinate": np.zeros((8, 2))}, r"coordinate .* expected \(nodes, 3\)"),
+        ({"coordinate": np.full((8, 3), np.nan)}, "coordinate must be finite"),
+        ({"connectivity": np.zeros((1, 20), int)}, r"connectivity .* expected \(elements, 8\)"),
+        ({"connectivity": np.arange(8.0)[None]}, "connectivity must be an array of whole numbers"),
+        ({"connectivity": np.arange(1, 9)[None]}, "connectivity must be at least 0 and below 8"),
+        ({"connectivity": np.zeros((0, 8), int)}, "connectivity is empty"),
+        ({"poissons_ratio": 0.5}, r"poissons_ratio is 0\.5: it must be above -1 and below 0\.5"),
+        ({"youngs_modulus": np.inf}, "youngs_modulus is inf: it must be a finite number"),
+        ({"density": -1.0}, r"density is -1\.0: it must be positive"),
     ],
 )
 def test_refuses_wrong_input(change, message):

@@ -112,6 +112,24 @@ def test_symmetry_is_seen_on_the_middle_plane():
         symmetric_share(coordinate[y != 0], np.ones(8), shape[y != 0])
 
 
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [
+        ("excitation", "this force does not excite the modes asked for: excitation_node"),
+        ("response", "the observed point does not move in the modes asked for: response_node"),
+    ],
+)
+@pytest.mark.parametrize("family", ["free-2", "free-13"])
+def test_refuses_points_that_the_modes_leave_at_rest(assembly, point, message, family):
+    across, held = assembly.copy(deep=True), assembly.copy(deep=True)
+    # across the width of a symmetric assembly, and in its clamp
+    across[f"{point}_node"].attrs["direction"] = "y"
+    held[f"{point}_node"][...] = held["clamped_node"][0]
+    for each in (across, held):
+        with pytest.raises(ValueError, match=f"{message} of the assembly moves in none of"):
+            find_modes(each, family)
+
+
 @pytest.mark.parametrize("family", ["free", "free-0", "free-04", "Free-4", "stuck-4", "free-4 "])
 def test_refuses_unknown_families(assembly, family):
     with pytest.raises(ValueError, match="allowed: free-N"):

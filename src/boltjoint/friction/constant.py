@@ -14,11 +14,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint import checks
+from boltjoint.friction.law import FrictionLaw, check_elements
 from boltjoint.friction.states import STICK, STICK_SLIP
 
 
 @dataclass(frozen=True)
-class ConstantLoad:
+class ConstantLoad(FrictionLaw):
     """Friction elements under constant normal load, any number of them on each contact point.
 
     Parameters
@@ -33,7 +35,8 @@ class ConstantLoad:
     Raises
     ------
     ValueError
-        If the three differ in length, or a stiffness or slip force is not positive.
+        If the three differ in length, a point is no index, or a stiffness or slip force is not
+        positive and finite.
     """
 
     point_of_element: NDArray[np.int64]
@@ -53,48 +56,18 @@ class ConstantLoad:
 
     def __post_init__(self) -> None:
         """Refuse what is no friction element."""
-        count = self.point_of_element.shape
-        for name in self.quantities:
-            values = getattr(self, name)
-            if values.shape != count:
-                raise ValueError(f"{name} has shape {values.shape}, point_of_element {count}")
-            if not np.all(values > 0):
-                raise ValueError(f"{name} must be positive on every element")
+        check_elements(self)
 
-    def force(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
-        """First-harmonic force of all elements on each point.
-
-        Parameters
-        ----------
-        motion
-            Sine and cosine coefficients of u [m], shape (points, 2).
-
-        Returns
-        -------
-        ndarray
-            Sine and cosine coefficients of the force [N], shape (points, 2).
-        """
+    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+        """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
         _add_forces(*self._arrays(), motion, force, np.zeros((0, 2, 2)))
         return force
 
-    def force_and_tangent(
+    def evaluate_with_tangent(
         self, motion: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """First-harmonic force on each point and its derivative by the motion of that point.
-
-        Parameters
-        ----------
-        motion
-            Sine and cosine coefficients of u [m], shape (points, 2).
-
-        Returns
-        -------
-        force : ndarray
-            Shape (points, 2) [N].
-        tangent : ndarray
-            ``tangent[p, i, j]`` is d force_i / d motion_j [N/m], shape (points, 2, 2).
-        """
+        """First-harmonic force on each point and its derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))
         _add_forces(*self._arrays(), motion, force, tangent)
@@ -102,11 +75,11 @@ class ConstantLoad:
 
     def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
         """Stiffness of the points while nothing slips [N/m], shape (points, directions)."""
+        points = checks.whole("points", points, at_least=self._points)
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
         return total[:, None]
 
-    def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
-        """State of every element over the period (``boltjoint.friction.states``)."""
+    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
         amplitude = np.hypot(motion[:, 0], motion[:, 1])[self.point_of_element]
         slips = self.tangential_stiffness * amplitude > self.slip_force
         return np.where(slips, STICK_SLIP, STICK).astype(np.int8)

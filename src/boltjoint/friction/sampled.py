@@ -12,13 +12,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.law import FrictionLaw
 from boltjoint.friction.states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.variable import VariableLoad
 
 
 @dataclass(frozen=True)
-class SampledInTime:
+class SampledInTime(FrictionLaw):
     """Friction elements of either law, by their march in time instead of their exact harmonics.
 
     Parameters
@@ -33,7 +35,8 @@ class SampledInTime:
     Raises
     ------
     ValueError
-        If there is no harmonic, or there are too few samples to tell the harmonics apart.
+        If the elements are of neither law, there is no harmonic, or there are too few samples to
+        tell the harmonics apart.
     """
 
     elements: ConstantLoad | VariableLoad
@@ -42,13 +45,9 @@ class SampledInTime:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be sampled."""
-        if self.harmonics < 1:
-            raise ValueError(f"harmonics is {self.harmonics}: there must be at least one")
-        if self.samples <= 2 * self.harmonics:
-            raise ValueError(
-                f"{self.samples} samples cannot tell {self.harmonics} harmonics apart: "
-                f"at least {2 * self.harmonics + 1} are needed"
-            )
+        checks.instance("elements", self.elements, ConstantLoad, VariableLoad)
+        checks.whole("harmonics", self.harmonics, at_least=1)
+        checks.whole("samples", self.samples, at_least=2 * self.harmonics + 1)
 
     @property
     def name(self) -> str:
@@ -90,40 +89,14 @@ class SampledInTime:
         """Stiffness of the points while nothing slips [N/m], shape (points, directions)."""
         return self.elements.stuck_stiffness(points)
 
-    def force(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Harmonic forces of all elements on each point.
-
-        Parameters
-        ----------
-        motion
-            Coefficients of the displacements [m] in the order of ``components``, one direction
-            after another, shape (points, directions * components).
-
-        Returns
-        -------
-        ndarray
-            Those of the forces [N]; of the normal load that by which it exceeds the load of the
-            assembled state. Shape (points, directions * components).
-        """
+    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Harmonic forces of all elements on each point, as ``force``."""
         return self._force(motion, np.zeros((0, 0, 0)))
 
-    def force_and_tangent(
+    def evaluate_with_tangent(
         self, motion: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Harmonic forces on each point and their derivative by the motion of that point.
-
-        Parameters
-        ----------
-        motion
-            As for ``force``.
-
-        Returns
-        -------
-        force : ndarray
-            Shape (points, directions * components) [N].
-        tangent : ndarray
-            ``tangent[p, i, j]`` is d force_i / d motion_j [N/m].
-        """
+        """Harmonic forces on each point and their derivative, as ``force_and_tangent``."""
         tangent = np.zeros((*motion.shape, motion.shape[1]))
         return self._force(motion, tangent), tangent
 
@@ -132,7 +105,8 @@ class SampledInTime:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Harmonic forces in modal coordinates and their derivative, for any number of harmonics.
 
-        What ``force_and_tangent`` gives, taken to modes. Tangents of points are as large as the
+        What ``force_and_tangent`` gives, taken to modes; like it in iterations, of amplitudes that
+        need not be finite. Tangents of points are as large as the
         square of the components; with few modes and many harmonics it is cheaper to add up the
         elements at every sample, and to take the sums to harmonics.
 
@@ -149,7 +123,20 @@ class SampledInTime:
             Shape (components, modes) [kg^-1/2 N].
         tangent : ndarray
             d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes) [s^-2].
+
+        Raises
+        ------
+        ValueError
+            If shapes do not fit each other, the elements and the components.
         """
+        amplitude = checks.array(
+            "amplitude", amplitude, (len(self.components), "modes"), finite=False
+        )
+        if len(rows) != len(self.directions):
+            raise ValueError(f"rows has {len(rows)} directions, expected {len(self.directions)}")
+        rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
+        if min(map(len, rows)) < self._points:
+            raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
         on, k_u, k_v, normal_load, mu = self._arrays()
         R = np.ascontiguousarray(rows[0][on])
         N = np.ascontiguousarray(rows[1][on]) if len(rows) == 2 else np.zeros_like(R)
@@ -173,8 +160,7 @@ class SampledInTime:
                 tangent[r, s] += contribution * by_time[:, r, s] @ self._synthesis.T
         return contribution @ total.T, tangent.transpose(2, 0, 3, 1)
 
-    def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
-        """State of every element over the samples (``boltjoint.friction.states``)."""
+    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
         on, k_u, k_v, normal_load, mu = self._arrays()
         in_time = self._in_time(motion)[on]
         x = k_u[:, None] * in_time[:, 0]

@@ -40,13 +40,13 @@ class TabulatedLoad(ConstantLoad):
 
     name: ClassVar[str] = "tabulated"
 
-    def force(self, motion: Array) -> Array:
-        """First-harmonic force of all elements on each point, as ``ConstantLoad.force``."""
+    def evaluate(self, motion: Array) -> Array:
+        """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
         _add_forces(*self.table, motion, force, np.zeros((0, 2, 2)))
         return force
 
-    def force_and_tangent(self, motion: Array) -> tuple[Array, Array]:
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Force and the exact derivative of the tabulated force by the motion of the point."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))

@@ -13,13 +13,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint import checks
+from boltjoint.friction.law import FrictionLaw, check_elements
 from boltjoint.friction.states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class VariableLoad:
+class VariableLoad(FrictionLaw):
     """Friction elements under variable normal load, any number of them on each contact point.
 
     With tangential displacement u and normal displacement v, positive when closing, the normal load
@@ -47,7 +49,8 @@ class VariableLoad:
     Raises
     ------
     ValueError
-        If they differ in length, a stiffness or mu is not positive, or a load is not finite.
+        If they differ in length, a point is no index, a stiffness or mu is not positive and finite,
+        or a load is not finite.
     """
 
     point_of_element: NDArray[np.int64]
@@ -71,57 +74,26 @@ class VariableLoad:
 
     def __post_init__(self) -> None:
         """Refuse what is no friction element."""
-        count = self.point_of_element.shape
-        for name in self.quantities:
-            values = getattr(self, name)
-            if values.shape != count:
-                raise ValueError(f"{name} has shape {values.shape}, point_of_element {count}")
-            if name != "normal_load" and not np.all(values > 0):
-                raise ValueError(f"{name} must be positive on every element")
-        if not np.all(np.isfinite(self.normal_load)):
-            raise ValueError("normal_load must be finite on every element")
+        check_elements(self, signed=("normal_load",))
 
     @property
     def slip_force(self) -> NDArray[np.float64]:
         """Mu n0 of each element in the assembled state [N], 0 where it is open."""
         return self.friction_coefficient * np.maximum(self.normal_load, 0.0)
 
-    def force(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
-        """First-harmonic forces of all elements on each point.
+    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+        """First-harmonic forces of all elements on each point, as ``force``.
 
-        Parameters
-        ----------
-        motion
-            Bias, sine and cosine coefficients of u, then those of v [m], shape (points, 6).
-
-        Returns
-        -------
-        ndarray
-            Those of the friction force, then those by which the normal load exceeds that of the
-            assembled state, ``max(n0, 0)``, with which the structure is in equilibrium
-            [N], shape (points, 6).
+        Of the normal load that by which it exceeds ``max(n0, 0)``.
         """
         force = np.zeros_like(motion)
         _add_forces(*self._arrays(), motion, force, np.zeros((0, 6, 6)))
         return force
 
-    def force_and_tangent(
+    def evaluate_with_tangent(
         self, motion: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """First-harmonic forces on each point and their derivative by the motion of that point.
-
-        Parameters
-        ----------
-        motion
-            As for ``force``.
-
-        Returns
-        -------
-        force : ndarray
-            Shape (points, 6) [N].
-        tangent : ndarray
-            ``tangent[p, i, j]`` is d force_i / d motion_j [N/m], shape (points, 6, 6).
-        """
+        """First-harmonic forces on each point and their derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 6))
         _add_forces(*self._arrays(), motion, force, tangent)
@@ -132,6 +104,7 @@ class VariableLoad:
 
         Shape (points, directions).
         """
+        points = checks.whole("points", points, at_least=self._points)
         closed = self.normal_load > 0
         return np.column_stack(
             [
@@ -140,12 +113,7 @@ class VariableLoad:
             ]
         )
 
-    def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
-        """State of every element over the period (``boltjoint.friction.states``).
-
-        An element that touches and lets go within the period counts as one with separation, whether
-        or not it slips while it touches.
-        """
+    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
         state = np.empty(self.point_of_element.size, dtype=np.int8)
         _find_states(*self._arrays(), motion, state)
         return state
@@ -160,9 +128,12 @@ class VariableLoad:
 
         On every point, k_v stands to k_u and n0 to mu n0 as they do for its closed elements now.
         """
+        new = checks.indices(
+            "point_of_element", point_of_element, ("elements",), count=self._points
+        )
         closed = self.normal_load > 0
         sums = [
-            np.bincount(self.point_of_element, values * closed)[point_of_element]
+            np.bincount(self.point_of_element, values * closed)[new]
             for values in (
                 self.tangential_stiffness,
                 self.normal_stiffness,

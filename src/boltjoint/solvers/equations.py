@@ -10,6 +10,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
+
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
@@ -66,7 +68,8 @@ class StepControl:
     Raises
     ------
     ValueError
-        If one of them is not positive, or the smallest step is not below the first one.
+        If one of them is not positive and finite, iterations or solutions are not whole numbers, or
+        the smallest step is not below the first one.
     """
 
     tolerance: float = 1e-9
@@ -80,8 +83,10 @@ class StepControl:
     def __post_init__(self) -> None:
         """Refuse options with which no branch can be followed."""
         for name, value in vars(self).items():
-            if not value > 0:
-                raise ValueError(f"{name} is {value}: it must be positive")
+            if name in ("target_iterations", "most_iterations", "most_solutions"):
+                checks.whole(name, value, above=0)
+            else:
+                checks.number(name, value, above=0)
         begin = min(self.first_step, self.largest_step)
         if self.smallest_step >= begin:
             raise ValueError(

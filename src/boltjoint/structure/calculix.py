@@ -19,6 +19,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import assemble_assembly
 from boltjoint.structure.mesh import HEXAHEDRON_FACES
@@ -49,7 +50,13 @@ def write_modes_deck(assembly: xr.Dataset, number: int, path: str | Path) -> Non
         Modes to find, of whatever family.
     path
         The file to write, ending in ``.inp``; its folder is made.
+
+    Raises
+    ------
+    ValueError
+        If the number is not a positive whole one.
     """
+    number = checks.whole("number", number, at_least=1)
     step = ["*STEP", "*FREQUENCY", f"{number}", "*NODE PRINT, NSET=ALL", "U", "*END STEP"]
     _write(path, [*_structure(assembly), *step])
 
@@ -65,7 +72,13 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         Tension of each bolt [N].
     path
         The file to write, ending in ``.inp``; its folder is made.
+
+    Raises
+    ------
+    ValueError
+        If the preload is not positive.
     """
+    preload = checks.number("preload", preload, above=0)
     side_a, side_b = assembly["pair_node"].to_numpy().T
     penalty = assembly["contact_penalty"].item()
     rubbing = assembly["friction_coefficient"].item()

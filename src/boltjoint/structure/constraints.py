@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from boltjoint import checks
 from boltjoint.structure.elasticity import assemble
 
 _AXES = np.arange(3)
@@ -30,14 +31,20 @@ def free_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_a
     -------
     csc_array
         T, shape (3 * nodes, unknowns).
+
+    Raises
+    ------
+    ValueError
+        If the assembly has no clamp or sections, or a node of them does not exist.
     """
-    nodes = assembly.sizes["node"]
-    nut_side, head_side = assembly["section_node"].to_numpy().T
+    nodes = len(checks.variable("assembly", assembly, "coordinate", ("node", "axis")))
+    dims = ("section_pair", "section_side")
+    nut_side, head_side = _nodes(assembly, "section_node", dims).T
     leader = np.arange(nodes)
     leader[head_side] = nut_side
     is_free = np.ones(nodes, dtype=bool)
     is_free[head_side] = False
-    is_free[assembly["clamped_node"].to_numpy()] = False
+    is_free[_nodes(assembly, "clamped_node", ("clamped",))] = False
 
     column = np.cumsum(is_free) - 1
     moving = np.flatnonzero(is_free[leader])
@@ -65,8 +72,13 @@ def relative_displacements(assembly: xr.Dataset) -> sparse.csr_array:
     -------
     csr_array
         Shape (3 * pairs, 3 * nodes), pair by pair; positive along z is closing.
+
+    Raises
+    ------
+    ValueError
+        If the assembly has no pairs, or a node of them does not exist.
     """
-    side_a, side_b = (dofs(node) for node in assembly["pair_node"].to_numpy().T)
+    side_a, side_b = (dofs(node) for node in _nodes(assembly, "pair_node", ("pair", "side")).T)
     row = np.arange(side_a.size)
     return sparse.csr_array(
         (
@@ -83,12 +95,25 @@ def dofs(node: NDArray[np.integer]) -> NDArray[np.integer]:
 
 
 def assemble_assembly(assembly: xr.Dataset) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """Stiffness [N/m] and mass [kg] of all nodes of an assembly, none held, nothing in contact."""
+    """Stiffness [N/m] and mass [kg] of all nodes of an assembly, none held, nothing in contact.
+
+    Raises
+    ------
+    ValueError
+        If the assembly has no mesh or material, or as for ``elasticity.assemble``.
+    """
     return assemble(
-        assembly["coordinate"].to_numpy(),
-        assembly["connectivity"].to_numpy(),
-        *(assembly[name].item() for name in ("youngs_modulus", "poissons_ratio", "density")),
+        checks.variable("assembly", assembly, "coordinate", ("node", "axis")),
+        checks.index_variable("assembly", assembly, "connectivity", ("element", "corner")),
+        *(
+            checks.variable("assembly", assembly, name, ()).item()
+            for name in ("youngs_modulus", "poissons_ratio", "density")
+        ),
     )
+
+
+def _nodes(assembly: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np.int64]:
+    return checks.index_variable("assembly", assembly, name, dims, count=assembly.sizes["node"])
 
 
 def factorise(matrix: sparse.csc_array) -> SuperLU:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from boltjoint import checks
+
 Array = NDArray[np.float64]
 
 #: corners of the parent element in the order of VTK
@@ -60,26 +62,19 @@ def assemble(
     Raises
     ------
     ValueError
-        If shapes or material make no sense, or an element is turned inside out.
+        If shapes or material make no sense, a coordinate is not finite, a node does not exist, or
+        an element is turned inside out.
     """
-    coordinate, connectivity = np.asarray(coordinate, float), np.asarray(connectivity)
-    if coordinate.ndim != 2 or coordinate.shape[1] != 3:
-        raise ValueError(f"coordinate has shape {coordinate.shape}, not (nodes, 3)")
-    if connectivity.ndim != 2 or connectivity.shape[1] != 8:
-        raise ValueError(f"connectivity has shape {connectivity.shape}, not (elements, 8)")
-    if youngs_modulus <= 0 or not -1 < poissons_ratio < 0.5 or density <= 0:
-        raise ValueError(
-            f"no elastic solid has E = {youngs_modulus:g} Pa, nu = {poissons_ratio:g}, "
-            f"rho = {density:g} kg/m3"
-        )
+    coordinate, connectivity = _mesh(coordinate, connectivity)
+    density = checks.number("density", density, above=0)
+    D = elasticity_matrix(youngs_modulus, poissons_ratio)
     worst = smallest_jacobian(coordinate, connectivity)
     if worst.min() <= 0:
         raise ValueError(
-            f"{np.count_nonzero(worst <= 0)} elements are turned inside out, "
+            f"connectivity: {np.count_nonzero(worst <= 0)} elements are turned inside out, "
             f"the first one is {np.argmax(worst <= 0)}"
         )
 
-    D = elasticity_matrix(youngs_modulus, poissons_ratio)
     stiffness, mass = [], []
     for start in range(0, len(connectivity), _CHUNK):
         corners = coordinate[connectivity[start : start + _CHUNK]]
@@ -93,9 +88,14 @@ def elasticity_matrix(youngs_modulus: float, poissons_ratio: float) -> Array:
     """Hooke's law of an isotropic solid [Pa], shape (6, 6).
 
     Strains in the order xx, yy, zz, xy, yz, zx, shear as engineering strain.
+
+    Raises
+    ------
+    ValueError
+        If no elastic solid has such a modulus or ratio.
     """
-    nu = poissons_ratio
-    shear = youngs_modulus / (2 * (1 + nu))
+    nu = checks.number("poissons_ratio", poissons_ratio, above=-1, below=0.5)
+    shear = checks.number("youngs_modulus", youngs_modulus, above=0) / (2 * (1 + nu))
     D = np.zeros((6, 6))
     D[:3, :3] = 2 * shear * nu / (1 - 2 * nu)
     D[range(3), range(3)] += 2 * shear
@@ -125,7 +125,13 @@ def element_stiffness(corners: Array, D: Array) -> Array:
     -------
     ndarray
         Shape (elements, 24, 24) [N/m], unknowns corner by corner.
+
+    Raises
+    ------
+    ValueError
+        If an array is not of this shape, or not finite.
     """
+    corners, D = checks.array("corners", corners, ("elements", 8, 3)), checks.array("D", D, (6, 6))
     n = len(corners)
     central = _jacobian(corners, np.zeros(3))
     K_uu, K_au, K_aa = np.zeros((n, 24, 24)), np.zeros((n, 9, 24)), np.zeros((n, 9, 9))
@@ -158,7 +164,14 @@ def element_mass(corners: Array, density: float) -> Array:
     -------
     ndarray
         Shape (elements, 8, 8) [kg].
+
+    Raises
+    ------
+    ValueError
+        If the corners are not of this shape or not finite, or the density is not positive.
     """
+    corners = checks.array("corners", corners, ("elements", 8, 3))
+    density = checks.number("density", density, above=0)
     mass = np.zeros((len(corners), 8, 8))
     for point in _GAUSS:
         shape = _shape(point)
@@ -168,12 +181,34 @@ def element_mass(corners: Array, density: float) -> Array:
 
 
 def smallest_jacobian(coordinate: Array, connectivity: NDArray[np.integer]) -> Array:
-    """Smallest Jacobian determinant among the Gauss points of each element [m3].
+    """Smallest Jacobian determinant among corners and Gauss points of each element [m3].
 
-    Shape (elements,); zero or negative where an element is turned inside out.
+    Shape (elements,); zero or negative where an element is turned inside out. A corner may be
+    folded over where no Gauss point tells.
+
+    Parameters
+    ----------
+    coordinate, connectivity
+        As for ``assemble``.
+
+    Raises
+    ------
+    ValueError
+        If they are not of these shapes, a coordinate is not finite or a node does not exist.
     """
-    corners = np.asarray(coordinate)[connectivity]
-    return np.min([np.linalg.det(_jacobian(corners, point)) for point in _GAUSS], axis=0)
+    coordinate, connectivity = _mesh(coordinate, connectivity)
+    corners, points = coordinate[connectivity], np.concatenate([_CORNER, _GAUSS])
+    return np.min([np.linalg.det(_jacobian(corners, point)) for point in points], axis=0)
+
+
+def _mesh(coordinate: Array, connectivity: NDArray[np.integer]) -> tuple[Array, NDArray[np.int64]]:
+    """Nodes and hexahedra, at least one."""
+    coordinate = checks.array("coordinate", coordinate, ("nodes", 3))
+    shape = ("elements", 8)
+    connectivity = checks.indices("connectivity", connectivity, shape, count=len(coordinate))
+    if not len(connectivity):
+        raise ValueError("connectivity is empty: a body has at least one element")
+    return coordinate, connectivity
 
 
 def _shape(point: Array) -> Array:

@@ -23,6 +23,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
@@ -83,7 +84,8 @@ class Enrichment:
     Raises
     ------
     ValueError
-        If one of them is not positive, or there are fewer free modes than resonances.
+        If one of them is not positive, modes, resonances or levels are not whole numbers, or there
+        are fewer free modes than resonances.
     """
 
     contact_stiffness: float = 1e8
@@ -96,8 +98,10 @@ class Enrichment:
     def __post_init__(self) -> None:
         """Refuse sizes that make no basis."""
         for name, value in vars(self).items():
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"{name} is {value}: it must be positive")
+            if name in ("free_modes", "resonances", "levels"):
+                checks.whole(name, value, above=0)
+            else:
+                checks.number(name, value, above=0)
         if self.free_modes < self.resonances:
             raise ValueError(
                 f"free_modes is {self.free_modes}: it must be at least resonances, "
@@ -310,9 +314,9 @@ def find_principal_motions(
         If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
         symmetric about y = 0, or ``most`` is not positive.
     """
-    if most < 1:
-        raise ValueError(f"most is {most}: it must be positive")
-    enrichment = enrichment or Enrichment()
+    most = checks.whole("most", most, above=0)
+    enrichment = Enrichment() if enrichment is None else enrichment
+    checks.instance("enrichment", enrichment, Enrichment)
     half = symmetric_half(assembly)
     candidates = find_candidates(assembly, preload, half, enrichment.free_modes)
     motion = np.concatenate(
@@ -364,7 +368,8 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
     ValueError
         If assembly and principal motions do not belong together, or there are fewer of them.
     """
-    position = principal["position"].transpose("pair", "axis").to_numpy()
+    number = checks.whole("number", number, at_least=1)
+    position = checks.variable("principal", principal, "position", ("pair", "axis"))
     if principal.sizes["node"] != assembly.sizes["node"] or not np.array_equal(
         position, assembly["position"].to_numpy()
     ):

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.plan import (
     BoltRadii,
@@ -151,7 +152,13 @@ def tributary_area(plan: Plan) -> NDArray[np.float64]:
     """Area of each node [m2], shape (points,): its shape function integrated over the plan.
 
     A uniform pressure times these areas is its consistent nodal force.
+
+    Raises
+    ------
+    ValueError
+        If the plan is none.
     """
+    checks.instance("plan", plan, Plan)
     corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     area = np.zeros(len(plan.point))
     for gauss in corner / np.sqrt(3):
@@ -178,7 +185,14 @@ def extrude(plan: Plan, levels: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
     tuple
         Nodes (levels * points, 3) [m], level by level, and hexahedra (hexahedra, 8) in the order
         of VTK.
+
+    Raises
+    ------
+    ValueError
+        If the plan is none, or there are not two or more levels that ascend.
     """
+    checks.instance("plan", plan, Plan)
+    levels = checks.ascending("levels", levels)
     n = len(plan.point)
     point = np.column_stack([np.tile(plan.point, (len(levels), 1)), np.repeat(levels, n)])
     below = n * np.arange(len(levels) - 1)[:, None, None] + plan.quad

@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
@@ -29,6 +30,12 @@ from boltjoint.structure.mesh import FIRST_BOLT
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
+
+#: points of an assembly that must move, and what it means where they do not
+_POINTS = {
+    "response": "the observed point does not move in the modes asked for",
+    "excitation": "this force does not excite the modes asked for",
+}
 
 #: modes without contact that are looked for in the whole model; more, in its symmetric half
 _MOST_OF_WHOLE = 12
@@ -87,9 +94,11 @@ def find_modes(
     ------
     ValueError
         If there is no such family, the mesh has not as many modes or, for many, is not symmetric
-        about y = 0; or if ``enriched-N`` gets no principal motions, too few, or those of another
-        mesh.
+        about y = 0; if ``enriched-N`` gets no principal motions, too few, or those of another
+        mesh; or if the force excites none of the modes, or the observed point moves in none, as in
+        the clamp, or across the width of a symmetric assembly.
     """
+    checks.instance("assembly", assembly, xr.Dataset)
     kind, number = _parse(family)
     if kind == "free":
         met, chosen = _free_bending(assembly, number)
@@ -102,7 +111,14 @@ def find_modes(
             )
         candidates = {}
         frequency, shape = enriched_basis(assembly, principal, number)
-    response = _at_point(assembly, "response", shape)
+    response, excitation = (_at_point(assembly, point, shape) for point in _POINTS)
+    largest = abs(shape).max(axis=(0, 1))
+    for (point, problem), found in zip(_POINTS.items(), (response, excitation), strict=True):
+        if np.all(abs(found) <= checks.ROUNDING_OF_MODES * largest):
+            raise ValueError(
+                f"{problem}: {point}_node of the assembly moves in none of {family} along "
+                f"{assembly[f'{point}_node'].attrs['direction']}"
+            )
     sign = _signs(response, shape)
     shape = shape * sign
     relative = relative_displacements(assembly) @ shape.reshape(-1, number)
@@ -125,7 +141,7 @@ def find_modes(
             ),
             "excitation_mode": quantity(
                 "mode",
-                _at_point(assembly, "excitation", shape),
+                excitation * sign,
                 per_mass,
                 "mode where the force acts",
             ),
@@ -161,7 +177,19 @@ def classify(
     -------
     ndarray
         The words ``bending``, ``axial``, ``lateral``, ``torsional``, shape (modes,).
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit each other, a share is not from 0 to 1, or a side is not positive.
     """
+    share = {"at_least": 0, "at_most": 1 + 1e-9}  # but for rounding
+    energy_share = checks.array("energy_share", energy_share, ("modes", 3), **share)
+    symmetric_share = checks.array(
+        "symmetric_share", symmetric_share, energy_share.shape[:1], **share
+    )
+    width = checks.number("width", width, above=0)
+    height = checks.number("height", height, above=0)
     along_z = energy_share[:, 2]
     twist = along_z * (1 + (height / width) ** 2)
     symmetric = np.where(along_z > 0.5, "bending", "axial")
@@ -218,10 +246,13 @@ _FAMILIES = ("free", "enriched")
 
 
 def _parse(family: str) -> tuple[str, int]:
-    match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", family)
+    text = family if isinstance(family, str) else ""
+    match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", text)
     if match is None or match[1] not in _FAMILIES:
         allowed = ", ".join(f"{name}-N" for name in _FAMILIES)
-        raise ValueError(f"there are no modes {family!r}; allowed: {allowed}, N being their number")
+        raise ValueError(
+            f"family {family!r} is not known; allowed: {allowed}, N being their number"
+        )
     return match[1], int(match[2])
 
 
@@ -260,8 +291,11 @@ def symmetric_share(coordinate: Array, mass: Array, shape: Array) -> Array:
     Raises
     ------
     ValueError
-        If no nodes lie on y = 0.
+        If no nodes lie on y = 0, or shapes do not fit each other.
     """
+    coordinate = checks.array("coordinate", coordinate, ("nodes", 3))
+    mass = checks.array("mass", mass, coordinate.shape[:1], at_least=0)
+    shape = checks.array("shape", shape, (*coordinate.shape, "modes"))
     y = coordinate[:, 1]
     on_plane = abs(y) < 1e-9 * np.ptp(y)
     if not on_plane.any():

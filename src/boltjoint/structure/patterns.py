@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import factorise, relative_displacements
 from boltjoint.structure.enrichment import SymmetricHalf, symmetric_half
@@ -42,12 +43,19 @@ def stuck_patterns(
         By name, the pairs that stick, shape (pairs,): all loaded ones, those near the bolts, those
         beyond the largest radius, those in the left half of the lap, and those under more than
         half of the largest pressure.
+
+    Raises
+    ------
+    ValueError
+        If the two do not hold the same pairs, or there is no radius, or one that is not positive.
     """
-    load = preload["normal_load"].to_numpy()
-    x, y, _ = assembly["position"].to_numpy().T
-    bolt_x, bolt_y, _ = assembly["bolt_position"].to_numpy().T
+    radii = checks.numbers("radii", radii)
+    x, y, _ = checks.variable("assembly", assembly, "position", ("pair", "axis")).T
+    bolt_x, bolt_y, _ = checks.variable("assembly", assembly, "bolt_position", ("bolt", "axis")).T
+    load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
+    checks.array("normal_load of preload", load, x.shape)
     distance = np.hypot(x[:, None] - bolt_x, y[:, None] - bolt_y).min(axis=1)
-    pressure = load / assembly["area"].to_numpy()
+    pressure = load / checks.variable("assembly", assembly, "area", ("pair",), above=0)
     within = {f"within {1e3 * radius:g} mm": distance < radius for radius in radii}
     parts = {
         "all": np.ones(len(x), dtype=bool),
@@ -96,9 +104,16 @@ def resonances(
     ------
     ValueError
         If the mesh is not symmetric about y = 0, or a pattern has too few bending modes among the
-        first ones.
+        first ones; or if the stiffness is negative or the number of resonances not positive.
     """
+    stiffness = checks.number("stiffness", stiffness, at_least=0)
+    number = checks.whole("number", number, at_least=1)
     patterns = stuck_patterns(assembly, preload) if patterns is None else patterns
+    pairs = checks.variable("assembly", assembly, "position", ("pair", "axis")).shape[:1]
+    patterns = {
+        name: checks.flags(f"{name!r} of patterns", stuck, pairs)
+        for name, stuck in patterns.items()
+    }
     half = symmetric_half(assembly)
     C = relative_displacements(assembly) @ half.displacement
     frequency = np.empty((len(patterns), len(SPRINGS), number))
@@ -160,8 +175,11 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     ValueError
         If the pairs differ, or the basis has fewer vectors than there are resonances.
     """
-    position = modes["position"].transpose("pair", "axis").to_numpy()
-    if not np.array_equal(position, patterns["position"].transpose("pair", "axis").to_numpy()):
+    position, other = (
+        checks.variable(name, each, "position", ("pair", "axis"))
+        for name, each in (("modes", modes), ("patterns", patterns))
+    )
+    if not np.array_equal(position, other):
         raise ValueError("modes and patterns were found on different contact pairs")
     reference = patterns["frequency"].transpose("pattern", "springs", "resonance").to_numpy()
     if modes.sizes["mode"] < reference.shape[-1]:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
+
 Points = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
@@ -20,13 +22,27 @@ class Plan:
     """Nodes and quadrilaterals in the plane.
 
     ``point`` (points, 2) [m]; ``quad`` (quads, 4) counter-clockwise.
+
+    Raises
+    ------
+    ValueError
+        If they are not of these shapes, a point is not finite, or a quadrilateral has a node that
+        does not exist.
     """
 
     point: Points
     quad: Labels
 
+    def __post_init__(self) -> None:
+        """Refuse what is no plan."""
+        point = checks.array("point", self.point, ("points", 2))
+        quad = checks.indices("quad", self.quad, ("quads", 4), count=len(point))
+        object.__setattr__(self, "point", point)
+        object.__setattr__(self, "quad", quad)
+
     def moved(self, x: float) -> "Plan":
-        """The same plan further along the bar."""
+        """The same plan further along the bar [m]."""
+        x = checks.number("x", x)
         return Plan(self.point + np.array([x, 0.0]), self.quad)
 
 
@@ -72,13 +88,24 @@ class BoltPlan:
 
 @dataclass(frozen=True)
 class CellDivisions:
-    """How a bolt cell is divided: elements along its sides, rings between its circles."""
+    """How a bolt cell is divided: elements along its sides, rings between its circles.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not a positive whole number.
+    """
 
     across: int
     along: int
     rings_in_shank: int
     rings_under_head: int
     rings_head_to_edge: int
+
+    def __post_init__(self) -> None:
+        """Refuse what does not divide a cell."""
+        for name, value in vars(self).items():
+            checks.whole(name, value, at_least=1)
 
     @property
     def around(self) -> int:
@@ -88,15 +115,43 @@ class CellDivisions:
 
 @dataclass(frozen=True)
 class BoltRadii:
-    """Radii of shank, hole and head [m]."""
+    """Radii of shank, hole and head [m].
+
+    Raises
+    ------
+    ValueError
+        If one of them is not positive, or they do not increase in this order.
+    """
 
     shank: float
     hole: float
     head: float
 
+    def __post_init__(self) -> None:
+        """Refuse a bolt that does not fit through its hole, or falls through."""
+        for name, value in vars(self).items():
+            checks.number(name, value, above=0)
+        if not self.shank < self.hole < self.head:
+            raise ValueError(
+                f"shank, hole and head have radii of {self.shank:g}, {self.hole:g} and "
+                f"{self.head:g} m: they must increase in this order"
+            )
+
 
 def rectangle_plan(x: NDArray[np.float64], y: NDArray[np.float64]) -> Plan:
-    """Rectangles between the lines x and y; the nodes of one x stand together, by ascending y."""
+    """Rectangles between the lines x and y; the nodes of one x stand together, by ascending y.
+
+    Parameters
+    ----------
+    x, y
+        Ascending, shapes (columns + 1,) and (rows + 1,) [m].
+
+    Raises
+    ------
+    ValueError
+        If there are not two or more of each that ascend.
+    """
+    x, y = checks.ascending("x", x), checks.ascending("y", y)
     point = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return Plan(point, _quads(np.arange(len(point)).reshape(len(x), len(y))))
 
@@ -129,8 +184,14 @@ def lap_plan(
     Raises
     ------
     ValueError
-        If the head does not fit into its cell, or the cells overlap or do not fit into the lap.
+        If the head does not fit into its cell, or the cells overlap or do not fit into the lap; or
+        if a number is out of range.
     """
+    axes = checks.array("axes", axes, ("bolts",))
+    for name, value in (("length", length), ("width", width), ("cell_length", cell_length)):
+        checks.number(name, value, above=0)
+    for name, value in (("columns_between", columns_between), ("columns_at_ends", columns_at_ends)):
+        checks.whole(name, value, at_least=1)
     if 2 * radii.head >= min(cell_length, width):
         raise ValueError(
             f"a head of {2e3 * radii.head:g} mm does not fit into a bolt cell of "
@@ -219,8 +280,11 @@ def glue(point: Points, kept: Labels, given_up: Labels) -> tuple[Labels, Labels]
     Raises
     ------
     ValueError
-        If nodes that are to be joined do not lie on one another.
+        If nodes that are to be joined do not exist, or do not lie on one another.
     """
+    point = checks.array("point", point, ("nodes", "axes"))
+    kept = checks.indices("kept", kept, ("joined",), count=len(point))
+    given_up = checks.indices("given_up", given_up, ("joined",), count=len(point))
     if kept.shape != given_up.shape or not np.allclose(point[kept], point[given_up], atol=1e-9):
         raise ValueError("nodes that are to be joined do not lie on one another")
     remains = np.ones(len(point), dtype=bool)

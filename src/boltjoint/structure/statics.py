@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, SuperLU, gmres
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
@@ -86,10 +87,9 @@ def apply_preload(
     Raises
     ------
     ValueError
-        If the preload is not a positive number.
+        If preload, tolerance or iterations are not positive numbers, or the assembly is none.
     """
-    if not (np.isfinite(preload) and preload > 0):
-        raise ValueError(f"preload is {preload} N: it must be positive")
+    preload = checks.number("preload", preload, above=0)
     T = free_displacements(assembly, tightened=True)
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
@@ -98,7 +98,7 @@ def apply_preload(
     # the work of the bolt force on the shortening of its shank
     force[-bolts:] = preload
 
-    area = assembly["area"].to_numpy()
+    area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
     found = solve_contact(
         (T.T @ K @ T).tocsc(),
         C,
@@ -180,7 +180,23 @@ def solve_contact(
         Largest unbalanced force relative to the largest applied one.
     most_iterations
         Newton corrections after which the search ends.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit each other, a number is out of range, or no force is applied.
     """
+    force = checks.array("force", force, ("unknowns",))
+    if not force.any():
+        raise ValueError("force is zero: there is nothing to be in equilibrium with")
+    stiffness = checks.array("stiffness", stiffness, ("pairs",), above=0)
+    friction_coefficient = checks.number("friction_coefficient", friction_coefficient, at_least=0)
+    tolerance = checks.number("tolerance", tolerance, above=0)
+    most_iterations = checks.whole("most_iterations", most_iterations, at_least=1)
+    for name, matrix, rows in (("K", K, force.size), ("C", C, 3 * stiffness.size)):
+        if matrix.shape != (rows, force.size):
+            raise ValueError(f"{name} has shape {matrix.shape}, expected {(rows, force.size)}")
+        checks.array(f"data of {name}", matrix.data)
     pairs = len(stiffness)
     q = np.zeros(len(force))
     relative = np.zeros((pairs, 3))
@@ -200,10 +216,10 @@ def solve_contact(
             correction @ (K @ correction),
             relative,
             step,
-            lambda at: contact_force(at, stiffness, friction_coefficient)[0],
+            lambda at: _contact_force(at, stiffness, friction_coefficient)[0],
         )
         relative = (C @ q).reshape(pairs, 3)
-        contact, tangent = contact_force(relative, stiffness, friction_coefficient)
+        contact, tangent = _contact_force(relative, stiffness, friction_coefficient)
         logger.debug("correction %d: residual was %.2e", len(residual), residual[-1])
     return ContactEquilibrium(
         q, relative, contact, np.array(residual), converged=residual[-1] <= tolerance
@@ -234,7 +250,21 @@ def contact_force(
     -------
     tuple
         Force (pairs, 3) [N] and its derivative (pairs, 3, 3) [N/m].
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit each other, or a number is out of range.
     """
+    relative = checks.array("relative", relative, ("pairs", 3))
+    stiffness = checks.array("stiffness", stiffness, relative.shape[:1], above=0)
+    mu = checks.number("friction_coefficient", friction_coefficient, at_least=0)
+    return _contact_force(relative, stiffness, mu)
+
+
+def _contact_force(
+    relative: Array, stiffness: Array, friction_coefficient: float
+) -> tuple[Array, Array]:
     k, mu = stiffness, friction_coefficient
     u, v = relative[:, :2], relative[:, 2]
     distance = np.linalg.norm(u, axis=1)

@@ -1,0 +1,527 @@
+"""Wrong arguments of public functions and classes: each is refused by its name.
+
+The first ones used to write outside arrays and to abort the process, or to change what was asked
+for without a word.
+"""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from small_joint import make_joint, make_preload
+
+from boltjoint import branch as branches
+from boltjoint import convergence, dataset, fitting, folds, march, partition, transient
+from boltjoint.backbone import Backbone, ModeAtAmplitude, find_backbone, rebuild
+from boltjoint.balance import HarmonicBalance
+from boltjoint.coordinates import ComplexModes, LinearModes, MovingModes, pose
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.sampled import SampledInTime
+from boltjoint.friction.tabulated import TabulatedLoad
+from boltjoint.joint import connect_nodes, from_dataset, load, merge_points, to_dataset
+from boltjoint.manyharmonics import PeriodicMotion, solve_periodic
+from boltjoint.names import parse_coordinates
+from boltjoint.response import frequency_window, solve_branch, solve_response
+from boltjoint.solvers.equations import StepControl
+from boltjoint.timing import time_solver
+
+JOINT, VARIABLE = make_joint(), make_joint(law="variable")
+PRELOAD = make_preload(JOINT)
+CONSTANT_LAW, VARIABLE_LAW = JOINT.law, VARIABLE.law
+TABULATED = TabulatedLoad(
+    CONSTANT_LAW.point_of_element, CONSTANT_LAW.tangential_stiffness, CONSTANT_LAW.slip_force
+)
+SAMPLED = SampledInTime(VARIABLE_LAW, 2, 16)
+BALANCE = HarmonicBalance(JOINT, 0.01, 1.0)
+MODE = ModeAtAmplitude(JOINT, 0.01)
+PERIODIC = PeriodicMotion(("sin", "cos"), np.zeros((2, 3)))
+STORED = to_dataset(JOINT)
+REFERENCE = pd.DataFrame({"force_N": [1.0], "peak_frequency_Hz": [70.0], "peak_mm_per_N": [1.0]})
+K, SLIP = np.array([1e6, 2e6, 4e6]), np.array([1.0, 2.0, 3.0])
+NAN = np.nan
+
+
+def spoiled(values, value=NAN):
+    """The same values but for the first one."""
+    changed = np.array(values, dtype=float)
+    changed.flat[0] = value
+    return changed
+
+
+def solved(joint=JOINT, force=1.0, **options):
+    return solve_branch(joint, force, **{"loss_factor": 0.01} | options)
+
+
+def responses(forces=(1.0,), **options):
+    return solve_response(JOINT, forces, **{"loss_factor": 0.01} | options)
+
+
+def backbones(joint=JOINT, forces=(1.0,), **options):
+    return find_backbone(joint, forces, **{"loss_factor": 0.01, "window": (60.0, 200.0)} | options)
+
+
+def regions(count=4, **options):
+    return partition.partition_regions(JOINT, options.pop("preload", PRELOAD), count, **options)
+
+
+def fitted(stiffness=K, slip_force=SLIP, count=2, **options):
+    return fitting.fit_elements(stiffness, slip_force, count, **options)
+
+
+def marched(motion=None, **changes):
+    """Forces of two elements on two points, marched in time."""
+    ones = np.ones(2)
+    arguments = {
+        "point_of_element": np.arange(2),
+        "tangential_stiffness": ones,
+        "normal_stiffness": ones,
+        "normal_load": ones,
+        "friction_coefficient": ones,
+        "motion": np.zeros((2, 6)) if motion is None else motion,
+        "samples": 8,
+    }
+    return march.contact_forces_in_time(**arguments | changes)
+
+
+def steady(joint=JOINT, frequency=70.0, force=1.0, loss_factor=0.01, **options):
+    return transient.steady_state(joint, frequency, force, loss_factor, **options)
+
+
+def periodic(joint=JOINT, frequency=70.0, force=1.0, loss_factor=0.01, **options):
+    return solve_periodic(joint, frequency, force, loss_factor, **{"harmonics": 3} | options)
+
+
+def connected(modes=None, preload=None, k=1e8, mu=0.1, normal=None):
+    """A joint of two pairs."""
+    shapes = {
+        "natural_frequency": ("mode", [50.0]),
+        "excitation_mode": ("mode", [1.0]),
+        "response_mode": ("mode", [1.0]),
+        "relative_mode": (("axis", "pair", "mode"), np.ones((3, 2, 1))),
+        "position": (("pair", "axis"), np.zeros((2, 3))),
+    }
+    carried = {
+        "normal_load": ("pair", [1.0, 0.0]),
+        "gap": ("pair", [0.0, 1e-6]),
+        "position": shapes["position"],
+    }
+    axes = {"axis": ["x", "y", "z"]}
+    found = xr.Dataset(shapes | (modes or {}), axes), xr.Dataset(carried | (preload or {}), axes)
+    return connect_nodes(*found, k, mu, normal)
+
+
+ATTACKS = {
+    "motion": [
+        lambda: CONSTANT_LAW.force(np.zeros((59, 2))),
+        lambda: CONSTANT_LAW.force_and_tangent(np.zeros((0, 2))),
+        lambda: CONSTANT_LAW.contact_state(np.zeros((1, 2))),
+        lambda: CONSTANT_LAW.force(np.zeros((60, 3))),
+        lambda: CONSTANT_LAW.force(np.zeros(120)),
+        lambda: CONSTANT_LAW.force(spoiled(np.zeros((60, 2)))),
+        lambda: CONSTANT_LAW.force("nope"),
+        lambda: CONSTANT_LAW.force(np.zeros((60, 2), dtype=complex)),
+        lambda: VARIABLE_LAW.force(np.zeros((59, 6))),
+        lambda: VARIABLE_LAW.force_and_tangent(np.zeros((1, 6))),
+        lambda: VARIABLE_LAW.contact_state(np.zeros((1, 6))),
+        lambda: VARIABLE_LAW.force(np.zeros((60, 2))),
+        lambda: VARIABLE_LAW.force(spoiled(np.zeros((60, 6)), np.inf)),
+        lambda: TABULATED.force(np.zeros((59, 2))),
+        lambda: TABULATED.force_and_tangent(np.zeros((1, 2))),
+        lambda: TABULATED.contact_state(np.zeros((1, 2))),
+        lambda: SAMPLED.force(np.zeros((59, 10))),
+        lambda: SAMPLED.force_and_tangent(np.zeros((60, 6))),
+        lambda: SAMPLED.contact_state(np.zeros((1, 10))),
+        lambda: marched(np.zeros((2, 2))),
+        lambda: marched(np.full((2, 6), NAN)),
+        lambda: march.forces_in_time([0], [1.0], [1.0], np.zeros((1, 6)), 8),
+        lambda: regions(motion="nope"),
+        lambda: partition.choose_count(JOINT, PRELOAD, 0.1, motion="nope"),
+        lambda: partition.tabulate_region_errors(JOINT, PRELOAD, [2], motion=None),
+    ],
+    "point_of_element": [
+        lambda: ConstantLoad([0.0], [1.0], [1.0]),
+        lambda: ConstantLoad([-1], [1.0], [1.0]),
+        lambda: ConstantLoad([[0]], [1.0], [1.0]),
+        lambda: replace(VARIABLE_LAW, point_of_element=VARIABLE_LAW.point_of_element - 1),
+        lambda: VARIABLE_LAW.replaced_by([60], [1.0], [1.0]),
+        lambda: marched(point_of_element=[0, 2]),
+        lambda: marched(point_of_element=[0.0, 1.0]),
+        lambda: replace(JOINT, law=replace(CONSTANT_LAW, point_of_element=np.full(60, 60))),
+    ],
+    "tangential_stiffness": [
+        lambda: ConstantLoad([0], [0.0], [1.0]),
+        lambda: ConstantLoad([0], [np.inf], [1.0]),
+        lambda: ConstantLoad([0], ["nope"], [1.0]),
+        lambda: replace(VARIABLE_LAW, tangential_stiffness=np.ones(59)),
+        lambda: marched(tangential_stiffness=[1.0, -1.0]),
+        lambda: connected(k=0.0),
+        lambda: connected(k=NAN),
+    ],
+    "slip_force": [
+        lambda: ConstantLoad([0], [1.0], [NAN]),
+        lambda: ConstantLoad([0], [1.0], [-1.0]),
+        lambda: ConstantLoad([0], [1.0], [1.0, 2.0]),
+        lambda: fitted(slip_force=SLIP[:2]),
+        lambda: fitted(slip_force=spoiled(SLIP, 0.0)),
+        lambda: march.forces_in_time([0], [1.0], [0.0], np.zeros((1, 2)), 8),
+    ],
+    "normal_stiffness": [
+        lambda: replace(VARIABLE_LAW, normal_stiffness=np.zeros(60)),
+        lambda: marched(normal_stiffness=[1.0, NAN]),
+        lambda: connected(normal=-1.0),
+    ],
+    "normal_load": [
+        lambda: replace(VARIABLE_LAW, normal_load=spoiled(VARIABLE_LAW.normal_load)),
+        lambda: marched(normal_load=[1.0, np.inf]),
+        lambda: marched(normal_stiffness=None, normal_load=[1.0, -1.0]),
+        lambda: connected(preload={"normal_load": ("pair", [1.0, NAN])}),
+        lambda: connected(preload={"normal_load": ("pair", [1.0, -1.0])}),
+    ],
+    "friction_coefficient": [
+        lambda: replace(VARIABLE_LAW, friction_coefficient=np.full(60, -0.1)),
+        lambda: marched(friction_coefficient=[1.0]),
+        lambda: connected(mu=0.0),
+        lambda: connected(mu="nope"),
+    ],
+    "points": [
+        lambda: CONSTANT_LAW.stuck_stiffness(59),
+        lambda: VARIABLE_LAW.stuck_stiffness(60.0),
+    ],
+    "elements": [lambda: SampledInTime(SAMPLED), lambda: SampledInTime("nope")],
+    "harmonics": [
+        lambda: SampledInTime(CONSTANT_LAW, 0),
+        lambda: SampledInTime(CONSTANT_LAW, 1.5),
+        lambda: periodic(harmonics=0),
+        lambda: steady(harmonics=0),
+    ],
+    "samples": [
+        lambda: SampledInTime(CONSTANT_LAW, 4, 8),
+        lambda: SampledInTime(CONSTANT_LAW, 1, NAN),
+        lambda: marched(samples=2),
+        lambda: marched(samples=8.0),
+        lambda: periodic(samples=6),
+        lambda: PERIODIC.in_time(0),
+        lambda: convergence.tabulate_sampling({}, samples=[2]),
+        lambda: march.residuals_in_time(STORED, STORED, samples=0),
+    ],
+    "amplitude": [
+        lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((3, 3))),
+        lambda: fitting.unloading_branch(0.0, [0.0], K, SLIP),
+    ],
+    "rows": [
+        lambda: SAMPLED.modal_force_and_tangent(JOINT.rows, np.zeros((5, 3))),
+        lambda: SAMPLED.modal_force_and_tangent((np.zeros((1, 3)),) * 2, np.zeros((5, 3))),
+        lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((5, 2))),
+    ],
+    "natural_frequency": [
+        lambda: replace(JOINT, natural_frequency=[NAN, 360.0, 950.0]),
+        lambda: replace(JOINT, natural_frequency=[-70.0, 360.0, 950.0]),
+        lambda: replace(JOINT, natural_frequency=70.0),
+        lambda: replace(JOINT, natural_frequency=[]),
+        lambda: from_dataset(STORED.drop_vars("natural_frequency")),
+        lambda: connected(modes={"natural_frequency": ("mode", [NAN])}),
+    ],
+    "excitation_mode": [
+        lambda: replace(JOINT, excitation_mode=[1.0, NAN, 1.0]),
+        lambda: replace(JOINT, excitation_mode=[1.0, 1.0]),
+        lambda: solved(replace(JOINT, excitation_mode=np.zeros(3))),
+        lambda: backbones(replace(JOINT, excitation_mode=np.full(3, 1e-12))),
+    ],
+    "response_mode": [
+        lambda: replace(JOINT, response_mode=["a", "b", "c"]),
+        lambda: solved(replace(JOINT, response_mode=np.zeros(3))),
+        lambda: backbones(replace(JOINT, response_mode=np.full(3, 1e-12))),
+    ],
+    "tangential_mode": [
+        lambda: replace(JOINT, tangential_mode=spoiled(JOINT.tangential_mode)),
+        lambda: replace(JOINT, tangential_mode=JOINT.tangential_mode.T),
+        lambda: from_dataset(STORED.assign(tangential_mode=("element", np.ones(60)))),
+    ],
+    "normal_mode": [
+        lambda: replace(VARIABLE, normal_mode=spoiled(VARIABLE.normal_mode, np.inf)),
+        lambda: replace(VARIABLE, normal_mode=VARIABLE.normal_mode[:1]),
+    ],
+    "position": [
+        lambda: replace(JOINT, position=spoiled(JOINT.position)),
+        lambda: replace(JOINT, position=JOINT.position[:, :2]),
+        lambda: partition.regions_of_equal_load(np.zeros((3, 1)), np.ones(3), 1),
+        lambda: connected(modes={"position": (("pair", "axis"), np.full((2, 3), NAN))}),
+    ],
+    "element_position": [lambda: replace(JOINT, element_position=JOINT.position[1:])],
+    "relative_mode": [
+        lambda: connected({"relative_mode": (("axis", "pair", "mode"), np.full((3, 2, 1), NAN))})
+    ],
+    "gap": [
+        lambda: connected(normal=1.0, preload={"gap": ("pair", [0.0, NAN])}),
+        lambda: connected(normal=1.0, preload={"gap": ("pair", [0.0, -1.0])}),
+    ],
+    "law": [
+        lambda: replace(JOINT, law="constant"),
+        lambda: from_dataset(STORED.assign_attrs(law="nope")),
+        lambda: to_dataset(replace(JOINT, law=SampledInTime(CONSTANT_LAW))),
+        lambda: steady(replace(JOINT, law=SampledInTime(CONSTANT_LAW))),
+        lambda: fitting.tabulate_joint(VARIABLE),
+    ],
+    "stored": [lambda: from_dataset({}), lambda: from_dataset(STORED.drop_vars("slip_force"))],
+    "region": [
+        lambda: merge_points(JOINT, np.zeros(60)),
+        lambda: merge_points(JOINT, np.zeros(59, dtype=int)),
+        lambda: merge_points(JOINT, np.full(60, -1)),
+        lambda: merge_points(JOINT, np.full(60, 1)),
+    ],
+    "weight": [
+        lambda: merge_points(JOINT, np.zeros(60, dtype=int), np.full(60, NAN)),
+        lambda: merge_points(JOINT, np.zeros(60, dtype=int), np.zeros(60)),
+    ],
+    "joint": [
+        lambda: merge_points("nope", [0]),
+        lambda: frequency_window(None),
+        lambda: solved("nope"),
+        lambda: backbones(CONSTANT_LAW),
+        lambda: HarmonicBalance(None, 0.0, 1.0),
+        lambda: regions_of(None),
+        lambda: steady(None),
+        lambda: periodic(None),
+        lambda: fitting.fit_reduced_joint(None, 2),
+        lambda: march.residuals_in_time(JOINT, STORED),
+    ],
+    "joints": [lambda: frequency_window()],
+    "loss_factor": [
+        lambda: HarmonicBalance(JOINT, -0.01, 1.0),
+        lambda: solved(loss_factor=-1e-9),
+        lambda: solved(loss_factor=NAN),
+        lambda: solved(loss_factor="nope"),
+        lambda: responses(loss_factor=-0.01),
+        lambda: backbones(loss_factor=-0.01),
+        lambda: steady(loss_factor=-0.01),
+        lambda: periodic(loss_factor=-0.01),
+        lambda: branches.to_dataset(JOINT, [solved()], -0.01),
+    ],
+    "excitation_force": [lambda: HarmonicBalance(JOINT, 0.01, np.inf)],
+    "basis": [
+        lambda: replace(BALANCE, basis=np.eye(2)),
+        lambda: replace(BALANCE, basis=np.full((3, 1), NAN)),
+    ],
+    "x": [lambda: BALANCE.residual(np.zeros(5), 1.0), lambda: BALANCE.motion(np.zeros((2, 3)))],
+    "w": [lambda: BALANCE.stuck_solution(NAN), lambda: BALANCE.stuck_solution(-1.0)],
+    "force": [
+        lambda: solved(force=0.0),
+        lambda: solved(force=-1.0),
+        lambda: solved(force=NAN),
+        lambda: solved(force=[1.0]),
+        lambda: rebuild(Backbone(MODE, (1e-8, 1e-7)), -1.0, (60.0, 200.0)),
+        lambda: steady(force=0.0),
+        lambda: periodic(force=np.inf),
+    ],
+    "forces": [
+        lambda: responses([]),
+        lambda: responses([1.0, -1.0]),
+        lambda: responses(1.0),
+        lambda: backbones(forces=[NAN]),
+        lambda: MODE.amplitudes_for([0.0], (60.0, 200.0)),
+        lambda: convergence.peaks_near(JOINT, [], 0.01),
+        lambda: time_solver(JOINT, [0.0], jacobians=["analytic"], loss_factor=0.01),
+    ],
+    "window": [
+        lambda: solved(window=(200.0, 60.0)),
+        lambda: solved(window=(-60.0, 200.0)),
+        lambda: solved(window=(0.0, 200.0)),
+        lambda: solved(window=(60.0, NAN)),
+        lambda: solved(window=(60.0,)),
+        lambda: solved(window="nope"),
+        lambda: responses(window=(60.0, 60.0)),
+        lambda: backbones(window=(200.0, 60.0)),
+    ],
+    "given": [
+        lambda: frequency_window(JOINT, given=(200.0, 60.0)),
+        lambda: frequency_window(JOINT, given=(-1.0, 60.0)),
+    ],
+    "frequency": [
+        lambda: steady(frequency=0.0),
+        lambda: periodic(frequency=-70.0),
+        lambda: folds.find_folds([1.0, NAN]),
+    ],
+    "resonance": [
+        lambda: solved(resonance=0),
+        lambda: solved(resonance=4),
+        lambda: solved(resonance=1.5),
+        lambda: responses(resonance="1"),
+        lambda: backbones(resonance=-1),
+        lambda: frequency_window(JOINT, resonance=True),
+        lambda: pose("linear", BALANCE, 0),
+    ],
+    "coordinates": [
+        lambda: solved(coordinates="nope"),
+        lambda: solved(coordinates=None),
+        lambda: responses(coordinates="rdnm-0"),
+        lambda: pose("nope", BALANCE, 1),
+        lambda: parse_coordinates(1),
+    ],
+    "jacobian": [
+        lambda: solved(jacobian="nope"),
+        lambda: solved(jacobian="nope", coordinates="backbone"),
+        lambda: responses(jacobian=None),
+        lambda: LinearModes(BALANCE, "nope"),
+        lambda: pose("complex-rdnm-1", BALANCE, 1, "nope"),
+    ],
+    "jacobians": [lambda: time_solver(JOINT, [1.0], jacobians=["nope"], loss_factor=0.01)],
+    "repeats": [
+        lambda: time_solver(JOINT, [1.0], jacobians=["analytic"], repeats=0, loss_factor=0.01)
+    ],
+    "renewal": [
+        lambda: solved(renewal="nope", coordinates="complex-rdnm-1"),
+        lambda: solved(renewal="nope"),
+        lambda: ComplexModes(BALANCE, 1, renewal="nope"),
+    ],
+    "static_share": [
+        lambda: solved(static_share="x", coordinates="complex-rdnm-1"),
+        lambda: solved(static_share="x"),
+        lambda: ComplexModes(BALANCE, 1, static_share=1),
+    ],
+    "fallback": [lambda: responses(fallback="nope"), lambda: responses(fallback=True)],
+    "largest_error": [lambda: responses(largest_error=0.0), lambda: responses(largest_error=NAN)],
+    "control": [lambda: solved(control={}), lambda: periodic(control="nope")],
+    "balance": [lambda: LinearModes(JOINT), lambda: pose("linear", JOINT, 1)],
+    "count": [
+        lambda: MovingModes(BALANCE, 1.0),
+        lambda: regions(0, division="equal-middle-load"),
+        lambda: regions(2.0),
+        lambda: regions("two", division="clusters"),
+        lambda: fitted(count=0),
+        lambda: fitted(count=2.0),
+        lambda: fitting.nearest_loading_curve(K, SLIP, 0),
+    ],
+    "counts": [lambda: convergence.tabulate_divisions(JOINT, PRELOAD, [0.5], REFERENCE, 0.01)],
+    "target": [lambda: MovingModes(BALANCE, 1, 3), lambda: ComplexModes(BALANCE, 1, -1)],
+    "start": [
+        lambda: solved(start=np.zeros(5)),
+        lambda: solved(start=np.full(6, NAN)),
+        lambda: steady(start=np.zeros((8, 2))),
+        lambda: steady(start=np.zeros((0, 3))),
+        lambda: periodic(start=np.zeros((2, 3))),
+        lambda: periodic(start=PeriodicMotion(("sin", "cos"), np.zeros((2, 2)))),
+    ],
+    "branches": [lambda: branches.to_dataset(JOINT, [], 0.01)],
+    "errors": [lambda: branches.to_dataset(JOINT, [solved()], 0.01, [])],
+    "amplitudes": [lambda: Backbone(MODE, (1e-7, 1e-8)), lambda: Backbone(MODE, (0.0, 1.0))],
+    "equations": [lambda: Backbone(BALANCE, (1e-8, 1e-7))],
+    "backbone": [lambda: rebuild(MODE, 1.0, (60.0, 200.0))],
+    "tolerance": [
+        lambda: StepControl(tolerance=NAN),
+        lambda: StepControl(tolerance="nope"),
+        lambda: steady(tolerance=0.0),
+        lambda: partition.choose_count(JOINT, PRELOAD, NAN),
+        lambda: march.residuals_in_time(STORED, STORED, tolerance=-1.0),
+    ],
+    "largest_step": [lambda: StepControl(largest_step=np.inf)],
+    "most_iterations": [lambda: StepControl(most_iterations=2.5)],
+    "most_solutions": [lambda: StepControl(most_solutions=0)],
+    "division": [
+        lambda: regions(division="nope"),
+        lambda: partition.choose_count(JOINT, PRELOAD, 0.1, "nope"),
+        lambda: convergence.tabulate_divisions(
+            JOINT, PRELOAD, [2], REFERENCE, 0.01, division="nope"
+        ),
+    ],
+    "resonances": [lambda: regions(resonances=0), lambda: regions(resonances=1.0)],
+    "load": [
+        lambda: partition.regions_of_equal_load(np.zeros((3, 2)), np.zeros(3), 1),
+        lambda: partition.regions_of_equal_load(np.zeros((3, 2)), [1.0, NAN, 1.0], 1),
+        lambda: partition.inner_and_outer_regions(np.zeros((3, 2)), np.ones(2), 2),
+    ],
+    "pressure": [
+        lambda: partition.regions_of_equal_middle_load(np.zeros((3, 2)), [1.0, -1.0, 1.0], 1)
+    ],
+    "preload": [
+        lambda: regions(preload=None, division="equal-middle-load"),
+        lambda: regions(preload=PRELOAD.drop_vars("area"), division="equal-middle-load"),
+    ],
+    "stiffness": [
+        lambda: fitted(spoiled(K)),
+        lambda: fitted(spoiled(K, -1.0)),
+        lambda: fitted([], []),
+        lambda: fitting.loop_error(K[None], SLIP, K, SLIP),
+        lambda: fitting.nearest_loading_curve(spoiled(K), SLIP, 1),
+        lambda: fitting.loading_curve([0.0], spoiled(K, 0.0), SLIP),
+    ],
+    "fitted_stiffness": [lambda: fitting.loop_error(K, SLIP, spoiled(K), SLIP)],
+    "displacement": [lambda: fitting.loading_curve([NAN], K, SLIP)],
+    "fraction": [lambda: fitting.amplitude_of_load(1.5, K, SLIP)],
+    "load_fractions": [lambda: fitted(load_fractions=(0.0, 0.5))],
+    "starts": [lambda: fitted(starts=0)],
+    "sharpness": [lambda: fitting.nearest_loading_curve(K, SLIP, 1, NAN)],
+    "method": [
+        lambda: fitted(method="nope"),
+        lambda: fitting.fit_reduced_joint(merge_points(JOINT, [0] * 60), 2, method="nope"),
+    ],
+    "ramp": [lambda: steady(ramp=-1)],
+    "steps": [lambda: steady(steps=100.5)],
+    "most_periods": [lambda: steady(ramp=10, most_periods=10)],
+    "modal_coordinate": [lambda: PeriodicMotion(("sin", "cos"), np.zeros((3, 3)))],
+    "mode": [lambda: PERIODIC.amplitude([1.0, 2.0])],
+}
+
+
+def regions_of(joint):
+    return partition.regions_of_like_motion(joint, 2)
+
+
+DESCRIBED = [
+    pytest.param(name, call, id=f"{name}-{i}")
+    for name, calls in ATTACKS.items()
+    for i, call in enumerate(calls)
+]
+
+
+@pytest.mark.parametrize(("name", "call"), DESCRIBED)
+def test_a_wrong_argument_is_refused_by_its_name(name, call):
+    with pytest.raises(ValueError, match=rf"(?<!\w){re.escape(name)}(?!\w)"):
+        call()
+
+
+def test_sampling_of_a_joint_file_is_refused_by_its_name(tmp_path):
+    dataset.save(STORED, tmp_path / "joint.nc")
+    for sampling in ({"nope": 1}, {"samples": 2}, {"harmonics": 0.5}):
+        with pytest.raises(ValueError, match=r"sampling|samples|harmonics"):
+            load(tmp_path / "joint.nc", sampling)
+
+
+@pytest.mark.parametrize("law", [CONSTANT_LAW, VARIABLE_LAW, TABULATED, SAMPLED])
+def test_whole_numbers_and_lists_count_as_the_same_motion(law):
+    motion = np.ones((60, len(law.directions) * len(law.components)))
+    for same in (motion.astype(int), motion.tolist(), np.asfortranarray(motion)):
+        np.testing.assert_array_equal(law.force(same), law.force(motion))
+        for found, expected in zip(
+            law.force_and_tangent(same), law.force_and_tangent(motion), strict=True
+        ):
+            np.testing.assert_array_equal(found, expected)
+        np.testing.assert_array_equal(law.contact_state(same), law.contact_state(motion))
+
+
+def test_a_joint_may_be_made_of_lists():
+    listed = replace(
+        JOINT,
+        **{
+            name: getattr(JOINT, name).tolist()
+            for name in ("natural_frequency", "tangential_mode", "position", "element_position")
+        },
+        law=ConstantLoad(
+            *(
+                getattr(CONSTANT_LAW, name).tolist()
+                for name in ("point_of_element", *CONSTANT_LAW.quantities)
+            )
+        ),
+    )
+    found, expected = solved(listed), solved()
+    np.testing.assert_array_equal(found.modal_coordinate, expected.modal_coordinate)
+
+
+def test_iterations_may_overflow():
+    for law in (CONSTANT_LAW, VARIABLE_LAW, TABULATED, SAMPLED):
+        motion = np.full((60, len(law.directions) * len(law.components)), NAN)
+        force, tangent = law.evaluate_with_tangent(motion)
+        assert force.shape == motion.shape
+        assert tangent.shape == (*motion.shape, motion.shape[1])
