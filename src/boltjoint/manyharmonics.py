@@ -328,6 +328,7 @@ def tabulate_peaks(
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
     loss_factor = response.attrs["loss_factor"]
     solved = max(parse_component(str(name))[1] for name in response["component"].to_numpy())
+    harmonics = [number for number in harmonics if number > solved]
     if isinstance(joint.law, SampledInTime):
         joint = replace(joint, law=joint.law.elements)
     rows = []
@@ -337,12 +338,12 @@ def tabulate_peaks(
         if np.isfinite(at_peak["peak_frequency"]).all():
             place = largest_response(response, force)
             peaks[solved] = place
-            for highest in (number for number in harmonics if number > solved):
+            for highest in harmonics:
                 found = find_peak(joint, place[0], force, loss_factor, place[1], harmonics=highest)
                 logger.info("%g N, %d harmonics: %s", force, highest, found and found[0])
                 if found is not None:
                     peaks[highest] = place = found
-        for highest in dict.fromkeys((solved, *harmonics)):
+        for highest in (solved, *harmonics):
             frequency, motion = peaks.get(highest, (np.nan, None))
             amplitude = np.nan if motion is None else abs(motion.amplitude(joint.response_mode))
             rows.append(
