@@ -9,7 +9,7 @@ from boltjoint.layout import targets
 from boltjoint.names import PAGES, REFERENCE, is_enriched
 from boltjoint.pages import shown as pages
 from boltjoint.published import Published
-from boltjoint.sources import library_sources
+from boltjoint.sources import source_hash
 
 SOURCE = Path(workflow.basedir, "resources/source")
 
@@ -33,9 +33,8 @@ wildcard_constraints:
 
 
 def library(script):
-    """Modules of the library that a script uses: editing one makes what it wrote out of date."""
-    used = library_sources(Path(workflow.basedir, "workflow/scripts", script))
-    return [os.path.relpath(path) for path in used]
+    """Hash of a script and the modules it uses: another content makes what it wrote stale."""
+    return source_hash(Path(workflow.basedir, "workflow/scripts", script))
 
 
 # the tables of the source study
