@@ -19,13 +19,14 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigsh
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
+    check_held,
     factorise,
     free_displacements,
     relative_displacements,
@@ -130,11 +131,18 @@ class SymmetricHalf:
     def modes(
         self, factors: SuperLU, stiffness: sparse.csc_array, count: int
     ) -> tuple[Array, Array]:
-        """The first modes with a stiffness and its factors: squared frequencies and vectors."""
+        """The first modes with a stiffness and its factors: squared frequencies and vectors.
+
+        Raises
+        ------
+        RuntimeError
+            If one of the frequencies is no number or zero within rounding.
+        """
         # a fixed start that no mode is orthogonal to repeats the result
         start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
         inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
         squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
+        check_held(squared, stiffness, self.mass)
         order = np.argsort(squared)
         return squared[order], q[:, order]
 
@@ -309,16 +317,26 @@ def find_principal_motions(
     ValueError
         If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
         symmetric about y = 0, or ``most`` is not positive.
+    RuntimeError
+        If the assembly is not held, or the motions are lost in rounding.
     """
     if most < 1:
         raise ValueError(f"most is {most}: it must be positive")
     enrichment = enrichment or Enrichment()
     half = symmetric_half(assembly)
     candidates = find_candidates(assembly, preload, half, enrichment.free_modes)
-    motion = np.concatenate(
-        [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)], axis=1
-    )
-    kept, share = principal_motions(candidates, motion, most, enrichment.contact_stiffness)
+    try:
+        motion = np.concatenate(
+            [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)],
+            axis=1,
+        )
+        kept, share = principal_motions(candidates, motion, most, enrichment.contact_stiffness)
+    except (ArpackError, ValueError) as error:
+        # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
+        raise RuntimeError(
+            f"the motions of {enrichment} are lost in rounding ({error}): choose the values of "
+            "enrichment nearer to their defaults"
+        ) from error
     logger.info(
         "enrichment: %d candidates, %d motions, %d principal ones",
         len(candidates.mass),
@@ -363,6 +381,8 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
     ------
     ValueError
         If assembly and principal motions do not belong together, or there are fewer of them.
+    RuntimeError
+        If a frequency is no number or zero within rounding: the assembly is not held.
     """
     position = principal["position"].transpose("pair", "axis").to_numpy()
     if principal.sizes["node"] != assembly.sizes["node"] or not np.array_equal(
@@ -378,6 +398,7 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
     motion = principal["principal_motion"].transpose("node", "axis", "motion")[..., :number]
     vector = half.unknowns(motion.to_numpy().reshape(-1, number))
     squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
+    check_held(squared, half.stiffness, half.mass)
     shape = half.displacement @ (vector @ share)
     return np.sqrt(squared) / (2 * np.pi), shape.reshape(-1, 3, number)
 

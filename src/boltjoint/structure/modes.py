@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
+    check_held,
     factorise,
     free_displacements,
     relative_displacements,
@@ -89,6 +90,8 @@ def find_modes(
         If there is no such family, the mesh has not as many modes or, for many, is not symmetric
         about y = 0; or if ``enriched-N`` gets no principal motions, too few, or those of another
         mesh.
+    RuntimeError
+        If a natural frequency is no number or zero within rounding: the assembly is not held.
     """
     kind, number = _parse(family)
     if kind == "free":
@@ -186,6 +189,7 @@ def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.
         squared, q = eigsh(K_free, k=count, M=M_free, sigma=0.0, OPinv=inverse, v0=start)
         order = np.argsort(squared)
         shape = (T @ q[:, order]).reshape(-1, 3, count)
+        check_held(squared, K_free, M_free)
         met = _described(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
         bending = np.flatnonzero(met.family == "bending")
         if len(bending) >= number:
