@@ -3,7 +3,9 @@
 import os
 from pathlib import Path
 
-from boltjoint import environment, layout
+from snakemake.logging import logger
+
+from boltjoint import environment, estimate, layout
 from boltjoint.config import COMPARED_RESONANCES, ConfigError, load_study
 from boltjoint.layout import targets
 from boltjoint.names import PAGES, REFERENCE, is_enriched
@@ -17,6 +19,14 @@ try:
     study = load_study(Path.cwd(), config, Published(SOURCE).case_studies)
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
+
+needed, memory = estimate.estimate(study), estimate.machine_memory()
+# jobs, which read this file again, are asked no more
+if workflow.is_main_process:
+    if shortage := estimate.shortage(needed, memory):
+        raise WorkflowError(shortage)
+    for line in estimate.overstrained(study):
+        logger.warning(line)
 
 
 wildcard_constraints:
