@@ -7,6 +7,7 @@ from small_joint import make_joint, make_preload
 
 from boltjoint import compare, tables
 from boltjoint import joint as joints
+from boltjoint.dataset import DamagedFile
 from boltjoint.fitting import fit_reduced_joint
 from boltjoint.friction import states
 from boltjoint.march import check_solutions
@@ -421,7 +422,7 @@ def test_where_no_forward_differences_were_timed_their_columns_are_empty():
 def test_table_on_paper(tmp_path):
     table = pd.DataFrame({"peak_frequency_Hz": [70.123456, np.nan], "joint": ["a<b", "c"]})
     tables.write(table, tmp_path / "t.csv", tmp_path / "t.html", "A & B")
-    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "t.csv"), table)
+    pd.testing.assert_frame_equal(tables.read(tmp_path / "t.csv"), table)
     page = (tmp_path / "t.html").read_text()
     for text in ("peak frequency (Hz)", "a&lt;b", "<h1>A &amp; B</h1>", "70.12", "–"):
         assert text in page
@@ -433,3 +434,22 @@ def test_times_of_a_case_that_was_not_published_stand_alone(study):
     table = compare.tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
     assert table["published_s"].isna().all()
     assert table["cpu_s"].item() > 0
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"a,b\n1,2\n3", b"\0" * 40, b"\n", b"a\n1\n\xff\n", b"a\n1,2\n1,2,3\n"],
+)
+def test_a_damaged_table_is_named(tmp_path, content):
+    path = tmp_path / "t.csv"
+    path.write_bytes(content)
+    with pytest.raises(DamagedFile) as caught:
+        tables.read(path)
+    (sentence,) = str(caught.value).splitlines()
+    assert sentence.startswith(f"{path}: ")
+    assert sentence.endswith(": delete it and run again")
+
+
+def test_a_missing_table_is_missing_not_damaged(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"t\.csv: there is no such file"):
+        tables.read(tmp_path / "t.csv")

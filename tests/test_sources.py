@@ -1,11 +1,13 @@
 """Library files behind a script, found without running anything."""
 
+import os
+import shutil
 from pathlib import Path
 
 import pytest
 
 import boltjoint
-from boltjoint.sources import library_sources
+from boltjoint.sources import library_sources, source_hash
 
 PACKAGE = Path(boltjoint.__file__).resolve().parent
 
@@ -105,3 +107,53 @@ def test_imports_for_type_checkers_do_not_count(tmp_path):
     )
     found = [Path(source).stem for source in library_sources(script, package)]
     assert found == ["__init__", "used"]
+
+
+@pytest.fixture
+def script(tmp_path):
+    """A script that uses one of two modules of a package, in a folder of its own."""
+    package = tmp_path / "package"
+    package.mkdir()
+    for name, text in (("__init__", ""), ("used", "a = 1\n"), ("other", "b = 1\n")):
+        (package / f"{name}.py").write_text(text, encoding="utf-8")
+    path = tmp_path / "script.py"
+    path.write_text("from package import used\n", encoding="utf-8")
+    return path
+
+
+def hash_of(script):
+    return source_hash(script, script.parent / "package")
+
+
+def test_the_hash_follows_the_content_of_what_is_used(script):
+    used, other = (script.parent / f"package/{name}.py" for name in ("used", "other"))
+    before = hash_of(script)
+    assert len(before) == 16
+    other.write_text("b = 2\n", encoding="utf-8")
+    assert hash_of(script) == before
+    for path in (used, script):
+        kept = path.read_text(encoding="utf-8")
+        path.write_text(kept + "# edited\n", encoding="utf-8")
+        assert hash_of(script) != before
+        path.write_text(kept, encoding="utf-8")
+        assert hash_of(script) == before
+
+
+def test_the_hash_knows_no_dates_and_no_place(script, tmp_path):
+    before = hash_of(script)
+    for path in (script, *(script.parent / "package").iterdir()):
+        os.utime(path, (0, 0))
+    assert hash_of(script) == before
+    shutil.copytree(script.parent / "package", tmp_path / "elsewhere/package")
+    shutil.copy(script, tmp_path / "elsewhere")
+    assert hash_of(tmp_path / "elsewhere/script.py") == before
+
+
+def test_content_that_moves_from_one_module_to_another_is_seen(script):
+    other = script.parent / "package/other.py"
+    used = script.parent / "package/used.py"
+    script.write_text("from package import other, used\n", encoding="utf-8")
+    before = hash_of(script)
+    used.write_text("", encoding="utf-8")
+    other.write_text("b = 1\na = 1\n", encoding="utf-8")
+    assert hash_of(script) != before

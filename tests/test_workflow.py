@@ -6,7 +6,16 @@ import shutil
 import pandas as pd
 import pytest
 import xarray as xr
-from small_study import CASE, SETTINGS, SOLVED, SOLVED_VARIABLE, VARIABLE, snakemake, write
+from small_study import (
+    ASSEMBLY,
+    CASE,
+    SETTINGS,
+    SOLVED,
+    SOLVED_VARIABLE,
+    VARIABLE,
+    snakemake,
+    write,
+)
 
 from boltjoint import layout
 from boltjoint.config import load_study
@@ -266,25 +275,60 @@ def test_another_description_runs_nothing(finished):
     assert counts == {}
 
 
+STRUCTURE = {"build_assembly", "apply_preload", "find_modes", "find_principal_motions"}
+JOINTS = {"connect_nodes", "partition_regions", "fit_reduced_joint", "tabulate_joint"}
+SOLVES = {"solve_response", "time_solver", "find_backbone", "check_solutions"}
+
+
 @pytest.mark.parametrize(
-    ("module", "runs", "rests"),
+    ("file", "runs", "rests"),
     [
-        ("fitting.py", "fit_reduced_joint", "partition_regions"),
-        ("structure/statics.py", "apply_preload", "build_assembly"),
-        ("structure/enrichment.py", "find_principal_motions", "apply_preload"),
-        ("solvers/arc_length.py", "solve_response", "connect_nodes"),
-        ("tables.py", "compare_accuracy", "solve_response"),
+        ("src/boltjoint/fitting.py", "fit_reduced_joint", STRUCTURE | {"partition_regions"}),
+        ("src/boltjoint/structure/statics.py", "apply_preload", {"build_assembly"}),
+        ("src/boltjoint/structure/enrichment.py", "find_principal_motions", {"apply_preload"}),
+        ("src/boltjoint/solvers/arc_length.py", "solve_response", STRUCTURE | JOINTS),
+        ("src/boltjoint/tables.py", "compare_accuracy", STRUCTURE | JOINTS | SOLVES),
+        ("src/boltjoint/estimate.py", None, STRUCTURE | JOINTS | SOLVES),
+        ("workflow/scripts/plot_mesh.py", "plot_mesh", STRUCTURE | JOINTS | SOLVES),
     ],
 )
-def test_editing_a_library_module_runs_what_uses_it(finished, module, runs, rests):
-    path = finished / "src/boltjoint" / module
+@pytest.mark.parametrize("date", ["older", "newer"])
+def test_editing_the_code_runs_what_uses_it(finished, file, runs, rests, date):
+    path = finished / file
     text, times = path.read_text(), (path.stat().st_atime, path.stat().st_mtime)
     path.write_text(text + "\n# edited\n")
+    if date == "older":
+        os.utime(path, (0, 0))
     counts = planned(finished)
     path.write_text(text)
     os.utime(path, times)
-    assert runs in counts
-    assert rests not in counts
+    assert not rests & set(counts)
+    assert runs in counts if runs else counts == {}
+
+
+def test_code_of_another_date_runs_nothing(finished):
+    for folder in ("src", "workflow"):
+        for path in (finished / folder).rglob("*.py"):
+            os.utime(path)
+    assert planned(finished) == {}
+
+
+def test_a_damaged_result_is_named_and_its_job_leaves_a_traceback(finished):
+    damaged = finished / "results/cases/small/free-2/regions=2/joint.nc"
+    table = "results/tables/regions_small_free-2_regions=2.csv"
+    kept = damaged.read_bytes()
+    damaged.write_bytes(kept[: len(kept) // 2])
+    ran = snakemake(finished, table)
+    damaged.write_bytes(kept)
+    assert ran.returncode != 0
+    (line,) = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
+    assert str(damaged.relative_to(finished)) in line and "cannot be read" in line
+    assert "Traceback" not in ran.stderr
+    log = finished / "results/logs/tabulate_regions/small_free-2_regions=2.log"
+    assert "Traceback" in log.read_text() and line in log.read_text()
+    # what it would have written is gone, and comes back with what it is made from
+    assert snakemake(finished).returncode == 0
+    assert planned(finished) == {}
 
 
 def test_whatever_is_written_is_asked_for_so_that_it_is_made_again_once_lost(finished):
@@ -327,6 +371,33 @@ def test_bad_input_stops_before_any_job(finished, key, value, words):
         assert word in ran.stderr
     assert "Traceback" not in ran.stderr
     assert "rule " not in ran.stderr
+
+
+def test_a_mesh_too_large_for_the_machine_stops_before_any_job(finished):
+    assembly = finished / "config/assemblies/two_bolt.yaml"
+    write(assembly, ASSEMBLY | {"mesh": ASSEMBLY["mesh"] | {"layers_per_half_height": 10**7}})
+    ran = snakemake(finished, "--dry-run")
+    write(assembly, ASSEMBLY)
+    assert ran.returncode != 0
+    (line,) = [each for each in ran.stderr.splitlines() if "GiB" in each]
+    assert line.startswith("config/assemblies/two_bolt.yaml: mesh: needs some ")
+    assert "Traceback" not in ran.stderr
+    assert "job " not in ran.stdout
+
+
+def test_what_a_run_needs_and_bolts_that_yield_are_told_once(finished):
+    case = finished / "config/cases/small.yaml"
+    preload = "results/assemblies/two_bolt/preload=40000/preload.nc"
+    write(case, CASE | {"preload_N": 40000})
+    ran = snakemake(finished, preload)
+    write(case, CASE)
+    shutil.rmtree((finished / preload).parent)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stderr.count("Estimate: ") == 1
+    by_file = "config/cases/small.yaml: preload_N: a preload of 40000 N strains the shanks"
+    assert ran.stderr.count(by_file) == 1
+    log = finished / "results/logs/apply_preload/two_bolt_40000.log"
+    assert "WARNING boltjoint.structure.statics: a preload of 40000 N strains" in log.read_text()
 
 
 def test_a_solve_that_breaks_off_is_flagged_and_the_study_goes_on(finished):

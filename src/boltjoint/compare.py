@@ -73,7 +73,6 @@ def tabulate_contact(
                 "largest_gap_um": dataset["gap"].to_numpy().max() * 1e6,
                 "shank_shortening_um": float(dataset["shank_shortening"].mean()) * 1e6,
                 "newton_iterations": int(dataset["iterations"]),
-                "converged": bool(dataset["converged"]),
             }
         )
     return pd.DataFrame(rows)

@@ -1,9 +1,12 @@
-"""How a table is written: CSV for programs, HTML for readers."""
+"""How a table is written and read: CSV for programs, HTML for readers."""
 
 import html
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
+
+from boltjoint.dataset import DamagedFile
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1c2733; margin: 1.5rem; }
@@ -64,6 +67,36 @@ def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) ->
         f"<table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></body></html>\n",
         encoding="utf-8",
     )
+
+
+def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFrame:
+    """Read a table of the results.
+
+    Parameters
+    ----------
+    path
+        A CSV file.
+    dtype
+        Types of columns that are not as their values look.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    DamagedFile
+        If the file is empty, ends within a row, or is no table.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"{path}: there is no such file")
+    try:
+        if not path.read_bytes().endswith(b"\n"):
+            raise DamagedFile(path, "is not complete, its last row has no end")
+        return pd.read_csv(path, dtype=dtype)
+    except DamagedFile:
+        raise
+    except (OSError, ValueError) as error:  # what pandas raises is a ValueError
+        raise DamagedFile(path, f"cannot be read ({str(error).strip()})") from error
 
 
 def heading(column: str) -> str:

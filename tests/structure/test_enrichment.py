@@ -357,6 +357,22 @@ def test_refuses_sizes_that_make_no_basis():
         Enrichment(free_modes=1)
 
 
+def test_needs_an_assembly_that_is_held(assembly, preload, principal):
+    loose = assembly.isel(clamped=slice(0, 0))
+    with pytest.raises(RuntimeError, match="natural frequencies are zero within rounding"):
+        find_principal_motions(loose, preload)
+
+
+@pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
+@pytest.mark.parametrize(
+    "extreme",
+    [{"contact_stiffness": 1e300}, {"contact_stiffness": 1e-300}, {"friction_coefficient": 1e300}],
+)
+def test_motions_lost_in_rounding_end_with_what_to_do(assembly, preload, extreme):
+    with pytest.raises(RuntimeError, match="choose the values of enrichment nearer to their"):
+        find_principal_motions(assembly, preload, Enrichment(levels=1, resonances=1, **extreme))
+
+
 def test_refuses_to_keep_nothing(assembly, preload):
     with pytest.raises(ValueError, match="most is 0: it must be positive"):
         find_principal_motions(assembly, preload, most=0)

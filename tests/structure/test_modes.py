@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from examples import study_assembly
+from examples import coarse_assembly, study_assembly
 
+from boltjoint.config import Assembly
 from boltjoint.dataset import save
 from boltjoint.structure.constraints import assemble_assembly
 from boltjoint.structure.mesh import build_assembly
@@ -154,3 +155,22 @@ def test_published_frequencies(name, published):
     np.testing.assert_allclose(found["natural_frequency"], published, rtol=0.01)
     left_out = found["candidate_family"].to_numpy()[found["candidate_frequency"] < 2600] == "axial"
     assert left_out.sum() == 1
+
+
+@pytest.mark.parametrize("family", ["free-3", "free-20"])
+def test_an_assembly_that_is_not_held_has_no_modes(assembly, family):
+    loose = assembly.isel(clamped=slice(0, 0))
+    with pytest.raises(
+        RuntimeError, match="natural frequencies are zero within rounding"
+    ) as caught:
+        find_modes(loose, family)
+    assert "a part of the assembly is not held" in str(caught.value)
+
+
+def test_a_slow_structure_is_no_loose_one():
+    # two metres long: its first frequency is 1/60 of the other assemblies'
+    slender = coarse_assembly().model_dump()
+    slender["bar"]["free_length_mm"] = (1000, 1000)
+    slender["mesh"]["element_length_free_mm"] = 25
+    found = find_modes(build_assembly(Assembly.model_validate(slender)), "free-2")
+    assert 1 < found["natural_frequency"][0] < 5

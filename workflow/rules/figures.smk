@@ -2,13 +2,14 @@ rule plot_modes:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
         modes="results/assemblies/{assembly}/{modes}/modes.nc",
-        library=library("plot_modes.py"),
     output:
         figure="results/figures/modes_{assembly}_{modes}.svg",
     log:
         "results/logs/plot_modes/{assembly}_{modes}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_modes.py"),
     script:
         "../scripts/plot_modes.py"
 
@@ -17,13 +18,14 @@ rule plot_contact:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
         preload="results/assemblies/{assembly}/preload={newton}/preload.nc",
-        library=library("plot_contact.py"),
     output:
         figure="results/figures/contact_{assembly}_preload={newton}.svg",
     log:
         "results/logs/plot_contact/{assembly}_{newton}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_contact.py"),
     script:
         "../scripts/plot_contact.py"
 
@@ -32,13 +34,14 @@ rule plot_regions:
     input:
         assembly=lambda w: layout.assembly(case_of(w).assembly),
         joint="results/cases/{case}/{modes}/{regions}/joint.nc",
-        library=library("plot_regions.py"),
     output:
         figure="results/figures/regions_{case}_{modes}_{regions}.svg",
     log:
         "results/logs/plot_regions/{case}_{modes}_{regions}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_regions.py"),
     script:
         "../scripts/plot_regions.py"
 
@@ -47,7 +50,6 @@ rule plot_loops:
     input:
         reduced="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
         regions="results/cases/{case}/{modes}/{regions}/joint.nc",
-        library=library("plot_loops.py"),
     output:
         figure="results/figures/loops_{case}_{modes}_{regions}_{fit}.svg",
     log:
@@ -55,6 +57,7 @@ rule plot_loops:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("plot_loops.py"),
         region=lambda w: source_of(w).region_of_loops(f"{w.regions}/{w.fit}"),
     script:
         "../scripts/plot_loops.py"
@@ -66,7 +69,6 @@ rule plot_response:
             w.case, w.modes, layout.unflat(w.flat), w.coordinates, int(w.resonance)
         ),
         reference=reference_of,
-        library=library("plot_response.py"),
     output:
         figure="results/figures/response_{case}_{modes}_{flat}_{coordinates}_resonance={resonance}.svg",
     log:
@@ -74,6 +76,7 @@ rule plot_response:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("plot_response.py"),
         joint=lambda w: layout.unflat(w.flat),
     script:
         "../scripts/plot_response.py"
@@ -82,13 +85,14 @@ rule plot_response:
 rule plot_mesh:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
-        library=library("plot_mesh.py"),
     output:
         figure="results/figures/mesh_{assembly}.svg",
     log:
         "results/logs/plot_mesh/{assembly}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_mesh.py"),
     script:
         "../scripts/plot_mesh.py"
 
@@ -97,13 +101,14 @@ rule plot_deformation:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
         preload="results/assemblies/{assembly}/preload={newton}/preload.nc",
-        library=library("plot_deformation.py"),
     output:
         figure="results/figures/deformation_{assembly}_preload={newton}.svg",
     log:
         "results/logs/plot_deformation/{assembly}_{newton}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_deformation.py"),
     script:
         "../scripts/plot_deformation.py"
 
@@ -115,13 +120,14 @@ rule plot_states:
         response=lambda w: layout.response(
             w.case, w.modes, layout.unflat(w.flat), w.coordinates, int(w.resonance)
         ),
-        library=library("plot_states.py"),
     output:
         figure="results/figures/states_{case}_{modes}_{flat}_{coordinates}_resonance={resonance}.svg",
     log:
         "results/logs/plot_states/{case}_{modes}_{flat}_{coordinates}_{resonance}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_states.py"),
     script:
         "../scripts/plot_states.py"
 
@@ -129,13 +135,14 @@ rule plot_states:
 rule plot_times:
     input:
         table="results/tables/times_{case}_{modes}.csv",
-        library=library("plot_times.py"),
     output:
         figure="results/figures/times_{case}_{modes}_resonance={resonance}.svg",
     log:
         "results/logs/plot_times/{case}_{modes}_{resonance}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_times.py"),
     script:
         "../scripts/plot_times.py"
 
@@ -146,7 +153,6 @@ rule plot_backbones:
             layout.backbone(w.case, w.modes, name, int(w.resonance))
             for name in backbones(w)
         ],
-        library=library("plot_backbones.py"),
     output:
         figure="results/figures/backbone_{case}_{modes}_resonance={resonance}.svg",
     log:
@@ -154,6 +160,7 @@ rule plot_backbones:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("plot_backbones.py"),
         joints=lambda w: backbones(w),
         forces=lambda w: case_of(w).forces_N,
     script:
@@ -163,7 +170,6 @@ rule plot_backbones:
 rule plot_table:
     input:
         table="results/tables/{drawn}.csv",
-        library=library("plot_table.py"),
     output:
         figure="results/figures/{drawn}.svg",
     log:
@@ -172,5 +178,7 @@ rule plot_table:
         drawn="(bases|divisions|models|patterns)_.+|sampling",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("plot_table.py"),
     script:
         "../scripts/plot_table.py"

@@ -2,7 +2,6 @@ rule connect_nodes:
     input:
         modes=lambda w: layout.modes_of_case(study, w.case, w.modes),
         preload=lambda w: layout.preload_of_case(study, w.case),
-        library=library("connect_nodes.py"),
     output:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
     log:
@@ -10,6 +9,7 @@ rule connect_nodes:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("connect_nodes.py"),
         contact=lambda w: case_of(w).contact.model_dump(exclude={"law"}),
     script:
         "../scripts/connect_nodes.py"
@@ -19,7 +19,6 @@ rule partition_regions:
     input:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
         preload=lambda w: layout.preload_of_case(study, w.case),
-        library=library("partition_regions.py"),
     output:
         joint="results/cases/{case}/{modes}/{regions}/joint.nc",
     log:
@@ -27,6 +26,7 @@ rule partition_regions:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("partition_regions.py"),
         regions=lambda w: case_of(w).partition(w.regions),
     script:
         "../scripts/partition_regions.py"
@@ -35,7 +35,6 @@ rule partition_regions:
 rule fit_reduced_joint:
     input:
         joint="results/cases/{case}/{modes}/{regions}/joint.nc",
-        library=library("fit_reduced_joint.py"),
     output:
         joint="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
         timing="results/cases/{case}/{modes}/{regions}/{fit}/fit_timing.csv",
@@ -46,6 +45,7 @@ rule fit_reduced_joint:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("fit_reduced_joint.py"),
         fit=lambda w: study.fitting.fit(f"{w.regions}/{w.fit}"),
     script:
         "../scripts/fit_reduced_joint.py"
@@ -54,12 +54,13 @@ rule fit_reduced_joint:
 rule tabulate_joint:
     input:
         joint="results/cases/{case}/{modes}/{regions}/joint.nc",
-        library=library("tabulate_joint.py"),
     output:
         joint="results/cases/{case}/{modes}/{regions}/table/joint.nc",
     log:
         "results/logs/tabulate_joint/{case}_{modes}_{regions}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("tabulate_joint.py"),
     script:
         "../scripts/tabulate_joint.py"

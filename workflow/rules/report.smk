@@ -16,7 +16,6 @@ rule write_overview:
         joints=[path for case in study.cases for path in nodes_of(case)],
         environment="results/environment.json",
         published=published,
-        library=library("write_overview.py"),
     output:
         page="results/report/overview.html",
         packed=report(
@@ -30,6 +29,7 @@ rule write_overview:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("write_overview.py"),
         study=study.model_dump(),
         shown=[path for page in (*PAGES, *study.cases) for path in shown_on(page)],
     script:
@@ -46,7 +46,6 @@ rule write_page_of_accuracy:
             if path.startswith("results/tables/harmonic_peaks")
         ],
         published=published,
-        library=library("write_page_of_accuracy.py"),
     output:
         page="results/report/accuracy.html",
         packed=report(
@@ -60,6 +59,7 @@ rule write_page_of_accuracy:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("write_page_of_accuracy.py"),
         cases=list(study.cases),
     script:
         "../scripts/write_page_of_accuracy.py"
@@ -70,7 +70,6 @@ rule write_page_of_structure:
         shown=shown_on("structure"),
         meshes=[layout.assembly(name) for name in study.assemblies],
         published=published,
-        library=library("write_page_of_structure.py"),
     output:
         page="results/report/structure.html",
         packed=report(
@@ -84,6 +83,7 @@ rule write_page_of_structure:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("write_page_of_structure.py"),
         assemblies={
             name: found.model_dump() for name, found in study.assemblies.items()
         },
@@ -97,7 +97,6 @@ rule write_page_of_case:
         shown=lambda w: shown_on(w.case),
         joints=lambda w: nodes_of(w.case),
         published=published,
-        library=library("write_page_of_case.py"),
     output:
         page="results/report/{case}.html",
         packed=report(
@@ -111,6 +110,7 @@ rule write_page_of_case:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("write_page_of_case.py"),
         case=lambda w: case_of(w).model_dump(),
         # no more of it: other options do not stand on the page
         solver=study.solver.model_dump(

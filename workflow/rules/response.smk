@@ -2,7 +2,6 @@ rule solve_response:
     input:
         joint="results/cases/{case}/{modes}/{joint}/joint.nc",
         nodes="results/cases/{case}/{modes}/node-to-node/joint.nc",
-        library=library("solve_response.py"),
     output:
         response="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/response.nc",
     log:
@@ -12,6 +11,7 @@ rule solve_response:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("solve_response.py"),
         window=lambda w: {
             "resonance": int(w.resonance),
             "given": case_of(w).window_around(int(w.resonance)),
@@ -37,7 +37,6 @@ rule time_solver:
     input:
         joint="results/cases/{case}/{modes}/{joint}/joint.nc",
         nodes="results/cases/{case}/{modes}/node-to-node/joint.nc",
-        library=library("time_solver.py"),
     output:
         timing="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/timing.csv",
     log:
@@ -47,6 +46,7 @@ rule time_solver:
     # all cores, so that nothing else runs on the machine meanwhile
     threads: workflow.cores
     params:
+        library=library("time_solver.py"),
         window=lambda w: {
             "resonance": int(w.resonance),
             "given": case_of(w).window_around(int(w.resonance)),
@@ -71,13 +71,14 @@ rule check_solutions:
     input:
         joint="results/cases/{case}/{modes}/{joint}/joint.nc",
         response="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/response.nc",
-        library=library("check_solutions.py"),
     output:
         check="results/cases/{case}/{modes}/{joint}/{coordinates}/resonance={resonance}/check.csv",
     log:
         "results/logs/check_solutions/{case}_{modes}_{joint}_{coordinates}_{resonance}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("check_solutions.py"),
     script:
         "../scripts/check_solutions.py"
 
@@ -86,7 +87,6 @@ rule find_backbone:
     input:
         joint="results/cases/{case}/{modes}/{joint}/joint.nc",
         nodes="results/cases/{case}/{modes}/node-to-node/joint.nc",
-        library=library("find_backbone.py"),
     output:
         backbone="results/cases/{case}/{modes}/{joint}/backbone/resonance={resonance}/backbone.nc",
     log:
@@ -94,6 +94,7 @@ rule find_backbone:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("find_backbone.py"),
         window=lambda w: {
             "resonance": int(w.resonance),
             "given": case_of(w).window_around(int(w.resonance)),
@@ -112,7 +113,6 @@ rule find_backbone:
 rule find_peaks:
     input:
         joint="results/cases/{case}/{modes}/{joint}/joint.nc",
-        library=library("find_peaks.py"),
     output:
         peaks="results/cases/{case}/{modes}/{joint}/peaks.csv",
     log:
@@ -122,6 +122,7 @@ rule find_peaks:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("find_peaks.py"),
         options=lambda w: {
             "forces": case_of(w).forces_N,
             "loss_factor": case_of(w).loss_factor,
@@ -132,8 +133,6 @@ rule find_peaks:
 
 
 rule record_environment:
-    input:
-        library=library("record_environment.py"),
     output:
         "results/environment.json",
     log:
@@ -141,6 +140,7 @@ rule record_environment:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("record_environment.py"),
         record=environment.record(),
     script:
         "../scripts/record_environment.py"

@@ -1,6 +1,4 @@
 rule build_assembly:
-    input:
-        library=library("build_assembly.py"),
     output:
         assembly="results/assemblies/{assembly}/assembly.nc",
         mesh="results/assemblies/{assembly}/mesh.vtu",
@@ -11,6 +9,7 @@ rule build_assembly:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("build_assembly.py"),
         assembly=lambda w: study.assemblies[w.assembly].model_dump(
             exclude={"preload_N"}
         ),
@@ -21,7 +20,6 @@ rule build_assembly:
 rule apply_preload:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
-        library=library("apply_preload.py"),
     output:
         preload="results/assemblies/{assembly}/preload={newton}/preload.nc",
         view="results/assemblies/{assembly}/preload={newton}/preload.vtu",
@@ -32,6 +30,7 @@ rule apply_preload:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("apply_preload.py"),
         preload=lambda w: float(w.newton),
     script:
         "../scripts/apply_preload.py"
@@ -41,7 +40,6 @@ rule find_principal_motions:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
         preload=lambda w: layout.contact_of_basis(study, w.assembly),
-        library=library("find_principal_motions.py"),
     output:
         principal="results/assemblies/{assembly}/principal.nc",
     log:
@@ -51,6 +49,7 @@ rule find_principal_motions:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("find_principal_motions.py"),
         enrichment=study.enrichment.options,
         most=study.enrichment.most,
     script:
@@ -63,7 +62,6 @@ rule find_modes:
         principal=lambda w: (
             layout.principal(w.assembly) if is_enriched(w.modes) else []
         ),
-        library=library("find_modes.py"),
     output:
         modes="results/assemblies/{assembly}/{modes}/modes.nc",
         view="results/assemblies/{assembly}/{modes}/modes.vtu",
@@ -74,6 +72,7 @@ rule find_modes:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("find_modes.py"),
         family="{modes}",
     script:
         "../scripts/find_modes.py"
@@ -83,7 +82,6 @@ rule find_patterns:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
         preload=lambda w: layout.contact_of_basis(study, w.assembly),
-        library=library("find_patterns.py"),
     output:
         patterns="results/assemblies/{assembly}/patterns.nc",
     log:
@@ -93,6 +91,7 @@ rule find_patterns:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("find_patterns.py"),
         options={
             "stiffness": study.enrichment.contact_stiffness_N_per_m,
             "number": COMPARED_RESONANCES,

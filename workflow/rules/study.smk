@@ -6,13 +6,15 @@
 import os
 from pathlib import Path
 
-from boltjoint import environment, layout
+from snakemake.logging import logger
+
+from boltjoint import environment, estimate, layout
 from boltjoint.config import COMPARED_RESONANCES, ConfigError, load_study
 from boltjoint.layout import targets
 from boltjoint.names import PAGES, REFERENCE, is_enriched
 from boltjoint.pages import shown as pages
 from boltjoint.published import Published
-from boltjoint.sources import library_sources
+from boltjoint.sources import source_hash
 
 SOURCE = Path(workflow.basedir, "resources/source")
 
@@ -26,6 +28,14 @@ try:
     study = load_study(Path.cwd(), config, Published(SOURCE).case_studies)
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
+
+needed, memory = estimate.estimate(study), estimate.machine_memory()
+# jobs, which read this file again, are asked no more
+if workflow.is_main_process:
+    if shortage := estimate.shortage(needed, memory):
+        raise WorkflowError(shortage)
+    for line in estimate.overstrained(study):
+        logger.warning(line)
 
 
 wildcard_constraints:
@@ -42,9 +52,8 @@ wildcard_constraints:
 
 
 def library(script):
-    """Modules of the library that a script uses: editing one makes what it wrote out of date."""
-    used = library_sources(Path(workflow.basedir, "workflow/scripts", script))
-    return [os.path.relpath(path) for path in used]
+    """Hash of a script and the modules it uses: another content makes what it wrote stale."""
+    return source_hash(Path(workflow.basedir, "workflow/scripts", script))
 
 
 # the tables of the source study

@@ -2,7 +2,6 @@ rule tabulate_frequencies:
     input:
         modes=lambda w: [layout.modes(name, w.modes) for name in study.assemblies],
         published=published,
-        library=library("tabulate_frequencies.py"),
     output:
         csv=report(
             "results/tables/natural_frequencies_{modes}.csv",
@@ -16,6 +15,7 @@ rule tabulate_frequencies:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_frequencies.py"),
         assemblies=list(study.assemblies),
     script:
         "../scripts/tabulate_frequencies.py"
@@ -25,7 +25,6 @@ rule tabulate_contact:
     input:
         preloads=[layout.preload(*which) for which in layout.preloads(study)],
         published=published,
-        library=library("tabulate_contact.py"),
     output:
         csv=report(
             "results/tables/contact.csv",
@@ -39,6 +38,7 @@ rule tabulate_contact:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_contact.py"),
         preloads=layout.preloads(study),
     script:
         "../scripts/tabulate_contact.py"
@@ -47,7 +47,6 @@ rule tabulate_contact:
 rule tabulate_regions:
     input:
         joint="results/cases/{case}/{modes}/{regions}/joint.nc",
-        library=library("tabulate_regions.py"),
     output:
         csv=report(
             "results/tables/regions_{case}_{modes}_{regions}.csv",
@@ -60,6 +59,8 @@ rule tabulate_regions:
         "results/logs/tabulate_regions/{case}_{modes}_{regions}.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("tabulate_regions.py"),
     script:
         "../scripts/tabulate_regions.py"
 
@@ -68,7 +69,6 @@ rule tabulate_elements:
     input:
         joint="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
         published=published,
-        library=library("tabulate_elements.py"),
     output:
         csv=report(
             "results/tables/elements_{case}_{modes}_{regions}_{fit}.csv",
@@ -82,6 +82,7 @@ rule tabulate_elements:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_elements.py"),
         joint="{regions}/{fit}",
         case_study=lambda w: case_of(w).published,
     script:
@@ -102,7 +103,6 @@ rule compare_fits:
             layout.response(w.case, w.modes, name, REFERENCE[1], 1)
             for name in solved_in_linear_modes(w)
         ],
-        library=library("compare_fits.py"),
     output:
         csv=report(
             "results/tables/fits_{case}_{modes}.csv",
@@ -116,6 +116,7 @@ rule compare_fits:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("compare_fits.py"),
         fitted=lambda w: layout.fitted(study, w.case, w.modes),
         solved=solved_in_linear_modes,
     script:
@@ -128,7 +129,6 @@ rule tabulate_patterns:
             layout.modes(w.assembly, family) for family in study.convergence.bases
         ],
         patterns="results/assemblies/{assembly}/patterns.nc",
-        library=library("tabulate_patterns.py"),
     output:
         csv=report(
             "results/tables/patterns_{assembly}.csv",
@@ -142,6 +142,7 @@ rule tabulate_patterns:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_patterns.py"),
         bases=study.convergence.bases,
     script:
         "../scripts/tabulate_patterns.py"
@@ -153,7 +154,6 @@ rule tabulate_bases:
             layout.peaks(w.case, family, REFERENCE[0])
             for family in study.convergence.bases
         ],
-        library=library("tabulate_bases.py"),
     output:
         csv=report(
             "results/tables/bases_{case}.csv",
@@ -167,6 +167,7 @@ rule tabulate_bases:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_bases.py"),
         bases=study.convergence.bases,
     script:
         "../scripts/tabulate_bases.py"
@@ -177,7 +178,6 @@ rule tabulate_divisions:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
         preload=lambda w: layout.preload_of_case(study, w.case),
         peaks="results/cases/{case}/{modes}/node-to-node/peaks.csv",
-        library=library("tabulate_divisions.py"),
     output:
         csv=report(
             "results/tables/divisions_{case}_{modes}.csv",
@@ -193,6 +193,7 @@ rule tabulate_divisions:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_divisions.py"),
         options=lambda w: {
             "counts": study.convergence.regions,
             "loss_factor": case_of(w).loss_factor,
@@ -209,7 +210,6 @@ rule compare_accuracy:
             layout.response(w.case, w.modes, *which) for which in solved(w)
         ],
         checks=lambda w: [layout.check(w.case, w.modes, *which) for which in checked(w)],
-        library=library("compare_accuracy.py"),
     output:
         csv=report(
             "results/tables/accuracy_{case}_{modes}.csv",
@@ -223,6 +223,7 @@ rule compare_accuracy:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("compare_accuracy.py"),
         solved=solved,
         checked=checked,
     script:
@@ -235,7 +236,6 @@ rule compare_times:
             layout.timing(w.case, w.modes, *which) for which in solved(w)
         ],
         published=published,
-        library=library("compare_times.py"),
     output:
         csv=report(
             "results/tables/times_{case}_{modes}.csv",
@@ -249,6 +249,7 @@ rule compare_times:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("compare_times.py"),
         solved=solved,
         case_study=lambda w: case_of(w).published,
     script:
@@ -263,7 +264,6 @@ rule compare_models:
         timings=lambda w: [
             layout.timing(w.case, *which) for which in layout.compared(study, w.case)
         ],
-        library=library("compare_models.py"),
     output:
         csv=report(
             "results/tables/models_{case}.csv",
@@ -277,6 +277,7 @@ rule compare_models:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("compare_models.py"),
         compared=lambda w: layout.compared(study, w.case),
         converged=lambda w: layout.converged(study)[w.case],
     script:
@@ -291,7 +292,6 @@ rule tabulate_states:
         responses=lambda w: [
             layout.response(w.case, w.modes, *which) for which in solved(w)
         ],
-        library=library("tabulate_states.py"),
     output:
         csv=report(
             "results/tables/states_{case}_{modes}.csv",
@@ -305,6 +305,7 @@ rule tabulate_states:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_states.py"),
         joints=lambda w: case_of(w).joints(w.modes),
         solved=lambda w: solved(w),
     script:
@@ -315,7 +316,6 @@ rule march_in_time:
     input:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
         response=lambda w: layout.response(w.case, *layout.marched(study)[w.case]),
-        library=library("march_in_time.py"),
     output:
         csv=report(
             "results/tables/harmonics_{case}_{modes}.csv",
@@ -331,6 +331,7 @@ rule march_in_time:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("march_in_time.py"),
         forces=lambda w: case_of(w).march_forces_N,
     script:
         "../scripts/march_in_time.py"
@@ -342,7 +343,6 @@ rule balance_harmonics:
         response=lambda w: layout.response(
             w.case, *layout.balanced(study, w.case)[w.modes]
         ),
-        library=library("balance_harmonics.py"),
     output:
         csv=report(
             "results/tables/harmonic_peaks_{case}_{modes}.csv",
@@ -358,6 +358,7 @@ rule balance_harmonics:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("balance_harmonics.py"),
         forces=lambda w: case_of(w).march_forces_N,
     script:
         "../scripts/balance_harmonics.py"
@@ -373,7 +374,6 @@ rule tabulate_sampling:
             layout.response(case, *which)
             for case, which in layout.references(study).items()
         ],
-        library=library("tabulate_sampling.py"),
     output:
         csv=report(
             "results/tables/sampling.csv",
@@ -387,6 +387,7 @@ rule tabulate_sampling:
     conda:
         "../envs/boltjoint.yaml"
     params:
+        library=library("tabulate_sampling.py"),
         cases=list(layout.references(study)),
     script:
         "../scripts/tabulate_sampling.py"

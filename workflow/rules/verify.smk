@@ -10,7 +10,6 @@ VERIFIED = {
 rule write_decks:
     input:
         **VERIFIED,
-        library=library("write_decks.py"),
     output:
         modes="results/verification/modes/calculix.inp",
         preload="results/verification/preload/calculix.inp",
@@ -18,6 +17,8 @@ rule write_decks:
         "results/logs/write_decks.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("write_decks.py"),
     script:
         "../scripts/write_decks.py"
 
@@ -25,7 +26,6 @@ rule write_decks:
 rule run_calculix:
     input:
         deck="results/verification/{deck}/calculix.inp",
-        library=library("run_calculix.py"),
     output:
         printed="results/verification/{deck}/calculix.dat",
     log:
@@ -36,6 +36,8 @@ rule run_calculix:
         deck="modes|preload",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("run_calculix.py"),
     script:
         "../scripts/run_calculix.py"
 
@@ -45,7 +47,6 @@ rule compare_calculix:
         **VERIFIED,
         printed_modes="results/verification/modes/calculix.dat",
         printed_preload="results/verification/preload/calculix.dat",
-        library=library("compare_calculix.py"),
     output:
         csv="results/verification/calculix.csv",
         html="results/verification/calculix.html",
@@ -53,5 +54,7 @@ rule compare_calculix:
         "results/logs/compare_calculix.log",
     conda:
         "../envs/boltjoint.yaml"
+    params:
+        library=library("compare_calculix.py"),
     script:
         "../scripts/compare_calculix.py"

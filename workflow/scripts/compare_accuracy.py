@@ -1,12 +1,10 @@
 """Compare every response of a case with the node-to-node joint in linear modes."""
 
-import pandas as pd
-
 from boltjoint import compare, dataset, logs, tables
 
 logs.write_to(snakemake.log[0])
 responses = map(dataset.load, snakemake.input.responses)
-checks = map(pd.read_csv, snakemake.input.checks)
+checks = map(tables.read, snakemake.input.checks)
 table = compare.tabulate_accuracy(
     dict(zip(snakemake.params.solved, responses, strict=True)),
     dict(zip(snakemake.params.checked, checks, strict=True)),

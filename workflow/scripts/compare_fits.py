@@ -1,14 +1,12 @@
 """Compare the fits of a case's joints: what they cost, and how near they come."""
 
-import pandas as pd
-
 from boltjoint import compare, dataset, logs, tables
 
 logs.write_to(snakemake.log[0])
 fitted, solved = snakemake.params.fitted, snakemake.params.solved
 table = compare.tabulate_fits(
     dict(zip(fitted, map(dataset.load, snakemake.input.fits), strict=True)),
-    dict(zip(fitted, map(pd.read_csv, snakemake.input.timings), strict=True)),
+    dict(zip(fitted, map(tables.read, snakemake.input.timings), strict=True)),
     dict(zip(solved, map(dataset.load, snakemake.input.responses), strict=True)),
 )
 title = f"{snakemake.wildcards.case}: fits of elements"

@@ -1,13 +1,11 @@
 """Compare all models of a case with its converged response."""
 
-import pandas as pd
-
 from boltjoint import compare, dataset, logs, tables
 
 logs.write_to(snakemake.log[0])
 which = [tuple(each) for each in snakemake.params.compared]
 responses = map(dataset.load, snakemake.input.responses)
-timings = map(pd.read_csv, snakemake.input.timings)
+timings = map(tables.read, snakemake.input.timings)
 table = compare.tabulate_models(
     dict(zip(which, responses, strict=True)),
     dict(zip(which, timings, strict=True)),

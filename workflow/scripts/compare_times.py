@@ -1,12 +1,10 @@
 """Compare the solution times of a case with each other and with the published ones."""
 
-import pandas as pd
-
 from boltjoint import compare, logs, tables
 from boltjoint.published import Published
 
 logs.write_to(snakemake.log[0])
-timings = map(pd.read_csv, snakemake.input.timings)
+timings = map(tables.read, snakemake.input.timings)
 source = Published.beside(snakemake.input.published[0], snakemake.params.case_study)
 table = compare.tabulate_times(dict(zip(snakemake.params.solved, timings, strict=True)), source)
 title = f"{snakemake.wildcards.case}: solution times in {snakemake.wildcards.modes}"

@@ -1,8 +1,6 @@
 """Draw a table."""
 
-import pandas as pd
-
-from boltjoint import figures, logs
+from boltjoint import figures, logs, tables
 
 DRAW = {
     "bases": figures.plot_bases,
@@ -14,4 +12,4 @@ DRAW = {
 
 logs.write_to(snakemake.log[0])
 kind = snakemake.wildcards.drawn.partition("_")[0]
-figures.save(DRAW[kind](pd.read_csv(snakemake.input.table)), snakemake.output.figure)
+figures.save(DRAW[kind](tables.read(snakemake.input.table)), snakemake.output.figure)

@@ -1,7 +1,5 @@
 """Compare the peaks of a joint divided in several ways with those of all its pairs."""
 
-import pandas as pd
-
 from boltjoint import convergence, dataset, joint, logs, tables
 from boltjoint.solvers.equations import StepControl
 
@@ -9,7 +7,7 @@ logs.write_to(snakemake.log[0])
 table = convergence.tabulate_divisions(
     joint.load(snakemake.input.joint),
     dataset.load(snakemake.input.preload),
-    reference=pd.read_csv(snakemake.input.peaks),
+    reference=tables.read(snakemake.input.peaks),
     control=StepControl(**snakemake.params.steps),
     **snakemake.params.options,
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from boltjoint import layout
+from boltjoint import layout, tables
 from boltjoint.names import NAME, is_enriched
 from boltjoint.pages.markup import Section, drawing, number, source, table
 from boltjoint.published import BASIS, Published
@@ -311,4 +311,4 @@ def menu(cases: Sequence[str]) -> dict[str, str]:
 
 def _read(path: str) -> pd.DataFrame:
     # 3.10 is not 3.1
-    return pd.read_csv(path, dtype={"source_table": str})
+    return tables.read(path, dtype={"source_table": str})

@@ -1,4 +1,7 @@
-"""Which displacements are free? From the unknowns of an assembly to its nodal displacements."""
+"""Displacements that are free: from the unknowns of an assembly to its nodal displacements.
+
+And what holds of a structure that is held: its stiffness has factors, and no mode is at 0 Hz.
+"""
 
 import numpy as np
 import xarray as xr
@@ -10,6 +13,13 @@ from boltjoint import checks
 from boltjoint.structure.elasticity import assemble
 
 _AXES = np.arange(3)
+#: what to do about a structure that is not held
+_HELD = (
+    "a part of the assembly is not held, or its stiffnesses are too far apart: check that its "
+    "elements are not much longer than wide, and that its material is nearer to steel"
+)
+#: squared frequencies below this share of the mesh's highest are lost in rounding, to 1e-3 of them
+_RIGID = 1e-13
 
 
 def free_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_array:
@@ -117,13 +127,49 @@ def _nodes(assembly: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np
 
 
 def factorise(matrix: sparse.csc_array) -> SuperLU:
-    """LU factors of a sparse matrix that is symmetric, or nearly so, and needs no pivoting."""
+    """LU factors of a sparse matrix that is symmetric, or nearly so, and needs no pivoting.
+
+    Raises
+    ------
+    RuntimeError
+        If the matrix is singular.
+    """
     # Pivots on the diagonal keep the fill of a symmetric ordering (SuperLU users' guide, 2.2).
     # Joining no columns into larger supernodes (relax) saves these matrices a tenth of the fill.
-    return splu(
-        matrix.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        relax=1,
-        options={"SymmetricMode": True},
-    )
+    try:
+        return splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            relax=1,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError as error:
+        raise RuntimeError(f"the stiffness matrix is singular: {_HELD}") from error
+
+
+def check_held(
+    squared: NDArray[np.float64], stiffness: sparse.csc_array, mass: sparse.csc_array
+) -> None:
+    """Refuse natural frequencies that a structure which is held cannot have.
+
+    Parameters
+    ----------
+    squared
+        Squares of the natural circular frequencies [s^-2], shape (modes,).
+    stiffness, mass
+        K and M.
+
+    Raises
+    ------
+    RuntimeError
+        If one of them is no number, or zero within rounding, as of a rigid-body mode.
+    """
+    # an estimate from below of the largest eigenvalue, whose rounding all of them have
+    highest = (stiffness.diagonal() / mass.diagonal()).max()
+    lost = ~(squared > _RIGID * highest)
+    if lost.any():
+        raise RuntimeError(
+            f"{np.count_nonzero(lost)} of {len(squared)} natural frequencies are zero within "
+            f"rounding, or no numbers: {_HELD}"
+        )

@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigsh
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
@@ -27,6 +27,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
+    check_held,
     factorise,
     free_displacements,
     relative_displacements,
@@ -134,11 +135,18 @@ class SymmetricHalf:
     def modes(
         self, factors: SuperLU, stiffness: sparse.csc_array, count: int
     ) -> tuple[Array, Array]:
-        """The first modes with a stiffness and its factors: squared frequencies and vectors."""
+        """The first modes with a stiffness and its factors: squared frequencies and vectors.
+
+        Raises
+        ------
+        RuntimeError
+            If one of the frequencies is no number or zero within rounding.
+        """
         # a fixed start that no mode is orthogonal to repeats the result
         start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
         inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
         squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
+        check_held(squared, stiffness, self.mass)
         order = np.argsort(squared)
         return squared[order], q[:, order]
 
@@ -313,16 +321,26 @@ def find_principal_motions(
     ValueError
         If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
         symmetric about y = 0, or ``most`` is not positive.
+    RuntimeError
+        If the assembly is not held, or the motions are lost in rounding.
     """
     most = checks.whole("most", most, above=0)
     enrichment = Enrichment() if enrichment is None else enrichment
     checks.instance("enrichment", enrichment, Enrichment)
     half = symmetric_half(assembly)
     candidates = find_candidates(assembly, preload, half, enrichment.free_modes)
-    motion = np.concatenate(
-        [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)], axis=1
-    )
-    kept, share = principal_motions(candidates, motion, most, enrichment.contact_stiffness)
+    try:
+        motion = np.concatenate(
+            [*stuck_motions(candidates, enrichment), *slipping_motions(candidates, enrichment)],
+            axis=1,
+        )
+        kept, share = principal_motions(candidates, motion, most, enrichment.contact_stiffness)
+    except (ArpackError, ValueError) as error:
+        # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
+        raise RuntimeError(
+            f"the motions of {enrichment} are lost in rounding ({error}): choose the values of "
+            "enrichment nearer to their defaults"
+        ) from error
     logger.info(
         "enrichment: %d candidates, %d motions, %d principal ones",
         len(candidates.mass),
@@ -367,6 +385,8 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
     ------
     ValueError
         If assembly and principal motions do not belong together, or there are fewer of them.
+    RuntimeError
+        If a frequency is no number or zero within rounding: the assembly is not held.
     """
     number = checks.whole("number", number, at_least=1)
     position = checks.variable("principal", principal, "position", ("pair", "axis"))
@@ -383,6 +403,7 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
     motion = principal["principal_motion"].transpose("node", "axis", "motion")[..., :number]
     vector = half.unknowns(motion.to_numpy().reshape(-1, number))
     squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
+    check_held(squared, half.stiffness, half.mass)
     shape = half.displacement @ (vector @ share)
     return np.sqrt(squared) / (2 * np.pi), shape.reshape(-1, 3, number)
 

@@ -20,6 +20,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import (
     assemble_assembly,
+    check_held,
     factorise,
     free_displacements,
     relative_displacements,
@@ -97,6 +98,8 @@ def find_modes(
         about y = 0; if ``enriched-N`` gets no principal motions, too few, or those of another
         mesh; or if the force excites none of the modes, or the observed point moves in none, as in
         the clamp, or across the width of a symmetric assembly.
+    RuntimeError
+        If a natural frequency is no number or zero within rounding: the assembly is not held.
     """
     checks.instance("assembly", assembly, xr.Dataset)
     kind, number = _parse(family)
@@ -214,6 +217,7 @@ def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.
         squared, q = eigsh(K_free, k=count, M=M_free, sigma=0.0, OPinv=inverse, v0=start)
         order = np.argsort(squared)
         shape = (T @ q[:, order]).reshape(-1, 3, count)
+        check_held(squared, K_free, M_free)
         met = _described(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
         bending = np.flatnonzero(met.family == "bending")
         if len(bending) >= number:

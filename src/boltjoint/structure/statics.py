@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, SuperLU, gmres
+from scipy.spatial import ConvexHull
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
+from boltjoint.structure.bolts import yield_warning
 from boltjoint.structure.constraints import (
     assemble_assembly,
     factorise,
@@ -82,14 +84,19 @@ def apply_preload(
         ``normal_load`` (pair) [N], 0 where open; ``gap`` (pair) [m], 0 where closed;
         ``friction_force`` (pair, plane) [N] on side B; ``position`` (pair, axis) [m]; ``area``
         (pair) [m2]; ``shank_shortening`` (bolt) [m]; ``displacement`` (node, axis) [m];
-        ``residual`` (iterate), ``iterations`` and ``converged``, 0 if the search ended early.
+        ``residual`` (iterate) and ``iterations``.
 
     Raises
     ------
     ValueError
         If preload, tolerance or iterations are not positive numbers, or the assembly is none.
+    RuntimeError
+        If no equilibrium is found.
     """
     preload = checks.number("preload", preload, above=0)
+    modulus = assembly["youngs_modulus"].item()
+    if sentence := yield_warning(preload, _shank_area(assembly), modulus):
+        logger.warning(sentence)
     T = free_displacements(assembly, tightened=True)
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
@@ -108,12 +115,18 @@ def apply_preload(
         tolerance=tolerance,
         most_iterations=most_iterations,
     )
+    if not found.converged:
+        # all forces grow with the preload, so that another one would not help
+        raise RuntimeError(
+            f"preload {preload:g} N: no equilibrium after {len(found.residual) - 1} corrections, "
+            f"the largest unbalanced force is {found.residual[-1]:.1e} of the preload: choose "
+            "contact.penalty_N_per_m3 of the assembly nearer to 1e15, or the material nearer to "
+            "steel, since stiffnesses too far apart are lost in rounding"
+        )
     normal_load = found.force[:, 2]
-    log = logger.info if found.converged else logger.warning
-    log(
-        "preload %g N: %s after %d corrections, residual %.1e, %d of %d pairs carry %.6g N",
+    logger.info(
+        "preload %g N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
         preload,
-        "equilibrium" if found.converged else "NO equilibrium",
         len(found.residual) - 1,
         found.residual[-1],
         np.count_nonzero(normal_load),
@@ -139,7 +152,6 @@ def apply_preload(
                 "iterate", found.residual, "1", "largest unbalanced force over preload"
             ),
             "iterations": quantity((), len(found.residual) - 1, "1", "Newton corrections"),
-            "converged": quantity((), np.int8(found.converged), "1", "1 where the forces balance"),
         },
         coords={"axis": assembly["axis"].variable, "plane": ["x", "y"]},
         attrs={"preload_N": float(preload)},
@@ -206,7 +218,8 @@ def solve_contact(
     while True:
         unbalanced = force - K @ q - C.T @ contact.ravel()
         residual.append(float(abs(unbalanced).max() / abs(force).max()))
-        if residual[-1] <= tolerance or len(residual) > most_iterations:
+        finite = np.isfinite(residual[-1])
+        if residual[-1] <= tolerance or not finite or len(residual) > most_iterations:
             break
         J = (K + C.T @ _block_diagonal(tangent) @ C).tocsc()
         correction, factors = _solve_with_old_factors(J, unbalanced, factors)
@@ -287,6 +300,14 @@ def _contact_force(
     return force, derivative
 
 
+def _shank_area(assembly: xr.Dataset) -> float:
+    """Cross-section of the first shank [m2], by the nodes of its pretension section."""
+    of_first = assembly["section_bolt"].to_numpy() == 0
+    node = assembly["section_node"].to_numpy()[of_first, 0]
+    # what the hull of points in the plane calls volume is its area
+    return float(ConvexHull(assembly["coordinate"].to_numpy()[node, :2]).volume)
+
+
 def _closed_and_sticking(stiffness: Array, friction_coefficient: float) -> tuple[Array, Array]:
     """Where the search begins: no force yet, every pair ready to carry in all directions."""
     in_plane = stiffness if friction_coefficient > 0 else np.zeros_like(stiffness)
@@ -323,7 +344,8 @@ def _step_length(
         return force - s * stiffness - np.sum(contact(relative + s * step) * step)
 
     start, end = work(0.0), work(1.0)
-    if start <= 0 or end >= -start / 2:
+    # works that are no numbers tell nothing either
+    if not (start > 0 and end < -start / 2):
         return 1.0
     return float(brentq(work, 0.0, 1.0, xtol=1e-3))
 

@@ -1,0 +1,121 @@
+"""What a study needs, against meshes that were built and memory that was measured."""
+
+import pytest
+import yaml
+from small_study import ASSEMBLY, CASE, ROOT, SETTINGS, write
+
+from boltjoint import estimate
+from boltjoint.config import Assembly, load_study
+from boltjoint.structure.mesh import build_assembly
+
+GIB = 2**30
+
+
+def changed(content, **of_mesh):
+    return content | {"mesh": content["mesh"] | of_mesh}
+
+
+@pytest.fixture
+def study(tmp_path):
+    """The small study with other keys of its assembly, its case or its options."""
+
+    def read(assembly=ASSEMBLY, case=CASE, **settings):
+        write(tmp_path / "config/assemblies/two_bolt.yaml", assembly)
+        write(tmp_path / "config/cases/small.yaml", case)
+        write(tmp_path / "config/config.yaml", SETTINGS | settings)
+        return load_study(tmp_path)
+
+    return read
+
+
+@pytest.mark.parametrize(
+    "divisions",
+    [
+        {},
+        {"ring_cells_across_width": 6, "ring_cells_along_bar": 7},
+        {"rings_under_head": 2, "rings_head_to_cell_edge": 3},
+        {"columns_between_bolt_cells": 3, "columns_at_each_lap_end": 2},
+        {"layers_per_half_height": 3, "element_length_free_mm": 7},
+        {"element_length_free_mm": 1000, "rings_in_shank": 2, "layers_in_head": 3},
+    ],
+)
+def test_a_mesh_is_counted_as_it_is_built(divisions):
+    configured = Assembly.model_validate(changed(ASSEMBLY, **divisions))
+    built = build_assembly(configured).sizes
+    assert estimate.mesh_size(configured) == (built["node"], built["element"], built["pair"])
+
+
+@pytest.mark.parametrize(
+    ("case", "measured"), [("three_bolt_constant", 1.684), ("four_bolt_constant", 2.422)]
+)
+def test_memory_is_what_was_measured(case, measured):
+    settings = yaml.safe_load((ROOT / "config/config.yaml").read_text()) | {"cases": [case]}
+    found = estimate.estimate(load_study(ROOT, settings))
+    # the formulas are that near to all measurements of the finite elements
+    assert found.memory / GIB == pytest.approx(measured, rel=0.15)
+
+
+def test_a_small_study_needs_little(study):
+    found = estimate.estimate(study())
+    # the machine that it was measured on took 163 s
+    assert 50 < found.seconds < 500
+    assert found.responses == 11
+    assert found.memory < 0.5 * GIB
+    assert estimate.shortage(found, 0.5 * GIB) is None
+    assert estimate.summary(found, 8 * GIB, 2).startswith("Estimate: 11 frequency responses in ")
+
+
+@pytest.mark.parametrize(
+    "divisions",
+    [
+        {"ring_cells_across_width": 400, "layers_per_half_height": 300},
+        {"ring_cells_along_bar": 10**6},
+        {"layers_per_half_height": 10**400},
+        {"layers_in_head": 10**9},
+        {"element_length_free_mm": 1e-9},
+        {"element_length_free_mm": 1e-320},
+    ],
+)
+def test_a_mesh_that_no_machine_holds_is_refused_by_its_key(study, divisions):
+    found = estimate.estimate(study(changed(ASSEMBLY, **divisions)))
+    line = estimate.shortage(found, 1000 * GIB)
+    assert line.startswith("config/assemblies/two_bolt.yaml: mesh: needs some ")
+    assert line.endswith(" and this machine has 1e+03 GiB: must be smaller")
+    assert "\n" not in line
+
+
+def test_many_harmonics_are_refused_by_their_key(study):
+    solver = {"friction": "sampled", "harmonics": 10**4, "samples": 10**5}
+    case = CASE | {"coordinates": ["linear"], "solve": CASE["solve"][:1]}
+    found = estimate.estimate(study(case=case, solver=solver))
+    line = estimate.shortage(found, 16 * GIB)
+    assert line.startswith("config/config.yaml: solver.harmonics: needs some ")
+    # sampled friction with as many harmonics as it had in closed form is as small
+    few = estimate.estimate(study(case=case, solver={"friction": "sampled"}))
+    assert few.memory < 0.5 * GIB
+    assert found.seconds > 1e4 * few.seconds
+
+
+def test_a_march_in_a_large_basis_is_refused_by_its_case(study):
+    case = CASE | {"modes": ["free-100"], "coordinates": ["linear"], "solve": CASE["solve"][:1]}
+    line = estimate.shortage(estimate.estimate(study(case=case)), 8 * GIB)
+    assert line.startswith("config/cases/small.yaml: ")
+    assert "march_forces_N" in line and "201 harmonics" in line
+    without = estimate.estimate(study(case=case | {"march_forces_N": []}))
+    assert estimate.shortage(without, 8 * GIB) is None
+
+
+def test_the_machine_has_memory():
+    assert 0.1 * GIB < estimate.machine_memory() < 1e6 * GIB
+
+
+def test_preloads_that_no_bolt_bears_are_told(study, tmp_path):
+    assert estimate.overstrained(study()) == []
+    # 190 GPa, 8 mm: 0.42 %
+    (line,) = estimate.overstrained(study(case=CASE | {"preload_N": 40000}))
+    assert line.startswith("config/cases/small.yaml: preload_N: a preload of 40000 N strains ")
+    assert "by 0.42%" in line
+    # an assembly that no case uses has a preload of its own
+    write(tmp_path / "config/assemblies/spare.yaml", ASSEMBLY | {"preload_N": 50000})
+    (line,) = estimate.overstrained(study(assemblies=["spare"]))
+    assert line.startswith("config/assemblies/spare.yaml: preload_N: a preload of 50000 N strains ")
