@@ -171,7 +171,7 @@ def test_other_elements_take_their_place_tabulated_too():
 
 
 def test_a_joint_under_variable_load_is_refused():
-    with pytest.raises(ValueError, match="'variable' cannot be tabulated"):
+    with pytest.raises(ValueError, match="'variable' of the joint cannot be tabulated"):
         tabulate_joint(make_joint(law="variable"))
 
 

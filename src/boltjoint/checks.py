@@ -9,10 +9,13 @@ import operator
 from collections.abc import Collection, Sequence
 from math import isfinite
 from numbers import Integral, Real
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Shape = Sequence[int | str]
 """Length of each dimension, or a name where any length is allowed."""
@@ -145,21 +148,24 @@ def instance(name: str, value: object, *allowed: type) -> None:
 
 
 def variable(
-    name: str, dataset: xr.Dataset, key: str, dims: Sequence[str], **limits: float
+    name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str], **limits: float
 ) -> NDArray[np.float64]:
     """A variable of a dataset, its dimensions in the order given, as for ``array``."""
     return array(f"{key} of {name}", _values(name, dataset, key, dims), **limits)
 
 
 def index_variable(
-    name: str, dataset: xr.Dataset, key: str, dims: Sequence[str], *, count: int | None = None
+    name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str], *, count: int | None = None
 ) -> NDArray[np.int64]:
     """A variable of indices, as for ``indices``."""
     return indices(f"{key} of {name}", _values(name, dataset, key, dims), count=count)
 
 
-def _values(name: str, dataset: xr.Dataset, key: str, dims: Sequence[str]) -> NDArray:
-    instance(name, dataset, xr.Dataset)
+def _values(name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str]) -> NDArray:
+    # imported here: it takes its time, and options of the configuration are checked without it
+    from xarray import Dataset
+
+    instance(name, dataset, Dataset)
     if key not in dataset:
         raise ValueError(f"{name} has no variable {key!r}")
     found = dataset[key]

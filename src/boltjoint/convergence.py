@@ -291,6 +291,8 @@ def _near_peak(
         if not (before.size and after.size):
             return None
         first, last = before[-1], after[0]
+        if not expected.frequency[first] < expected.frequency[last]:
+            return None
         branch = solve_branch(
             balance.joint,
             force,
