@@ -89,7 +89,7 @@ def test_module_that_does_not_exist_is_named(tree, text):
 def test_boltjoint_is_the_package_by_default(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from boltjoint.config import load_study\n", encoding="utf-8")
-    modules = ("__init__", "config", "entries", "names")
+    modules = ("__init__", "checks", "config", "entries", "names")
     modules += ("solvers/__init__", "solvers/equations", "yamltext")
     assert library_sources(script) == [str(PACKAGE / f"{name}.py") for name in modules]
 
