@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgba
 from small_joint import make_joint, make_preload
 from small_study import ASSEMBLY
 
-from boltjoint import figures
+from boltjoint import dataset, figures
 from boltjoint import joint as joints
 from boltjoint.config import Assembly
 from boltjoint.fitting import fit_reduced_joint, loading_curve
@@ -761,8 +761,8 @@ def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, bolted, tm
 def test_another_process_writes_the_same_bytes(response, reference, tmp_path):
     figure = figures.plot_response(response, "regions=3", "linear", reference)
     figures.save(figure, tmp_path / "here.svg")
-    response.to_netcdf(tmp_path / "response.nc")
-    reference.to_netcdf(tmp_path / "reference.nc")
+    dataset.save(response, tmp_path / "response.nc")
+    dataset.save(reference, tmp_path / "reference.nc")
     program = (
         "from boltjoint import dataset, figures\n"
         "response, reference = (dataset.load(f'{n}.nc') for n in ('response', 'reference'))\n"

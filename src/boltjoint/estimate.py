@@ -264,11 +264,11 @@ def _of_case(study: Study, name: str) -> Iterator[_Job]:
         seconds = _PER_RESPONSE + _PER_LEVEL * effort * len(case.forces_N) * pairs
         key = f"{CONFIG_FILE}: solver.harmonics"
         yield _Job(memory, seconds, key, f"to solve responses of {name}")
-    if case.march_forces_N and name in layout.references(study):
-        modes, components = parse_modes(layout.references(study)[name][0]), _MANY[case.contact.law]
+    if name in layout.marched(study):
+        modes, components = parse_modes(layout.marched(study)[name][0]), _MANY[case.contact.law]
         memory = _SOLVER + _NUMBER * (
             _SAMPLES * components * modes**2 + (1 + _JACOBIANS) * (components * modes) ** 2
         )
         seconds = _PER_MARCH * len(case.march_forces_N) * pairs
-        key = f"{CASE_FOLDER}/{name}.yaml: the first basis of modes, with march_forces_N"
+        key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with march_forces_N"
         yield _Job(memory, seconds, key, "to balance 201 harmonics")
