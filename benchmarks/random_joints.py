@@ -136,9 +136,7 @@ def solve(law: str, coordinates: str, index: int) -> dict[str, object]:
     with threadpool_limits(limits=1):
         branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
     cpu = time.process_time() - begun
-    amplitude, inside = branch.amplitude, branch.amplitude[1:-1]
-    at_end = not inside.size or amplitude.argmax() in (0, amplitude.size - 1)
-    peak = np.nan if branch.peak is None else amplitude[branch.peak]
+    peak = 0.0 if branch.peak is None else branch.amplitude[branch.peak]
     residual = np.nan
     if branch.peak is not None:
         response = to_dataset(joint, [branch], loss_factor).isel(solution=[branch.peak])
@@ -151,10 +149,17 @@ def solve(law: str, coordinates: str, index: int) -> dict[str, object]:
         "reason": branch.reason,
         "solutions": branch.frequency.size,
         "peak": peak,
-        "missed": bool(branch.complete and not at_end and not peak >= inside.max()),
+        "missed": bool(branch.complete and _highest_inside(branch.amplitude) > peak),
         "residual_in_time": residual,
         "cpu_s": cpu,
     }
+
+
+def _highest_inside(amplitude: NDArray[np.float64]) -> float:
+    """The largest solution that is higher than both its neighbours; zero without one."""
+    inside = amplitude[1:-1]
+    higher = inside[(inside >= amplitude[:-2]) & (inside >= amplitude[2:])]
+    return float(higher.max(initial=0.0))
 
 
 def _solve(task: tuple[str, str, int]) -> dict[str, object]:

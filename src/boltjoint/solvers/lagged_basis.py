@@ -49,6 +49,9 @@ _BACKTRACKING = 0.02
 #: relative change of a solution at a maximum that its basis no longer causes
 _LOCATED = 1e-9
 
+#: relative change of a sample beyond which it does not lag but lies elsewhere
+_LAGGED = 0.05
+
 #: times that a step is repeated in an updated basis, and at a maximum
 _MOST_REPEATS = 8
 _MOST_REPEATS_AT_MAXIMUM = 30
@@ -163,6 +166,13 @@ class _Tracer:
         self.full_steps = _FULL_STEPS
 
     def run(self, start: Vector, p: float) -> Path:
+        """The branch; samples around its maxima are put on it, beside which lagging ones lie."""
+        self._trace(start, p)
+        if self.full is not None and self.maxima is not None:
+            _polish_maxima(self.path, self.maxima.quantity, self.full.equations, self.control)
+        return self.path
+
+    def _trace(self, start: Vector, p: float) -> Path:
         if not self._begin(start, p):
             return self._stop("no solution found at the start of the window")
         while len(self.path.solutions) < self.control.most_solutions:
@@ -435,6 +445,36 @@ class _Tracer:
             station = self.full.station(q, p, jacobian_at(), direction)
             slope = quantity.slope(q, (station.tangent / station.weights)[:-1])
         return Observation(found.solution._replace(x=q, full=False), quantity.value(q), slope)
+
+
+def _polish_maxima(
+    path: Path, quantity: Quantity, equations: Equations, control: StepControl
+) -> None:
+    """Solve the full equations at samples that are higher than their neighbours, and at these.
+
+    What a sample lags must not make it higher than the maximum located beside it. What is still
+    higher than both neighbours then is a maximum.
+    """
+    solutions, polished = path.solutions, set()
+    while True:
+        values = [quantity.value(each.x) for each in solutions]
+        highs = [
+            i for i in range(1, len(values) - 1) if values[i] >= max(values[i - 1], values[i + 1])
+        ]
+        near = {i + step for i in highs for step in (-1, 0, 1)} - polished
+        if not near:
+            break
+        polished |= near
+        for i in near:
+            before = solutions[i]
+            if before.located or before.full:
+                continue
+            found, _ = newton(equations, before.x, before.p, control)
+            change = np.linalg.norm(found.x - before.x)
+            if found.converged and change <= _LAGGED * np.linalg.norm(before.x):
+                solutions[i] = found._replace(iterations=before.iterations)
+    for i in highs:
+        solutions[i] = solutions[i]._replace(located=True)
 
 
 class _InBasis(NamedTuple):

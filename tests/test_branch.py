@@ -1,0 +1,101 @@
+"""Errors that a branch tells of itself, and what takes the place of one that is wrong."""
+
+import logging
+
+import numpy as np
+import pytest
+from small_joint import make_joint
+
+from boltjoint.balance import HarmonicBalance
+from boltjoint.branch import error_estimate, estimate_error, residual
+from boltjoint.coordinates import LinearModes
+from boltjoint.response import solve_branch, solve_response
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
+
+LOSS = 0.01
+
+
+@pytest.fixture(params=["constant", "variable"])
+def either(request):
+    """A joint of either law."""
+    return make_joint(law=request.param)
+
+
+def test_the_estimate_of_a_solution_off_by_little_is_its_error(either):
+    branch = solve_branch(either, 5.0, loss_factor=LOSS)
+    balance = HarmonicBalance(either, LOSS, 5.0)
+    x, w = branch.modal_coordinate[branch.peak], 2 * np.pi * branch.frequency[branch.peak]
+    assert residual(balance, x, w) < 1e-8
+    assert error_estimate(balance, x, w) < 1e-8
+    # all amplitudes too large by a ten-thousandth: so is that of the observed point
+    assert error_estimate(balance, (1 + 1e-4) * x, w) == pytest.approx(1e-4, rel=2e-3)
+    left = balance.residual((1 + 1e-4) * x, w)
+    over_force = np.linalg.norm(left) / np.linalg.norm(balance.modal_force)
+    assert residual(balance, (1 + 1e-4) * x, w) == pytest.approx(over_force, rel=1e-12)
+
+
+def test_errors_of_one_mode_are_estimated_to_first_order(either):
+    """Against the solution in all linear modes at the same frequency."""
+    force = 5.0
+    branch = solve_branch(either, force, loss_factor=LOSS, coordinates="rdnm-1")
+    found = estimate_error(either, branch, LOSS)
+    balance = HarmonicBalance(either, LOSS, force)
+    equations, checked = LinearModes(balance), 0
+    for i in range(0, branch.frequency.size, 10):
+        x, w = branch.modal_coordinate[i], 2 * np.pi * branch.frequency[i]
+        solution, _ = newton(equations, x, w, StepControl())
+        change = solution.x - x
+        moved = change.reshape(len(balance.components), -1)[-2:] @ either.response_mode
+        error = np.hypot(*moved) / branch.amplitude[i]
+        if solution.converged and error < 0.05:
+            assert found.of_solutions[i] == pytest.approx(error, rel=0.5, abs=1e-6)
+            checked += 1
+    assert checked > 5
+    assert found.of_peak == found.of_solutions[branch.peak]
+    largest = np.max(found.of_solutions * branch.amplitude) / branch.amplitude[branch.peak]
+    assert found.largest == pytest.approx(largest)
+
+
+def test_a_wrong_peak_is_reported_and_replaced_where_the_user_says_so(caplog):
+    joint = make_joint(law="variable")
+    options = {"loss_factor": LOSS, "coordinates": "rdnm-1"}
+    with caplog.at_level(logging.WARNING):
+        wrong = solve_response(joint, [0.01, 20.0], **options)
+    (warning,) = caplog.messages
+    assert warning.startswith("20 N: the balance in all linear modes does not hold")
+    assert wrong["peak_error_estimate"][1] > 0.05 > wrong["peak_error_estimate"][0]
+    assert not wrong["fell_back"].any()
+
+    linear = solve_response(joint, [0.01, 20.0], loss_factor=LOSS)
+    found = solve_response(joint, [0.01, 20.0], fallback="linear", **options)
+    np.testing.assert_array_equal(found["fell_back"], [0, 1])
+    for name in ("peak_frequency", "peak_amplitude"):
+        assert found[name][1] == linear[name][1]
+        assert found[name][0] == wrong[name][0] != linear[name][0]
+    assert found["peak_error_estimate"][1] < 1e-6
+    assert found.attrs["fallback"] == "linear"
+
+    caplog.clear()
+    solve_response(joint, [20.0], largest_error=1e6, **options)
+    assert not caplog.messages
+
+
+def test_a_branch_that_breaks_off_is_replaced_too(either):
+    options = {"loss_factor": LOSS, "control": StepControl(most_solutions=700)}
+    rdnm = {"coordinates": "rdnm-1", "renewal": "after"}
+    alone = solve_response(either, [80.0], **rdnm, **options)
+    found = solve_response(either, [80.0], fallback="linear", **rdnm, **options)
+    assert found["complete"].all()
+    assert bool(found["fell_back"][0]) == (
+        not alone["complete"][0]
+        or alone["peak_error_estimate"][0] > 0.05
+        or alone["largest_error_estimate"][0] > 0.5
+    )
+
+
+def test_linear_modes_have_neither_residual_nor_estimated_errors(either):
+    found = solve_response(either, [0.5, 20.0], loss_factor=LOSS)
+    assert found["residual"].max() < 1e-8
+    assert not found["error_estimate"].any()
+    assert found["in_all_modes"].all()
