@@ -1,7 +1,7 @@
 """Do the harmonics balance? Residual and Jacobian of the modal equations of a joint."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -68,6 +68,13 @@ class HarmonicBalance:
         if self.basis is not None:
             modes = self.joint.natural_frequency.size
             object.__setattr__(self, "basis", checks.array("basis", self.basis, (modes, "modes")))
+
+    def in_basis(self, basis: NDArray[np.float64]) -> "HarmonicBalance":
+        """The same balance in a basis that is known to fit, as iterations update it: unchecked."""
+        updated = object.__new__(type(self))
+        given = {each.name: getattr(self, each.name) for each in fields(self)}
+        vars(updated).update(given, basis=basis)
+        return updated
 
     @cached_property
     def components(self) -> tuple[str, ...]:

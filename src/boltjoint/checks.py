@@ -87,7 +87,7 @@ def flags(name: str, value: ArrayLike, shape: Shape | None = None) -> NDArray[np
 def number(name: str, value: float, **limits: float) -> float:
     """A finite real number within limits, as for ``array``."""
     found = value if type(value) is float else _scalar(value)
-    if not (isinstance(found, float | Real) and isfinite(found)) or isinstance(found, bool):
+    if not isinstance(found, (float, Real)) or isinstance(found, bool) or not isfinite(found):
         raise ValueError(f"{name} is {value!r}: it must be a finite number")
     _refuse_number_outside(name, found, limits)
     return float(found)
@@ -191,10 +191,12 @@ def _plain(name: str, value: ArrayLike, kinds: str, what: str, shape: Shape | No
 
 
 def _fits(found: tuple[int, ...], shape: Shape) -> bool:
-    return len(found) == len(shape) and all(
-        isinstance(expected, str) or length == expected
-        for length, expected in zip(found, shape, strict=True)
-    )
+    if len(found) != len(shape):
+        return False
+    for length, expected in zip(found, shape, strict=True):
+        if length != expected and not isinstance(expected, str):
+            return False
+    return True
 
 
 def _scalar(value: object) -> object:
@@ -209,8 +211,9 @@ def _refuse_outside(name: str, found: NDArray, limits: dict[str, float]) -> None
 
 
 def _refuse_number_outside(name: str, found: float, limits: dict[str, float]) -> None:
-    if not all(_LIMITS[limit][0](found, bound) for limit, bound in limits.items()):
-        raise ValueError(f"{name} is {found}: it must be {_in_words(limits)}")
+    for limit, bound in limits.items():
+        if not _LIMITS[limit][0](found, bound):
+            raise ValueError(f"{name} is {found}: it must be {_in_words(limits)}")
 
 
 def _in_words(limits: dict[str, float]) -> str:

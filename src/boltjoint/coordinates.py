@@ -4,7 +4,6 @@ Every kind of coordinates poses the equations that ``solvers`` follow, and trans
 back into the linear modes of the structure.
 """
 
-from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -132,7 +131,7 @@ class ResponseDependentModes(LinearModes, LaggedEquations):
 
     @basis.setter
     def basis(self, basis: NDArray[np.float64]) -> None:
-        self.balance = replace(self.balance, basis=basis)
+        self.balance = self.balance.in_basis(basis)
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """New modes from the describing function at amplitudes of the linear modes."""
