@@ -16,11 +16,12 @@ from small_study import ASSEMBLY
 
 from boltjoint import dataset, figures
 from boltjoint import joint as joints
+from boltjoint.backbone import find_backbone
 from boltjoint.config import Assembly
 from boltjoint.fitting import fit_reduced_joint, loading_curve
 from boltjoint.friction import states
 from boltjoint.partition import partition_regions
-from boltjoint.response import solve_response
+from boltjoint.response import frequency_window, solve_response
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.mesh import build_assembly
 
@@ -778,3 +779,93 @@ def polygon_area(polygons):
     return sum(
         np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) / 2 for x, y in (loop.T for loop in polygons)
     )
+
+
+def without_solutions(response):
+    """The same response, of which nothing was found."""
+    lost = response.copy(deep=True)
+    lost["complete"][:], lost["converged"][:] = 0, 0
+    lost["peak_frequency"][:], lost["peak_amplitude"][:] = np.nan, np.nan
+    return lost.isel(solution=slice(0))
+
+
+def texts_in(figure):
+    return [text.get_text() for axes in figure.axes for text in axes.texts]
+
+
+@pytest.mark.parametrize("lost", ["nothing found", "one solution", "nothing converged"])
+def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, lost, tmp_path):
+    if lost == "one solution":
+        alone = StepControl(most_solutions=1)
+        solved = solve_response(regions, FORCES, loss_factor=0.01, control=alone)
+        assert solved.sizes["solution"] == len(FORCES)
+    elif lost == "nothing converged":
+        solved = response.assign(converged=0 * response["converged"])
+        solved = solved.assign(complete=0 * response["complete"])
+    else:
+        solved = without_solutions(response)
+    figure = figures.plot_response(solved, "regions=3", "linear")
+    figures.save(figure, tmp_path / "response.svg")
+    texts = legend_texts(figure.axes[0])
+    if lost == "one solution":
+        assert f"5 N\nbreaks off at {float(solved['frequency'][1]):.1f} Hz" in texts
+        low, high = figure.axes[0].get_xlim()
+        assert low < float(solved["frequency"][1]) < high
+    else:
+        assert "5 N\nno solution found" in texts
+        assert texts_in(figure) == ["no results"]
+
+
+def test_solutions_that_no_sweep_shows_are_dashed(response):
+    folded = response.copy(deep=True)
+    mine = np.flatnonzero(folded["excitation_force"] == 5.0)
+    hidden = mine[20:25]
+    for name in ("on_sweep_up", "on_sweep_down"):
+        folded[name][hidden] = 0
+    (axes,) = figures.plot_response(folded, "regions=3", "linear").axes
+    solid = curves(axes)["3 regions, linear modes, 5 N"]
+    assert np.isnan(solid[20:25, 1]).all()
+    assert np.isfinite(np.delete(solid, slice(20, 25), axis=0)).all()
+    (dashed,) = (line for line in axes.get_lines() if line.get_linestyle() == "--")
+    shown = np.flatnonzero(np.isfinite(dashed.get_ydata()))
+    # joined to what a sweep shows
+    np.testing.assert_array_equal(shown, np.arange(19, 26))
+    assert "not shown by slow sweeps" in legend_texts(axes)
+
+
+def test_a_response_that_linear_modes_stand_for_is_named(response):
+    replaced = response.copy(deep=True)
+    replaced["fell_back"][1] = 1
+    (axes,) = figures.plot_response(replaced, "node-to-node", "rdnm-1").axes
+    assert "5 N\nlinear modes instead" in legend_texts(axes)
+
+
+def test_times_of_a_case_all_of_whose_branches_broke_off_have_a_figure(times, tmp_path):
+    reductions = [name for name in times if "reduction" in name]
+    failed = times.assign(complete=False, **dict.fromkeys(reductions, np.nan))
+    figure = figures.plot_times(failed)
+    figures.save(figure, tmp_path / "times.svg")
+    # times are marked as those of branches that broke off, ratios have nothing to stand on
+    crosses = [line for line in figure.axes[0].get_lines() if line.get_marker() == "X"]
+    assert sum(line.get_xdata().size for line in crosses) == len(failed)
+    assert texts_in(figure) == ["no results"]
+    # published ratios stand beside what is not there, on an axis that both share
+    assert curves(figure.axes[3])
+    assert figure.axes[3].get_yscale() == "log"
+
+
+def test_a_table_without_rows_has_a_figure(tmp_path):
+    empty = pd.DataFrame(columns=["case", "law", "samples", "force_N", "error_relative"])
+    figure = figures.plot_sampling(empty)
+    figures.save(figure, tmp_path / "sampling.svg")
+    assert texts_in(figure) == ["no results"]
+
+
+def test_a_backbone_without_states_has_a_figure(tmp_path):
+    joint = make_joint()
+    found = find_backbone(joint, [5.0], loss_factor=0.01, window=frequency_window(joint))
+    for count in (0, 1):
+        some = found.isel(state=slice(count))
+        figure = figures.plot_backbones({"node-to-node": some}, [5.0])
+        figures.save(figure, tmp_path / "backbone.svg")
+        assert texts_in(figure) == ["no results"] * (2 if count == 0 else 0)

@@ -817,3 +817,18 @@ def test_repeated_entries_are_printed_once():
         *("", "2"),
         *("b", "1"),
     ]
+
+
+def test_a_case_of_which_nothing_was_solved_has_its_pages(files):
+    def fail(frame):
+        numbers = frame.select_dtypes("float").columns.difference(["force_N"])
+        lost = frame.assign(**dict.fromkeys(numbers, np.nan), complete=False, turning_points=0)
+        return lost.assign(reason="no solution found at the start of the window")
+
+    edit(files, "accuracy_mine_free-4", fail)
+    edit(files, "times_mine_free-4", lambda frame: frame.assign(complete=False))
+    page = write(files)
+    reference = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
+    assert "Broken off at 0.001, 50 N: no solution found at the start of the window." in reference
+    assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
+    assert overview_of(files)[1][4:8] == ["–"] * 4

@@ -119,14 +119,15 @@ def save(figure: Figure, path: str | Path) -> None:
 
 def _say_if_empty(axes: Axes) -> None:
     """Say that there are no results where a logarithmic axis has no number to span."""
-    least = axes.dataLim.minpos
-    empty = [
-        axis
-        for axis, smallest in zip((axes.xaxis, axes.yaxis), least, strict=True)
-        if axis.get_scale() == "log" and not np.isfinite(smallest)
-    ]
-    for axis in empty:
-        axis.axes.set(**{f"{axis.axis_name}scale": "linear", f"{axis.axis_name}ticks": []})
+    empty = False
+    for name, at in (("x", 0), ("y", 1)):
+        if getattr(axes, f"get_{name}scale")() != "log":
+            continue
+        shared = getattr(axes, f"get_shared_{name}_axes")().get_siblings(axes)
+        spans = [np.isfinite(each.dataLim.minpos[at]) for each in shared]
+        empty |= not np.isfinite(axes.dataLim.minpos[at])
+        if not any(spans):
+            axes.set(**{f"{name}scale": "linear", f"{name}ticks": []})
     if empty:
         axes.text(0.5, 0.5, "no results", transform=axes.transAxes, ha="center", color="0.4")
 
