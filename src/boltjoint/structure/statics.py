@@ -94,12 +94,12 @@ def apply_preload(
         If no equilibrium is found.
     """
     preload = checks.number("preload", preload, above=0)
-    modulus = assembly["youngs_modulus"].item()
-    if sentence := yield_warning(preload, _shank_area(assembly), modulus):
-        logger.warning(sentence)
     T = free_displacements(assembly, tightened=True)
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
+    modulus = assembly["youngs_modulus"].item()
+    if sentence := yield_warning(preload, _shank_area(assembly), modulus):
+        logger.warning(sentence)
     bolts = assembly.sizes["bolt"]
     force = np.zeros(T.shape[1])
     # the work of the bolt force on the shortening of its shank
