@@ -112,24 +112,25 @@ def save(figure: Figure, path: str | Path) -> None:
     """
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(STYLE):
-        for axes in figure.axes:
-            _say_if_empty(axes)
+        _say_where_empty(figure)
         figure.savefig(path, format="svg", bbox_inches="tight", metadata={"Date": None})
 
 
-def _say_if_empty(axes: Axes) -> None:
+def _say_where_empty(figure: Figure) -> None:
     """Say that there are no results where a logarithmic axis has no number to span."""
-    empty = False
     for name, at in (("x", 0), ("y", 1)):
-        if getattr(axes, f"get_{name}scale")() != "log":
-            continue
-        shared = getattr(axes, f"get_shared_{name}_axes")().get_siblings(axes)
-        spans = [np.isfinite(each.dataLim.minpos[at]) for each in shared]
-        empty |= not np.isfinite(axes.dataLim.minpos[at])
-        if not any(spans):
-            axes.set(**{f"{name}scale": "linear", f"{name}ticks": []})
-    if empty:
-        axes.text(0.5, 0.5, "no results", transform=axes.transAxes, ha="center", color="0.4")
+        empty = [
+            axes
+            for axes in figure.axes
+            if getattr(axes, f"get_{name}scale")() == "log"
+            and not np.isfinite(axes.dataLim.minpos[at])
+        ]
+        for axes in empty:
+            if not axes.texts:
+                axes.text(0.5, 0.5, "no results", transform=axes.transAxes, ha="center")
+            shared = getattr(axes, f"get_shared_{name}_axes")().get_siblings(axes)
+            if all(each in empty for each in shared):
+                axes.set(**{f"{name}scale": "linear", f"{name}ticks": []})
 
 
 @_styled
