@@ -65,6 +65,7 @@ def test_a_wrong_peak_is_reported_and_replaced_where_the_user_says_so(caplog):
     (warning,) = caplog.messages
     assert warning.startswith("20 N: the balance in all linear modes does not hold")
     assert wrong["peak_error_estimate"][1] > 0.05 > wrong["peak_error_estimate"][0]
+    np.testing.assert_array_equal(wrong["wrong"], [0, 1])
     assert not wrong["fell_back"].any()
 
     linear = solve_response(joint, [0.01, 20.0], loss_factor=LOSS)
@@ -92,6 +93,27 @@ def test_a_branch_that_breaks_off_is_replaced_too(either):
         or alone["peak_error_estimate"][0] > 0.05
         or alone["largest_error_estimate"][0] > 0.5
     )
+
+
+def test_a_wrong_branch_without_a_peak_is_reported_too(caplog):
+    joint = make_joint(law="variable")
+    whole = solve_branch(joint, 20.0, loss_factor=LOSS, coordinates="rdnm-1")
+    peak = whole.frequency[whole.peak]
+    options = {"loss_factor": LOSS, "coordinates": "rdnm-1", "window": (1.02 * peak, 1.3 * peak)}
+    branch = solve_branch(joint, 20.0, **options)
+    assert branch.complete
+    assert branch.peak is None
+    error = estimate_error(joint, branch, LOSS)
+    assert np.isnan(error.of_peak)
+    over_largest = np.max(error.of_solutions * branch.amplitude) / branch.amplitude.max()
+    assert error.largest > 0
+    assert error.largest == pytest.approx(over_largest)
+    bound = error.largest / 20
+    with caplog.at_level(logging.WARNING):
+        found = solve_response(joint, [20.0], largest_error=bound, fallback="linear", **options)
+    assert "of its largest" in caplog.text
+    assert found["fell_back"].all()
+    assert not found["wrong"].any()
 
 
 def test_linear_modes_have_neither_residual_nor_estimated_errors(either):

@@ -168,3 +168,10 @@ def test_variables_of_a_dataset():
         checks.index_variable("data", data, "at", ("x",), count=1)
     with pytest.raises(ValueError, match="data is of type dict: it must be Dataset"):
         checks.variable("data", {"a": 1}, "a", ())
+
+
+def test_numbers_that_overflow_and_ragged_lists_name_the_argument():
+    with pytest.raises(ValueError, match="force is"):
+        checks.number("force", 10**400)
+    with pytest.raises(ValueError, match="places"):
+        checks.indices("places", [[1], [1, 2]])

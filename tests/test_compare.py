@@ -134,6 +134,7 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
     response["turning_points"][level] = 2
     response["folded_from"][level], response["folded_to"][level] = 61.0, 62.5
     response["fell_back"][level] = 1
+    response["wrong"][level] = 1
     table = compare.tabulate_accuracy({which: response}, {})
     row = table.iloc[level]
     estimate = 100 * float(response["peak_error_estimate"][level])
@@ -144,6 +145,7 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
     )
     assert (row["turning_points"], row["folded_from_Hz"], row["folded_to_Hz"]) == (2, 61.0, 62.5)
     assert row["fell_back"]
+    assert row["wrong"]
     mine = response["excitation_force"] == FORCES[level]
     assert row["residual"] == float(response["residual"][mine.to_numpy()].max()) > 1e-6
 

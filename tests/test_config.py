@@ -1354,6 +1354,11 @@ def test_keys_of_a_study_file_and_of_the_command_line_replace_those_below(study)
             {"timing": {"enough_s": ".inf"}},
             'command line: ".inf" must be a finite number',
         ),
+        (
+            "timing: {}",
+            {"study": "a\0b"},
+            'command line: study: "a\\u0000b" must be the name of a file',
+        ),
         ("timing: {}", {"study": 5}, "command line: study: 5 must be the name of a file"),
         ("timing: {}", {"study": None}, "command line: study: null must be the name of a file"),
         ("timing: {}", {"study": "no.yaml"}, "no.yaml: there is no such file in "),

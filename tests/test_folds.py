@@ -39,6 +39,14 @@ def test_solutions_at_one_frequency_are_no_fold():
     assert folds.on_sweep_up.all()
 
 
+def test_a_sweep_down_begins_beyond_what_broke_off():
+    frequency = np.array([1.0, 2.0, 3.0, 2.5, 2.2])
+    folds = find_folds(frequency, complete=False)
+    assert not folds.on_sweep_down.any()
+    np.testing.assert_array_equal(folds.on_sweep_up, [1, 1, 1, 0, 0])
+    assert folds.turning_points == 1
+
+
 @pytest.mark.parametrize("frequency", [[], [10.0], [10.0, 11.0]])
 def test_short_branches_have_no_folds(frequency):
     folds = find_folds(np.array(frequency))

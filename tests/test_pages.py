@@ -90,6 +90,7 @@ def files(tmp_path):
         estimated_largest_error_percent=0.9,
         energy_error=1e-3,
         residual=0.02,
+        wrong=False,
         fell_back=False,
         turning_points=np.where(folded, 2, 0),
         folded_from_Hz=np.where(folded, 71.25, np.nan),
@@ -495,19 +496,24 @@ def test_folds_wrong_peaks_and_what_stands_in_their_place_are_named(files):
         rdnm = frame["coordinates"] == "rdnm-1"
         estimate = np.where(rdnm & (frame["force_N"] == 50), 832.0, 0.7)
         instead = rdnm & (frame["force_N"] == 0.001)
-        return frame.assign(estimated_peak_error_percent=estimate, fell_back=instead)
+        wrong = rdnm & (frame["force_N"] == 50)
+        errors = {
+            "estimated_peak_error_percent": estimate,
+            "estimated_largest_error_percent": 2 * estimate,
+        }
+        return frame.assign(**errors, wrong=wrong, fell_back=instead)
 
     edit(files, "accuracy_mine_free-4", doubt)
     page = write(files)
     of_regions = figure(page, "response_mine_free-4_regions=6_linear_resonance=1")
     assert (
-        "Several solutions belong to one frequency at 50 N from 71.25 to 72.50 Hz "
+        "Several solutions belong to one frequency at 50 N between 71.25 and 72.50 Hz "
         "(2 turning points): sweeps up and down the frequency show different ones."
     ) in of_regions
     in_one_mode = figure(page, "response_mine_free-4_node-to-node_rdnm-1_resonance=1")
     assert "Several solutions" not in in_one_mode
-    assert "The peak at 50 N is wrong" in in_one_mode
-    assert "it is off by some 832 %." in in_one_mode
+    assert "The response to 50 N is wrong" in in_one_mode
+    assert "it is off by up to 1664 % of the peak, the peak by up to 832 %." in in_one_mode
     assert "At 0.001 N the response in linear modes stands in its place." in in_one_mode
     assert "is wrong" not in of_regions
 
@@ -558,6 +564,11 @@ def test_how_far_one_harmonic_is_off_stands_first(tmp_path):
     assert "The reference of all errors is converged in the basis, with one harmonic." in lead
     assert "off by up to 40 % in amplitude and 1.1 % in frequency" in lead
     assert "at 1, 10 N" in lead
+    three = [frame.assign(harmonics=[3, 9] * 2) for frame in map(pd.read_csv, files)]
+    for path, frame in zip(paths, three, strict=True):
+        frame.to_csv(path, index=False)
+    lead = accuracy.page(files, Published(SOURCE), ["mine"]).split("</header>")[0]
+    assert "converged in the basis, with harmonics up to 3." in lead
     without = accuracy.page([], Published(SOURCE), ["mine"]).split("</header>")[0]
     assert "was not computed" in without
 

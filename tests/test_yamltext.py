@@ -55,6 +55,9 @@ def test_a_directive_for_yaml_1_1_changes_nothing():
 
 
 HOSTILE = {
+    "beyond Unicode": ('a: "\\U00110000"\n', "1:1: is not YAML that can be read"),
+    "far beyond Unicode": ('a: "\\UFFFFFFFF"\n', "1:1: is not YAML that can be read"),
+    "long version": (f"%YAML 1.{'9' * 5000}\n---\na: 1\n", "1:1: is not YAML that can be read"),
     "key twice": ("a: 1\nb: 2\na: 3\n", '3:1: the key "a" stands twice, first in line 1'),
     "inner key twice": ("a:\n  b: 2\n  b: 3\n", '3:3: the key "b" stands twice, first in line 2'),
     "key in quotes twice": ("a: 1\n'a': 2\n", '2:1: the key "a" stands twice, first in line 1'),

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint import checks
-from boltjoint.balance import Forming, HarmonicBalance
+from boltjoint.balance import HarmonicBalance
 from boltjoint.dataset import quantity
 from boltjoint.joint import Joint
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.equations import Equations, Solution, StepControl
+from boltjoint.solvers.equations import Equations, LazyJacobian, Solution, StepControl
 from boltjoint.solvers.newton import newton
 
 #: change of the logarithm of the amplitude that counts, in arc length, as much as doubling a mode
@@ -98,7 +98,9 @@ class ModeAtAmplitude(Equations):
         mode[-2] = self.stuck
         return np.append(mode.ravel(), [1.0, 0.0])
 
-    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual at the amplitude exp(p), and what forms its Jacobian."""
         a, modes = np.exp(p), self._modes
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)

@@ -1,6 +1,5 @@
 """Do the harmonics balance? Residual and Jacobian of the modal equations of a joint."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -9,9 +8,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.joint import Joint
-
-Forming = Callable[[], NDArray[np.float64]]
-"""Forms a derivative, which costs more than the residual beside it, where it is needed."""
+from boltjoint.solvers.equations import LazyJacobian
 
 #: with more modes, products of two at every point would take more time to read than to form
 _MOST_PRODUCTS = 16
@@ -121,7 +118,7 @@ class HarmonicBalance:
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
-    ) -> tuple[NDArray[np.float64], Forming]:
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual, and what forms its exact derivative by x, from one pass over the elements."""
         return self.with_contact(x, w, *self.joint.law.evaluate_with_tangent(self.motion(x)))
 
@@ -131,7 +128,7 @@ class HarmonicBalance:
         w: float,
         force: NDArray[np.float64],
         tangent: NDArray[np.float64],
-    ) -> tuple[NDArray[np.float64], Forming]:
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """The same, from the forces of the points and their tangents as the law gives them."""
         linear = self.dynamic_stiffness(w)
         residual = linear @ x + self._to_modes(force) - self.modal_force

@@ -23,6 +23,12 @@ from boltjoint.solvers.newton import solve
 #: harmonic components that the result files begin with; further ones follow as they were solved for
 _COMPONENTS = ("bias", "sin", "cos")
 
+#: errors on the flanks, over the amplitude of the peak, that count as much as one at the peak:
+#: there a small error of the frequency is a large one of the amplitude
+_FLANKS = 10.0
+
+_TINY = np.finfo(float).tiny
+
 
 @dataclass(frozen=True)
 class Branch:
@@ -108,7 +114,7 @@ def error_estimate(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -
     correction = solve(jacobian_at(), left)
     if correction is None:
         return np.inf
-    return abs(observe(correction)) / max(abs(observe(x)), np.finfo(float).tiny)
+    return abs(observe(correction)) / max(abs(observe(x)), _TINY)
 
 
 @dataclass(frozen=True)
@@ -116,13 +122,17 @@ class BranchError:
     """Estimated errors of a branch in other coordinates than all linear modes.
 
     ``of_solutions``: relative error of the amplitude of each solution, shape (solutions,);
-    ``of_peak``: that of the peak, zero without one; ``largest``: largest error of any solution over
-    the amplitude of the peak.
+    ``of_peak``: that of the peak, NaN without one; ``largest``: largest error of any solution over
+    the amplitude of the peak, or without one over the largest amplitude.
     """
 
     of_solutions: NDArray[np.float64]
     of_peak: float
     largest: float
+
+    def exceeds(self, largest_error: float) -> bool:
+        """Whether the peak is off by more than this, or any solution by ten times as much of it."""
+        return self.of_peak > largest_error or self.largest > _FLANKS * largest_error
 
 
 def estimate_error(joint: Joint, branch: Branch, loss_factor: float) -> BranchError:
@@ -130,10 +140,14 @@ def estimate_error(joint: Joint, branch: Branch, loss_factor: float) -> BranchEr
     balance = HarmonicBalance(joint, loss_factor, branch.force)
     at = zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True)
     errors = np.array([error_estimate(balance, x, w) for x, w in at])
+    if not errors.size:
+        return BranchError(errors, np.nan, 0.0)
+    moves = branch.amplitude > 0
+    largest = np.max((errors * branch.amplitude)[moves], initial=0.0)
     if branch.peak is None:
-        return BranchError(errors, 0.0, 0.0)
-    largest = np.max(errors * branch.amplitude) / branch.amplitude[branch.peak]
-    return BranchError(errors, float(errors[branch.peak]), float(largest))
+        return BranchError(errors, np.nan, float(largest / max(branch.amplitude.max(), _TINY)))
+    over_peak = largest / branch.amplitude[branch.peak]
+    return BranchError(errors, float(errors[branch.peak]), float(over_peak))
 
 
 def to_dataset(
@@ -141,6 +155,7 @@ def to_dataset(
     branches: Sequence[Branch],
     loss_factor: float,
     errors: Sequence[BranchError] | None = None,
+    largest_error: float = np.inf,
 ) -> xr.Dataset:
     """Branches of one joint over force levels as ``response.nc`` holds them.
 
@@ -154,6 +169,8 @@ def to_dataset(
         Structural damping eta [-].
     errors
         Of each branch; none where the branches are in linear modes.
+    largest_error
+        Estimated error of a peak beyond which a branch is marked as wrong.
 
     Raises
     ------
@@ -177,7 +194,7 @@ def to_dataset(
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         unbalanced += [_energy_error(balance, x) for x, _ in at]
         left += [residual(balance, x, w) for x, w in at]
-        folds.append(find_folds(branch.frequency))
+        folds.append(find_folds(branch.frequency, branch.complete))
         found = branch.modal_coordinate.reshape(-1, len(solved), modes)
         full = np.zeros((len(found), modes, len(components)))
         full[:, :, [components.index(name) for name in solved]] = found.transpose(0, 2, 1)
@@ -287,6 +304,12 @@ def to_dataset(
                 [fold.frequency_range[1] for fold in folds],
                 "Hz",
                 "highest frequency with several solutions",
+            ),
+            "wrong": quantity(
+                "force",
+                np.array([error.exceeds(largest_error) for error in errors], dtype=np.int8),
+                "1",
+                "1 where estimated errors are larger than allowed",
             ),
             "fell_back": quantity(
                 "force",

@@ -72,7 +72,9 @@ def indices(
     name: str, value: ArrayLike, shape: Shape | None = None, *, count: int | None = None
 ) -> NDArray[np.int64]:
     """An array of indices from 0, below ``count`` where there is one."""
-    found = value if np.size(value) else np.zeros(np.shape(value), dtype=np.int64)
+    # an empty list has no kind of its own
+    empty = isinstance(value, list | tuple) and not value
+    found = np.zeros(0, dtype=np.int64) if empty else value
     found = np.asarray(_plain(name, found, "iu", "whole numbers", shape), np.int64, order="C")
     allowed = {"at_least": 0} if count is None else {"at_least": 0, "below": count}
     _refuse_outside(name, found, allowed)
@@ -87,10 +89,17 @@ def flags(name: str, value: ArrayLike, shape: Shape | None = None) -> NDArray[np
 def number(name: str, value: float, **limits: float) -> float:
     """A finite real number within limits, as for ``array``."""
     found = value if type(value) is float else _scalar(value)
-    if not isinstance(found, (float, Real)) or isinstance(found, bool) or not isfinite(found):
+    if not isinstance(found, (float, Real)) or isinstance(found, bool) or not _is_finite(found):
         raise ValueError(f"{name} is {value!r}: it must be a finite number")
     _refuse_number_outside(name, found, limits)
     return float(found)
+
+
+def _is_finite(value: Real) -> bool:
+    try:
+        return isfinite(value)
+    except OverflowError:
+        return False
 
 
 def whole(name: str, value: int, **limits: int) -> int:

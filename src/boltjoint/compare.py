@@ -447,6 +447,7 @@ def _trust(at: xr.Dataset) -> dict[str, object]:
     return {
         "estimated_peak_error_percent": 100 * float(at["peak_error_estimate"]),
         "estimated_largest_error_percent": 100 * float(at["largest_error_estimate"]),
+        "wrong": bool(at["wrong"]),
         "fell_back": bool(at["fell_back"]),
         "turning_points": int(at["turning_points"]),
         "folded_from_Hz": float(at["folded_from"]),

@@ -824,7 +824,7 @@ class _Reader:
             settings.update(CONFIG_FILE, content)
         if "study" in changes:
             file = changes["study"]
-            if not isinstance(file, str):
+            if not isinstance(file, str) or "\0" in file:
                 self._note(COMMAND_LINE, ("study",), shown(file), "must be the name of a file")
             elif (content := self.read(file)) is not None:
                 settings.update(_as_word(file), content)

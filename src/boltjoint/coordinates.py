@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from boltjoint import checks
-from boltjoint.balance import Forming, HarmonicBalance
+from boltjoint.balance import HarmonicBalance
 from boltjoint.names import parse_coordinates
-from boltjoint.solvers.equations import Equations
+from boltjoint.solvers.equations import Equations, LazyJacobian
 from boltjoint.solvers.lagged_basis import LaggedEquations
 
 Jacobian = Literal["analytic", "forward-difference"]
@@ -48,7 +48,9 @@ class LinearModes(Equations):
         #: of the excitation that acts
         self.share = 1.0
 
-    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         if self._analytic:
             residual, jacobian = self.balance.residual_and_jacobian(x, p)
@@ -70,7 +72,7 @@ class LinearModes(Equations):
 
     def _with_differences(
         self, x: NDArray[np.float64], p: float
-    ) -> tuple[NDArray[np.float64], Forming]:
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         residual = self._residual(x, p)
 
         def jacobian() -> NDArray[np.float64]:
@@ -191,7 +193,9 @@ class MovingModes(LinearModes):
     def tracked(self, modes: NDArray[np.float64]) -> None:
         self._modes = modes
 
-    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         motion = self.balance.motion(x)
         force, tangent = self.balance.joint.law.evaluate_with_tangent(motion)
@@ -279,7 +283,9 @@ class Loading(Equations):
     def tracked(self, tracked: object) -> None:
         self._equations.tracked = tracked
 
-    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual under exp(p) of the excitation, and what forms its Jacobian."""
         self._equations.share = np.exp(p)
         found = self._equations.evaluate(x, self._w)
@@ -378,7 +384,9 @@ class ComplexModes(LinearModes, LaggedEquations):
             self._from_points[:, d, -1, bias:] = np.hstack([-Z.imag, Z.real])
             self._points_at_zero[:, d, -2:] = np.column_stack([at_zero.real, at_zero.imag])
 
-    def evaluate(self, x: NDArray[np.float64], p: float) -> tuple[NDArray[np.float64], Forming]:
+    def evaluate(
+        self, x: NDArray[np.float64], p: float
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual at the frequency p [rad/s], and what forms its Jacobian."""
         if not self._analytic:
             return self._with_differences(x, p)

@@ -86,7 +86,8 @@ class Estimate:
     job
         What that job does.
     seconds
-        Of one core, for all jobs [s].
+        Of one core [s], for the finite elements, the responses and the marches in time; fits, peaks
+        with more harmonics and the tables of ``convergence`` come on top.
     responses
         Frequency responses.
     """
@@ -116,10 +117,7 @@ def mesh_size(assembly: Assembly) -> MeshSize:
     bolts = len(assembly.bolts.positions_from_lap_start_mm)
     around = 2 * (across + along)
     pairs = assembly.contact_pairs
-    free = sum(
-        max(1, round(min(length / mesh.element_length_free_mm, _COUNTLESS)))
-        for length in assembly.bar.free_length_mm
-    )
+    free = sum(int(min(count, _COUNTLESS)) for count in assembly.elements_outside_lap)
     columns = (bolts - 1) * mesh.columns_between_bolt_cells + 2 * mesh.columns_at_each_lap_end
     rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
 

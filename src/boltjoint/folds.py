@@ -32,7 +32,7 @@ class Folds(NamedTuple):
     on_sweep_down: NDArray[np.bool_]
 
 
-def find_folds(frequency: NDArray[np.float64]) -> Folds:
+def find_folds(frequency: NDArray[np.float64], complete: bool = True) -> Folds:
     """Folds of a branch by the frequencies along it.
 
     Parameters
@@ -40,6 +40,8 @@ def find_folds(frequency: NDArray[np.float64]) -> Folds:
     frequency
         Of the solutions in the order of the branch [Hz], shape (solutions,); the branch runs from
         low to high.
+    complete
+        Whether it does to the end. Else a sweep down, which would begin beyond, shows none of it.
 
     Raises
     ------
@@ -55,9 +57,10 @@ def find_folds(frequency: NDArray[np.float64]) -> Folds:
     if backward.size:
         folded = float(frequency[backward + 1].min()), float(frequency[backward].max())
     tolerance = _ROUNDING * np.abs(frequency)
+    on_sweep_down = frequency <= np.minimum.accumulate(frequency[::-1])[::-1] + tolerance
     return Folds(
         turning_points,
         folded,
         on_sweep_up=frequency >= np.maximum.accumulate(frequency) - tolerance,
-        on_sweep_down=frequency <= np.minimum.accumulate(frequency[::-1])[::-1] + tolerance,
+        on_sweep_down=on_sweep_down & complete,
     )

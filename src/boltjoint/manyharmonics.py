@@ -17,18 +17,19 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from boltjoint import checks
-from boltjoint.balance import Forming, HarmonicBalance, parse_component
+from boltjoint.balance import HarmonicBalance, parse_component
 from boltjoint.branch import Observed
 from boltjoint.coordinates import LinearModes
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.equations import LazyJacobian, StepControl
 from boltjoint.solvers.newton import newton, solve
 
 logger = logging.getLogger(__name__)
 
-#: first step in which a peak is bracketed over its frequency, and what is the farthest it is sought
-_FIRST_STEP, _FARTHEST = 2e-3, 0.1
+#: longest and shortest step in which a peak is bracketed, over its frequency, and how far from
+#: where it is with fewer harmonics it is sought
+_STEP, _SHORTEST_STEP, _FARTHEST = 2e-3, 1e-5, 0.1
 
 #: relative width within which the frequency of a peak is located
 _WIDTH = 1e-6
@@ -51,7 +52,7 @@ class ViscousBalance(HarmonicBalance):
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
-    ) -> tuple[NDArray[np.float64], Forming]:
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual, and what forms its exact derivative by x."""
         amplitude = x.reshape(len(self.components), -1)
         force, tangent = self.joint.law.modal_force_and_tangent(self.rows, amplitude)
@@ -184,7 +185,9 @@ def solve_periodic(
 
 
 def largest_response(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion]:
-    """Frequency [Hz] and motion where the response to a force is largest.
+    """Frequency [Hz] and motion at the peak of the response to a force.
+
+    Where it has none, at the largest solution that converged.
 
     Parameters
     ----------
@@ -196,13 +199,17 @@ def largest_response(response: xr.Dataset, force: float) -> tuple[float, Periodi
     Raises
     ------
     ValueError
-        If there is no solution at that force.
+        If no solution converged at that force.
     """
     checks.instance("response", response, xr.Dataset)
-    mine = np.flatnonzero(response["excitation_force"].to_numpy() == force)
+    solved = (response["excitation_force"] == force) & (response["converged"] == 1)
+    mine = np.flatnonzero(solved)
     if not mine.size:
         raise ValueError(f"force is {force} N: the response has no solution at it")
-    at = response.isel(solution=mine[response["response_amplitude"].to_numpy()[mine].argmax()])
+    amplitude = response["response_amplitude"].to_numpy()[mine]
+    peak = response["peak_amplitude"].to_numpy()[response["force_level"] == force]
+    at_peak = np.flatnonzero(amplitude == peak)
+    at = response.isel(solution=mine[at_peak[0] if at_peak.size else amplitude.argmax()])
     components = tuple(str(name) for name in at["component"].to_numpy())
     amplitude = at["modal_coordinate"].transpose("component", "mode").to_numpy()
     return float(at["frequency"]), PeriodicMotion(components, amplitude)
@@ -265,29 +272,39 @@ def find_peak(
         if found:
             nearest = min(found, key=lambda other: abs(other - w))
             x, change = found[nearest]
-            x = x + (w - nearest) * change
+            guesses = [x + (w - nearest) * change, x]
         else:
-            x = start.in_components(law.components).ravel()
-        solution, jacobian = newton(equations, x, w, control)
-        change = solve(jacobian, -equations.parameter_derivative(solution.x, w))
-        if not solution.converged or change is None:
-            raise ArithmeticError
-        found[w] = solution.x, change
-        return observe.slope(solution.x, change)
+            guesses = [start.in_components(law.components).ravel()]
+        for guess in guesses:
+            solution, jacobian = newton(equations, guess, w, control)
+            change = solve(jacobian, -equations.parameter_derivative(solution.x, w))
+            if solution.converged and change is not None:
+                found[w] = solution.x, change
+                return observe.slope(solution.x, change)
+        raise _NotFound
 
     try:
         low = high = begin
-        step = np.copysign(_FIRST_STEP * begin, slope(begin))
-        while np.sign(slope(high)) == np.sign(step):
-            if abs(high + step - begin) > _FARTHEST * begin:
+        step = np.copysign(_STEP * begin, slope(begin))
+        while np.sign(observe.slope(*found[high])) == np.sign(step):
+            if abs(high - begin) > _FARTHEST * begin or abs(step) < _SHORTEST_STEP * begin:
                 return None
-            low, high, step = high, high + step, 2 * step
+            try:
+                slope(high + step)
+            except _NotFound:
+                step /= 2
+            else:
+                low, high = high, high + step
         peak = brentq(slope, low, high, xtol=_WIDTH * begin)
         slope(float(peak))
-    except ArithmeticError:
+    except _NotFound:
         return None
     amplitude = found[peak][0].reshape(len(law.components), -1)
     return peak / (2 * np.pi), PeriodicMotion(law.components, amplitude)
+
+
+class _NotFound(Exception):
+    """No solution was found at a frequency."""
 
 
 def tabulate_peaks(
@@ -314,7 +331,7 @@ def tabulate_peaks(
         A row for each force and number of harmonics with columns ``force_N, harmonics,
         peak_frequency_Hz, peak_mm_per_N`` (NaN where no peak was found), and
         ``peak_frequency_error_percent, peak_amplitude_error_percent`` against the most harmonics
-        with which it was.
+        with which it was, NaN where it was with one number only.
 
     Raises
     ------
@@ -356,7 +373,8 @@ def tabulate_peaks(
             )
     columns = ["force_N", "harmonics", "peak_frequency_Hz", "peak_mm_per_N"]
     table = pd.DataFrame(rows, columns=columns)
-    truth = table.dropna().groupby("force_N").last()
+    found = table.dropna().groupby("force_N")
+    truth = found.last()[found.size() > 1]
     for what, column in (("frequency", columns[2]), ("amplitude", columns[3])):
         ratio = table[column] / table["force_N"].map(truth[column])
         table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)

@@ -42,10 +42,6 @@ _LARGEST_SHARE = 0.1
 #: where in the window a branch is sought that is not found from its ends
 _INSIDE = (0.5, 0.25, 0.75)
 
-#: errors on the flanks, over the amplitude of the peak, that count as much as one at the peak:
-#: there a small error of the frequency is a large one of the amplitude
-_FLANKS = 10.0
-
 #: shares of a force under which little slips, so that the corrector finds the solution
 _LITTLE_FORCE = (1e-3, 1e-6, 1e-9)
 
@@ -262,7 +258,7 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    return to_dataset(joint, branches, loss_factor, errors or None).assign_attrs(
+    return to_dataset(joint, branches, loss_factor, errors or None, largest_error).assign_attrs(
         coordinates=coordinates,
         resonance=resonance,
         jacobian=jacobian,
@@ -274,13 +270,14 @@ def solve_response(
 
 def _warn_if_wrong(branch: Branch, error: BranchError, largest_error: float) -> bool:
     """Whether the full balance in all linear modes says that a branch is too far off."""
-    wrong = error.of_peak > largest_error or error.largest > _FLANKS * largest_error
+    wrong = error.exceeds(largest_error)
     if wrong:
+        of_peak = f"the peak is off by some {100 * error.of_peak:.2g} %, "
         logger.warning(
-            "%g N: the balance in all linear modes does not hold: the peak is off by some %.2g %%, "
-            "the response by up to %.2g %% of the peak",
+            "%g N: the balance in all linear modes does not hold: %sthe response by up to %.2g %% "
+            "of its largest",
             branch.force,
-            100 * error.of_peak,
+            of_peak if branch.peak is not None else "",
             100 * error.largest,
         )
     return wrong

@@ -29,6 +29,22 @@ from boltjoint.manyharmonics import largest_response, solve_periodic
 
 Array = NDArray[np.float64]
 
+#: of the table of harmonics and march
+_COLUMNS = (
+    "force_N",
+    "frequency_Hz",
+    "harmonics",
+    "amplitude_m",
+    "in_time_m",
+    "difference_percent",
+    "from_rest_percent",
+    "step_error_percent",
+    "steps_per_period",
+    "periods",
+    "change_per_period",
+    "settled",
+)
+
 #: periods between two extrapolations, and how many of the last ones an extrapolation looks at
 _BLOCK, _LOOK_BACK = 12, 8
 
@@ -219,7 +235,7 @@ def tabulate_truth(
     loss_factor = response.attrs["loss_factor"]
     rows = []
     for force in forces:
-        if not np.any(response["excitation_force"] == force):
+        if not np.any((response["excitation_force"] == force) & (response["converged"] == 1)):
             continue
         frequency, motion = largest_response(response, force)
         excitation = float(frequency), float(force), loss_factor
@@ -251,7 +267,7 @@ def tabulate_truth(
                     "settled": march.settled and from_rest.settled,
                 }
             )
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=_COLUMNS)
 
 
 @dataclass

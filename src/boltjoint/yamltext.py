@@ -80,6 +80,11 @@ def parse_mapping(text: str) -> dict[str, Any]:
         content = _document(yaml.parse(text, Loader=yaml.SafeLoader))
     except yaml.MarkedYAMLError as error:
         _refuse(error.problem_mark, error.problem)
+    except TextError:
+        raise
+    except (ValueError, OverflowError):
+        # escaped characters beyond Unicode, and versions of thousands of digits
+        raise TextError("is not YAML that can be read", 1, 1) from None
     if not isinstance(content, dict):
         raise TextError("must hold keys with values, as in `description: ...`", 1, 1)
     return content

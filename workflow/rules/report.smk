@@ -113,9 +113,7 @@ rule write_page_of_case:
         library=library("write_page_of_case.py"),
         case=lambda w: case_of(w).model_dump(),
         # no more of it: other options do not stand on the page
-        solver=study.solver.model_dump(
-            include={"friction", "harmonics", "samples", "largest_error"}
-        ),
+        solver=study.solver.model_dump(include={"friction", "harmonics", "samples"}),
         cases=list(study.cases),
     script:
         "../scripts/write_page_of_case.py"

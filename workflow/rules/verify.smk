@@ -29,7 +29,8 @@ rule run_calculix:
     output:
         printed="results/verification/{deck}/calculix.dat",
     log:
-        "results/logs/run_calculix/{deck}.log",
+        job="results/logs/run_calculix/{deck}.log",
+        program="results/logs/run_calculix/{deck}_ccx.log",
     benchmark:
         "results/benchmarks/run_calculix/{deck}.tsv"
     wildcard_constraints:

@@ -1,5 +1,7 @@
 """Have CalculiX solve a deck."""
 
+from boltjoint import logs
 from boltjoint.structure import calculix
 
-calculix.run(snakemake.input.deck, snakemake.log[0])
+logs.write_to(snakemake.log.job)
+calculix.run(snakemake.input.deck, snakemake.log.program)

@@ -16,6 +16,7 @@ from boltjoint.pages.shown import (
     Shelf,
     Shown,
     capitalized,
+    harmonics_in_words,
     menu,
     those,
 )
@@ -59,7 +60,7 @@ def page(
     shelf = Shelf(files, published)
     sections = [Section("case", "What is computed", _facts(case, solver, shelf))]
     for family in case.bases:
-        sections += _Basis(case, family, shelf, solver).sections()
+        sections += _Basis(case, family, shelf).sections()
     sections += shelf.rest()
     theirs = published.case_study()
     compared = f"Section {theirs['section']} of the source. " if theirs else ""
@@ -226,9 +227,8 @@ _BESIDE_PUBLISHED = ("source_table", "k_ratio", "slip_force_ratio", "difference_
 class _Basis:
     """All that a case has in one modal basis."""
 
-    def __init__(self, case: Case, family: str, shelf: Shelf, solver: Solver) -> None:
+    def __init__(self, case: Case, family: str, shelf: Shelf) -> None:
         self.case, self.family, self.shelf = case, family, shelf
-        self.largest_error = solver.largest_error
         self.accuracy = shelf.table("accuracy", modes=family)
         self.times = shelf.table("times", modes=family)
         self.states = shelf.table("states", modes=family)
@@ -382,7 +382,7 @@ class _Basis:
             return ""
         rows = those(self.accuracy[1], joint=joint, coordinates=coordinates, resonance=resonance)
         done = rows[rows["complete"]]
-        remarks = _folded(rows) + _doubtful(rows, self.largest_error) + _broken_off(rows)
+        remarks = _folded(rows) + _doubtful(rows) + _broken_off(rows)
         if done.empty:
             return remarks
         if (joint, coordinates) == REFERENCE:
@@ -488,7 +488,7 @@ def _folded(rows: pd.DataFrame) -> str:
     if folded.empty:
         return ""
     each = ", ".join(
-        f"at {one.force_N:g} N from {one.folded_from_Hz:.2f} to {one.folded_to_Hz:.2f} Hz "
+        f"at {one.force_N:g} N between {one.folded_from_Hz:.2f} and {one.folded_to_Hz:.2f} Hz "
         f"({one.turning_points} turning points)"
         for one in folded.itertuples()
     )
@@ -498,19 +498,21 @@ def _folded(rows: pd.DataFrame) -> str:
     )
 
 
-def _doubtful(rows: pd.DataFrame, largest_error: float) -> str:
+def _doubtful(rows: pd.DataFrame) -> str:
     """Where the balance in all linear modes says that a response is wrong."""
     said = ""
     instead = rows[rows["fell_back"]]
     if not instead.empty:
         said += f" At {_forces(instead)} N the response in linear modes stands in its place."
-    wrong = rows[rows["estimated_peak_error_percent"] > 100 * largest_error]
+    wrong = rows[rows["wrong"]]
     if not wrong.empty:
+        worst = number(wrong["estimated_largest_error_percent"].max(), 2)
         said += (
-            f" <strong>The peak at {_forces(wrong)} N is wrong</strong>: by the balance in all "
-            "linear modes it is off by some "
-            f"{number(wrong['estimated_peak_error_percent'].max(), 2)} %."
+            f" <strong>The response to {_forces(wrong)} N is wrong</strong>: by the balance in all "
+            f"linear modes it is off by up to {worst} % of the peak"
         )
+        at_peak = wrong["estimated_peak_error_percent"].max()
+        said += "." if pd.isna(at_peak) else f", the peak by up to {number(at_peak, 2)} %."
     return said
 
 
@@ -544,13 +546,13 @@ def _states(shown: Shown, frame: pd.DataFrame) -> str:
 
 
 def _harmonic_peaks(shown: Shown, frame: pd.DataFrame) -> str:
-    one = frame[frame["harmonics"] == frame["harmonics"].min()]
-    errors = [one[f"peak_{what}_error_percent"].abs().max() for what in ("amplitude", "frequency")]
+    few = frame[frame["harmonics"] == frame["harmonics"].min()]
+    errors = [few[f"peak_{what}_error_percent"].abs().max() for what in ("amplitude", "frequency")]
     said = ""
     if not any(map(pd.isna, errors)):
         said = (
-            f" One harmonic, as in all other results, is off by up to {number(errors[0], 2)} % in "
-            f"amplitude and {number(errors[1], 2)} % in frequency."
+            f" With {harmonics_in_words(few)}, as in all other results, it is off by up to "
+            f"{number(errors[0], 2)} % in amplitude and {number(errors[1], 2)} % in frequency."
         )
     return (
         "<p>Peaks of the node-to-node joint with more and more harmonics, each sought anew at its "

@@ -60,6 +60,8 @@ _NAMES = [
     ),
 ]
 
+_NONE = pd.DataFrame(columns=["harmonics"])
+
 LAWS = {"constant": "constant normal load", "variable": "variable normal load"}
 
 
@@ -255,7 +257,7 @@ class Shelf:
 
 
 def one_harmonic(shelf: Shelf) -> str:
-    """What the reference of all errors is, and by how much its one harmonic errs, as HTML.
+    """What the reference of all errors is, and by how much its few harmonics err, as HTML.
 
     By the tables of peaks with more harmonics that are on the shelf: those of bases that hold the
     contact, where there are any.
@@ -264,26 +266,34 @@ def one_harmonic(shelf: Shelf) -> str:
     while of_basis := shelf.table("harmonic_peaks"):
         found.append(of_basis)
     found = [each for each in found if is_enriched(each[0].modes)] or found
-    frames = [frame[frame["harmonics"] == 1] for _, frame in found]
-    one = pd.concat(frames).dropna() if frames else pd.DataFrame()
+    frames = [frame for _, frame in found if len(frame)]
+    few = pd.concat([one[one["harmonics"] == one["harmonics"].min()] for one in frames] or [_NONE])
+    solved = few.dropna()
     by_how_much = (
-        "By how much one harmonic errs was not computed: give a case <i>march_forces_N</i>."
+        "By how much that errs was not computed: give a case <i>march_forces_N</i>."
+        if few.empty
+        else "No peak was found with more harmonics."
     )
-    if len(one):
+    if len(solved):
         errors = [
-            f"{number(one[f'peak_{what}_error_percent'].abs().max(), 2)} % in {what}"
+            f"{number(solved[f'peak_{what}_error_percent'].abs().max(), 2)} % in {what}"
             for what in ("amplitude", "frequency")
         ]
-        forces = ", ".join(f"{force:g}" for force in sorted(one["force_N"].unique()))
+        forces = ", ".join(f"{force:g}" for force in sorted(solved["force_N"].unique()))
         by_how_much = (
-            f"Peaks of one harmonic are off by up to {' and '.join(errors)} against the most "
-            f"harmonics with which they were found, at {forces} N; the pages of the cases have "
-            "each."
+            f"Its peaks are off by up to {' and '.join(errors)} against the most harmonics with "
+            f"which they were found, at {forces} N; the pages of the cases have each."
         )
     return (
-        "<p><strong>The reference of all errors is converged in the basis, with one "
-        f"harmonic.</strong> {by_how_much}</p>"
+        "<p><strong>The reference of all errors is converged in the basis, with "
+        f"{harmonics_in_words(few)}.</strong> {by_how_much}</p>"
     )
+
+
+def harmonics_in_words(few: pd.DataFrame) -> str:
+    """With how many harmonics the rows of a table were solved."""
+    numbers = few["harmonics"].unique()
+    return "one harmonic" if list(numbers) in ([], [1]) else f"harmonics up to {max(numbers)}"
 
 
 def capitalized(words: str) -> str:

@@ -249,7 +249,7 @@ def trace(
 class _WayOn(NamedTuple):
     """A way on from a corner that was not taken, and the state of the run before it."""
 
-    count: int
+    solutions: tuple[Solution, ...]
     found: Corrected
     reach: float
     tracked: object
@@ -338,14 +338,16 @@ class Tracer:
     def _next(self) -> Corrected | None:
         """The solution a step ahead, which becomes shorter until there is one."""
         control, sharp = self.corrector.control, False
+        # there is a step that is short enough, whatever the shortest one is
+        short, shortest = (max(step, 2 * control.smallest_step) for step in (_CORNER, _CORNER_STEP))
         while self.step >= control.smallest_step:
             found = self.corrector.correct(self.station, self.step)
             if found is None and not sharp:
                 self.station, sharp = self.corrector.sharpened(self.station), True
                 continue
-            if found is None and self.step <= _CORNER_STEP:
+            if found is None and self.step <= shortest:
                 found = self._around_corner()
-            if found is not None and (self.step <= _CORNER or not self._turns_back(found)):
+            if found is not None and (self.step <= short or not self._turns_back(found)):
                 return found
             self.step *= 0.5
         return None
@@ -360,9 +362,9 @@ class Tracer:
     def _around_corner(self) -> Corrected | None:
         """The way on from a corner that leads farthest ahead; others are kept in reserve."""
         ways_on = corners.ways_on(self.corrector, self.station, self.step)
-        count, tracked = len(self.path.solutions), self.corrector.equations.tracked
+        before, tracked = tuple(self.path.solutions), self.corrector.equations.tracked
         self._ways_on += [
-            _WayOn(count, other, self.step, tracked) for other in reversed(ways_on[1:])
+            _WayOn(before, other, self.step, tracked) for other in reversed(ways_on[1:])
         ]
         return ways_on[0] if ways_on else None
 
@@ -372,8 +374,8 @@ class Tracer:
             return self._stop(reason)
         if self._first_attempt is None:
             self._first_attempt = Path(list(self.path.solutions), reason=reason)
-        count, found, self.step, self.corrector.equations.tracked = self._ways_on.pop()
-        del self.path.solutions[count:]
+        before, found, self.step, self.corrector.equations.tracked = self._ways_on.pop()
+        self.path.solutions[:] = before
         self.accept(found.solution, found.jacobian, found.offset, self.step)
         return True
 

@@ -356,7 +356,6 @@ class _Tracer:
         tracer = Tracer(self.full, self.window, self.path, self.maxima)
         tracer.step = self.step
         tracer.resume(solution, jacobian, origin.direction)
-        before = solution
         for _ in range(self.full_steps):
             before = tracer.station
             if not tracer.advance():
