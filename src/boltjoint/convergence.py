@@ -12,6 +12,7 @@ from boltjoint import checks
 from boltjoint.backbone import Backbone, ModeAtAmplitude, rebuild
 from boltjoint.friction.sampled import SampledInTime
 from boltjoint.joint import Joint
+from boltjoint.manyharmonics import largest_response
 from boltjoint.names import parse_modes
 from boltjoint.partition import Division, partition_regions, region_error
 from boltjoint.response import Branch, frequency_window, solve_branch
@@ -70,16 +71,11 @@ def tabulate_sampling(
 
 def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarray]:
     """Motion of the contact points where the response to each force is largest, by force."""
-    components = list(joint.law.components)
-    amplitude = response["modal_coordinate"].sel(component=components)
     found = {}
     for force in response["force_level"].to_numpy():
-        mine = np.flatnonzero(response["excitation_force"].to_numpy() == force)
-        if not mine.size:
-            continue
-        at = mine[np.argmax(response["response_amplitude"].to_numpy()[mine])]
-        q = amplitude.isel(solution=at).transpose("mode", "component").to_numpy()
-        found[float(force)] = np.hstack([row @ q for row in joint.rows])
+        if largest := largest_response(response, force):
+            q = largest[1].in_components(joint.law.components).T
+            found[float(force)] = np.hstack([row @ q for row in joint.rows])
     return found
 
 

@@ -105,10 +105,14 @@ def references(study: Study) -> dict[str, tuple[str, str, str, int]]:
     """By case, the first of its responses of the node-to-node joint in linear modes, if any."""
     found = {}
     for case in study.cases:
-        for which in solved(study, case):
-            if which[1:3] == REFERENCE:
-                found.setdefault(case, which)
+        for which in _node_to_node(study, case):
+            found.setdefault(case, which)
     return found
+
+
+def _node_to_node(study: Study, case: str) -> list[tuple[str, str, str, int]]:
+    """The responses of the node-to-node joint of a case in linear modes."""
+    return [which for which in solved(study, case) if which[1:3] == REFERENCE]
 
 
 def marched(study: Study) -> dict[str, tuple[str, str, str, int]]:
@@ -118,9 +122,8 @@ def marched(study: Study) -> dict[str, tuple[str, str, str, int]]:
     """
     found = {}
     for case in study.cases:
-        for which in solved(study, case):
-            free = which[1:3] == REFERENCE and not is_enriched(which[0])
-            if free and study.case(case).march_forces_N:
+        for which in _node_to_node(study, case):
+            if study.case(case).march_forces_N and not is_enriched(which[0]):
                 found.setdefault(case, which)
     return found
 
@@ -131,8 +134,8 @@ def balanced(study: Study, case: str) -> dict[str, tuple[str, str, str, int]]:
     That of the node-to-node joint in linear modes, around the lowest resonance.
     """
     found = {}
-    for which in sorted(solved(study, case), key=lambda each: each[3]):
-        if which[1:3] == REFERENCE and study.case(case).march_forces_N:
+    if study.case(case).march_forces_N:
+        for which in sorted(_node_to_node(study, case), key=lambda each: each[3]):
             found.setdefault(which[0], which)
     return found
 

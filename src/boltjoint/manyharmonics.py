@@ -184,10 +184,10 @@ def solve_periodic(
     return PeriodicMotion(law.components, amplitude, solution.converged)
 
 
-def largest_response(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion]:
+def largest_response(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion] | None:
     """Frequency [Hz] and motion at the peak of the response to a force.
 
-    Where it has none, at the largest solution that converged.
+    Where it has none, at the largest solution that converged; None where none did.
 
     Parameters
     ----------
@@ -199,13 +199,13 @@ def largest_response(response: xr.Dataset, force: float) -> tuple[float, Periodi
     Raises
     ------
     ValueError
-        If no solution converged at that force.
+        If it is no response.
     """
     checks.instance("response", response, xr.Dataset)
     solved = (response["excitation_force"] == force) & (response["converged"] == 1)
     mine = np.flatnonzero(solved)
     if not mine.size:
-        raise ValueError(f"force is {force} N: the response has no solution at it")
+        return None
     amplitude = response["response_amplitude"].to_numpy()[mine]
     peak = response["peak_amplitude"].to_numpy()[response["force_level"] == force]
     at_peak = np.flatnonzero(amplitude == peak)

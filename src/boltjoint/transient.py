@@ -235,9 +235,9 @@ def tabulate_truth(
     loss_factor = response.attrs["loss_factor"]
     rows = []
     for force in forces:
-        if not np.any((response["excitation_force"] == force) & (response["converged"] == 1)):
+        if (largest := largest_response(response, force)) is None:
             continue
-        frequency, motion = largest_response(response, force)
+        frequency, motion = largest
         excitation = float(frequency), float(force), loss_factor
         balanced = {}
         for highest in harmonics:

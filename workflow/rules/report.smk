@@ -1,17 +1,6 @@
 rule write_overview:
     input:
-        shown=[
-            path
-            for case in study.cases
-            for path in shown_on(case)
-            if path.startswith(
-                (
-                    "results/tables/accuracy",
-                    "results/tables/times",
-                    "results/tables/harmonic_peaks",
-                )
-            )
-        ]
+        shown=tables_of_cases("accuracy", "times", "harmonic_peaks")
         + shown_on("overview"),
         joints=[path for case in study.cases for path in nodes_of(case)],
         environment="results/environment.json",
@@ -38,13 +27,7 @@ rule write_overview:
 
 rule write_page_of_accuracy:
     input:
-        shown=shown_on("accuracy")
-        + [
-            path
-            for case in study.cases
-            for path in shown_on(case)
-            if path.startswith("results/tables/harmonic_peaks")
-        ],
+        shown=shown_on("accuracy") + tables_of_cases("harmonic_peaks"),
         published=published,
     output:
         page="results/report/accuracy.html",

@@ -111,6 +111,17 @@ def shown_on(page):
     return pages.shown_on(page, targets(study), study.cases)
 
 
+def tables_of_cases(*kinds):
+    """Tables of these kinds on the pages of all cases."""
+    names = tuple(f"results/tables/{kind}_" for kind in kinds)
+    return [
+        path
+        for case in study.cases
+        for path in shown_on(case)
+        if path.startswith(names)
+    ]
+
+
 def nodes_of(case):
     """The node-to-node joints of a case, one in each basis."""
     return [

@@ -16,6 +16,7 @@ from boltjoint.pages.shown import (
     Shelf,
     Shown,
     capitalized,
+    errors_in_words,
     harmonics_in_words,
     menu,
     those,
@@ -547,12 +548,10 @@ def _states(shown: Shown, frame: pd.DataFrame) -> str:
 
 def _harmonic_peaks(shown: Shown, frame: pd.DataFrame) -> str:
     few = frame[frame["harmonics"] == frame["harmonics"].min()]
-    errors = [few[f"peak_{what}_error_percent"].abs().max() for what in ("amplitude", "frequency")]
     said = ""
-    if not any(map(pd.isna, errors)):
+    if off := errors_in_words(few):
         said = (
-            f" With {harmonics_in_words(few)}, as in all other results, it is off by up to "
-            f"{number(errors[0], 2)} % in amplitude and {number(errors[1], 2)} % in frequency."
+            f" With {harmonics_in_words(few)}, as in all other results, it is off by up to {off}."
         )
     return (
         "<p>Peaks of the node-to-node joint with more and more harmonics, each sought anew at its "

@@ -268,25 +268,30 @@ def one_harmonic(shelf: Shelf) -> str:
     found = [each for each in found if is_enriched(each[0].modes)] or found
     frames = [frame for _, frame in found if len(frame)]
     few = pd.concat([one[one["harmonics"] == one["harmonics"].min()] for one in frames] or [_NONE])
-    solved = few.dropna()
     by_how_much = (
         "By how much that errs was not computed: give a case <i>march_forces_N</i>."
         if few.empty
         else "No peak was found with more harmonics."
     )
-    if len(solved):
-        errors = [
-            f"{number(solved[f'peak_{what}_error_percent'].abs().max(), 2)} % in {what}"
-            for what in ("amplitude", "frequency")
-        ]
-        forces = ", ".join(f"{force:g}" for force in sorted(solved["force_N"].unique()))
+    if off := errors_in_words(few):
+        forces = ", ".join(f"{force:g}" for force in sorted(few.dropna()["force_N"].unique()))
         by_how_much = (
-            f"Its peaks are off by up to {' and '.join(errors)} against the most harmonics with "
-            f"which they were found, at {forces} N; the pages of the cases have each."
+            f"Its peaks are off by up to {off} against the most harmonics with which they were "
+            f"found, at {forces} N; the pages of the cases have each."
         )
     return (
         "<p><strong>The reference of all errors is converged in the basis, with "
         f"{harmonics_in_words(few)}.</strong> {by_how_much}</p>"
+    )
+
+
+def errors_in_words(few: pd.DataFrame) -> str:
+    """The largest errors of peaks in amplitude and frequency; empty where there are none."""
+    solved = few.dropna()
+    return " and ".join(
+        f"{number(solved[f'peak_{what}_error_percent'].abs().max(), 2)} % in {what}"
+        for what in ("amplitude", "frequency")
+        if len(solved)
     )
 
 
