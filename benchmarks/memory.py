@@ -18,12 +18,12 @@ from pathlib import Path
 import yaml
 
 from boltjoint import dataset
-from boltjoint.config import Assembly
-from boltjoint.structure.enrichment import find_principal_motions
-from boltjoint.structure.mesh import build_assembly
+from boltjoint.config.assembly import Assembly
+from boltjoint.structure.basis.pod import find_pod_modes
+from boltjoint.structure.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances
-from boltjoint.structure.statics import apply_preload
+from boltjoint.structure.preload import apply_preload
 
 ASSEMBLIES = Path(__file__).parents[1] / "config/assemblies"
 
@@ -90,8 +90,8 @@ def stages(name: str, folder: Path) -> dict[str, Callable[[], None]]:
         "apply_preload": lambda: write("preload", apply_preload(read("assembly"), 1e4)),
         "find_modes free-4": lambda: find_modes(read("assembly"), "free-4"),
         "find_modes free-40": lambda: find_modes(read("assembly"), "free-40"),
-        "find_principal_motions": lambda: write(
-            "principal", find_principal_motions(read("assembly"), read("preload"))
+        "find_pod_modes": lambda: write(
+            "principal", find_pod_modes(read("assembly"), read("preload"))
         ),
         "find_modes enriched-80": lambda: find_modes(
             read("assembly"), "enriched-80", read("principal")

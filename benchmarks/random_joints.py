@@ -20,13 +20,13 @@ import pandas as pd
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from boltjoint import joint as joints
-from boltjoint import march
-from boltjoint.branch import to_dataset
+from boltjoint.dynamics.branch import to_dataset
+from boltjoint.dynamics.frequency_response import solve_branch
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint import Joint
-from boltjoint.response import solve_branch
+from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.model import Joint
+from boltjoint.verification import residual_in_time
 
 LAWS = ("constant", "variable")
 COORDINATES = ("linear", "complex-rdnm-1", "backbone")
@@ -140,7 +140,7 @@ def solve(law: str, coordinates: str, index: int) -> dict[str, object]:
     residual = np.nan
     if branch.peak is not None:
         response = to_dataset(joint, [branch], loss_factor).isel(solution=[branch.peak])
-        residual = march.residuals_in_time(joints.to_dataset(joint), response)[0]
+        residual = residual_in_time.residuals_in_time(joint_to_dataset(joint), response)[0]
     return {
         "law": law,
         "coordinates": coordinates,

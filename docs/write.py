@@ -17,10 +17,10 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from boltjoint import joint
-from boltjoint.config import load_study
+from boltjoint.config.study import load_study
+from boltjoint.joint.io import load_joint
 from boltjoint.names import MODES
-from boltjoint.pages import accuracy
+from boltjoint.report.pages import accuracy
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
@@ -174,7 +174,7 @@ class Tables:
         """Error of the first stuck frequency [%] if regions moved as the mean of loaded pairs."""
         folder = RESULTS / f"cases/{case}/free-4"
         nodes, divided = (
-            joint.load(folder / name / "joint.nc") for name in ("node-to-node", regions)
+            load_joint(folder / name / "joint.nc") for name in ("node-to-node", regions)
         )
         loaded = nodes.law.slip_force > 0
         region = divided.law.point_of_element

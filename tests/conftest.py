@@ -8,7 +8,7 @@ import pytest
 from small_joint import make_joint
 from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, environment, snakemake, write
 
-from boltjoint.joint import Joint
+from boltjoint.joint.model import Joint
 
 
 @pytest.fixture

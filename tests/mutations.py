@@ -3,7 +3,7 @@
 import copy
 from pathlib import Path
 
-from boltjoint.yamltext import parse_mapping
+from boltjoint.config.strict_yaml import parse_mapping
 
 ROOT = Path(__file__).parents[1]
 

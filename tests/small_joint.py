@@ -5,7 +5,7 @@ import xarray as xr
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint import Joint
+from boltjoint.joint.model import Joint
 
 FRICTION = 0.1
 

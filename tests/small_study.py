@@ -44,7 +44,7 @@ CASE = {
     },
     "loss_factor": 0.005,
     "forces_N": [0.01, 20],
-    "march_forces_N": [20],
+    "verification_forces_N": [20],
     "modes": ["free-2"],
     "coordinates": ["linear", "rdnm-1"],
     "solve": [
@@ -72,13 +72,18 @@ VARIABLE = CASE | {
     },
     "regions": {"division": "equal-middle-load"},
     "forces_N": [20],
-    "march_forces_N": [],
+    "verification_forces_N": [],
     "coordinates": ["linear"],
     "solve": CASE["solve"][:1],
 }
 SETTINGS = {
     "cases": ["small"],
-    "enrichment": {"contact_stiffness_N_per_m": 1e9, "resonances": 1, "levels": 5, "most": 8},
+    "contact_adapted_basis": {
+        "contact_stiffness_N_per_m": 1e9,
+        "resonances": 1,
+        "levels": 5,
+        "most": 8,
+    },
     "timing": {"repeats": 1},
     "fitting": {"starts": 2},
     "convergence": {"bases": ["free-2", "enriched-8"], "regions": [2]},

@@ -13,20 +13,40 @@ import pytest
 import xarray as xr
 from small_joint import make_joint, make_preload
 
-from boltjoint import branch as branches
-from boltjoint import convergence, dataset, fitting, folds, march, partition, transient
-from boltjoint.backbone import Backbone, ModeAtAmplitude, find_backbone, rebuild
-from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import ComplexModes, LinearModes, MovingModes, pose
+from boltjoint import dataset
+from boltjoint.dynamics import branch, folds
+from boltjoint.dynamics.complex_rdnm import ComplexRDNM
+from boltjoint.dynamics.coordinates import pose
+from boltjoint.dynamics.epmc import Backbone, EPMCEquations, find_backbone
+from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.dynamics.rdnm import SelfConsistentRDNM
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.tabulated import TabulatedLoad
-from boltjoint.joint import connect_nodes, from_dataset, load, merge_points, to_dataset
-from boltjoint.manyharmonics import PeriodicMotion, solve_periodic
+from boltjoint.joint.bands import (
+    inner_and_outer_regions,
+    regions_of_equal_load,
+    regions_of_equal_middle_load,
+)
+from boltjoint.joint.clusters import regions_of_like_motion
+from boltjoint.joint.fit_loops import fit_elements
+from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
+from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error, unloading_branch
+from boltjoint.joint.minimax_curve import nearest_loading_curve
+from boltjoint.joint.model import merge_points
+from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.joint.partition import choose_count, partition_regions, tabulate_region_errors
+from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 from boltjoint.names import parse_coordinates
-from boltjoint.response import frequency_window, solve_branch, solve_response
 from boltjoint.solvers.equations import StepControl
-from boltjoint.timing import time_solver
+from boltjoint.study import convergence
+from boltjoint.study.timing import time_solver
+from boltjoint.verification import residual_in_time
+from boltjoint.verification.multi_harmonic import PeriodicMotion, solve_periodic
+from boltjoint.verification.time_integration import steady_state
 
 JOINT, VARIABLE = make_joint(), make_joint(law="variable")
 PRELOAD = make_preload(JOINT)
@@ -34,11 +54,11 @@ CONSTANT_LAW, VARIABLE_LAW = JOINT.law, VARIABLE.law
 TABULATED = TabulatedLoad(
     CONSTANT_LAW.point_of_element, CONSTANT_LAW.tangential_stiffness, CONSTANT_LAW.slip_force
 )
-SAMPLED = SampledInTime(VARIABLE_LAW, 2, 16)
+SAMPLED = AlternatingFrequencyTime(VARIABLE_LAW, 2, 16)
 BALANCE = HarmonicBalance(JOINT, 0.01, 1.0)
-MODE = ModeAtAmplitude(JOINT, 0.01)
+MODE = EPMCEquations(JOINT, 0.01)
 PERIODIC = PeriodicMotion(("sin", "cos"), np.zeros((2, 3)))
-STORED = to_dataset(JOINT)
+STORED = joint_to_dataset(JOINT)
 REFERENCE = pd.DataFrame({"force_N": [1.0], "peak_frequency_Hz": [70.0], "peak_mm_per_N": [1.0]})
 K, SLIP = np.array([1e6, 2e6, 4e6]), np.array([1.0, 2.0, 3.0])
 NAN = np.nan
@@ -64,11 +84,11 @@ def backbones(joint=JOINT, forces=(1.0,), **options):
 
 
 def regions(count=4, **options):
-    return partition.partition_regions(JOINT, options.pop("preload", PRELOAD), count, **options)
+    return partition_regions(JOINT, options.pop("preload", PRELOAD), count, **options)
 
 
 def fitted(stiffness=K, slip_force=SLIP, count=2, **options):
-    return fitting.fit_elements(stiffness, slip_force, count, **options)
+    return fit_elements(stiffness, slip_force, count, **options)
 
 
 def marched(motion=None, **changes):
@@ -83,11 +103,11 @@ def marched(motion=None, **changes):
         "motion": np.zeros((2, 6)) if motion is None else motion,
         "samples": 8,
     }
-    return march.contact_forces_in_time(**arguments | changes)
+    return residual_in_time.contact_forces_in_time(**arguments | changes)
 
 
 def steady(joint=JOINT, frequency=70.0, force=1.0, loss_factor=0.01, **options):
-    return transient.steady_state(joint, frequency, force, loss_factor, **options)
+    return steady_state(joint, frequency, force, loss_factor, **options)
 
 
 def periodic(joint=JOINT, frequency=70.0, force=1.0, loss_factor=0.01, **options):
@@ -136,10 +156,10 @@ ATTACKS = {
         lambda: SAMPLED.contact_state(np.zeros((1, 10))),
         lambda: marched(np.zeros((2, 2))),
         lambda: marched(np.full((2, 6), NAN)),
-        lambda: march.forces_in_time([0], [1.0], [1.0], np.zeros((1, 6)), 8),
+        lambda: residual_in_time.forces_in_time([0], [1.0], [1.0], np.zeros((1, 6)), 8),
         lambda: regions(motion="nope"),
-        lambda: partition.choose_count(JOINT, PRELOAD, 0.1, motion="nope"),
-        lambda: partition.tabulate_region_errors(JOINT, PRELOAD, [2], motion=None),
+        lambda: choose_count(JOINT, PRELOAD, 0.1, motion="nope"),
+        lambda: tabulate_region_errors(JOINT, PRELOAD, [2], motion=None),
     ],
     "point_of_element": [
         lambda: ConstantLoad([0.0], [1.0], [1.0]),
@@ -166,7 +186,7 @@ ATTACKS = {
         lambda: ConstantLoad([0], [1.0], [1.0, 2.0]),
         lambda: fitted(slip_force=SLIP[:2]),
         lambda: fitted(slip_force=spoiled(SLIP, 0.0)),
-        lambda: march.forces_in_time([0], [1.0], [0.0], np.zeros((1, 2)), 8),
+        lambda: residual_in_time.forces_in_time([0], [1.0], [0.0], np.zeros((1, 2)), 8),
     ],
     "normal_stiffness": [
         lambda: replace(VARIABLE_LAW, normal_stiffness=np.zeros(60)),
@@ -190,26 +210,29 @@ ATTACKS = {
         lambda: CONSTANT_LAW.stuck_stiffness(59),
         lambda: VARIABLE_LAW.stuck_stiffness(60.0),
     ],
-    "elements": [lambda: SampledInTime(SAMPLED), lambda: SampledInTime("nope")],
+    "elements": [
+        lambda: AlternatingFrequencyTime(SAMPLED),
+        lambda: AlternatingFrequencyTime("nope"),
+    ],
     "harmonics": [
-        lambda: SampledInTime(CONSTANT_LAW, 0),
-        lambda: SampledInTime(CONSTANT_LAW, 1.5),
+        lambda: AlternatingFrequencyTime(CONSTANT_LAW, 0),
+        lambda: AlternatingFrequencyTime(CONSTANT_LAW, 1.5),
         lambda: periodic(harmonics=0),
         lambda: steady(harmonics=0),
     ],
     "samples": [
-        lambda: SampledInTime(CONSTANT_LAW, 4, 8),
-        lambda: SampledInTime(CONSTANT_LAW, 1, NAN),
+        lambda: AlternatingFrequencyTime(CONSTANT_LAW, 4, 8),
+        lambda: AlternatingFrequencyTime(CONSTANT_LAW, 1, NAN),
         lambda: marched(samples=2),
         lambda: marched(samples=8.0),
         lambda: periodic(samples=6),
         lambda: PERIODIC.in_time(0),
         lambda: convergence.tabulate_sampling({}, samples=[2]),
-        lambda: march.residuals_in_time(STORED, STORED, samples=0),
+        lambda: residual_in_time.residuals_in_time(STORED, STORED, samples=0),
     ],
     "amplitude": [
         lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((3, 3))),
-        lambda: fitting.unloading_branch(0.0, [0.0], K, SLIP),
+        lambda: unloading_branch(0.0, [0.0], K, SLIP),
     ],
     "rows": [
         lambda: SAMPLED.modal_force_and_tangent(JOINT.rows, np.zeros((5, 3))),
@@ -221,7 +244,7 @@ ATTACKS = {
         lambda: replace(JOINT, natural_frequency=[-70.0, 360.0, 950.0]),
         lambda: replace(JOINT, natural_frequency=70.0),
         lambda: replace(JOINT, natural_frequency=[]),
-        lambda: from_dataset(STORED.drop_vars("natural_frequency")),
+        lambda: joint_from_dataset(STORED.drop_vars("natural_frequency")),
         lambda: connected(modes={"natural_frequency": ("mode", [NAN])}),
     ],
     "excitation_mode": [
@@ -238,7 +261,7 @@ ATTACKS = {
     "tangential_mode": [
         lambda: replace(JOINT, tangential_mode=spoiled(JOINT.tangential_mode)),
         lambda: replace(JOINT, tangential_mode=JOINT.tangential_mode.T),
-        lambda: from_dataset(STORED.assign(tangential_mode=("element", np.ones(60)))),
+        lambda: joint_from_dataset(STORED.assign(tangential_mode=("element", np.ones(60)))),
     ],
     "normal_mode": [
         lambda: replace(VARIABLE, normal_mode=spoiled(VARIABLE.normal_mode, np.inf)),
@@ -247,7 +270,7 @@ ATTACKS = {
     "position": [
         lambda: replace(JOINT, position=spoiled(JOINT.position)),
         lambda: replace(JOINT, position=JOINT.position[:, :2]),
-        lambda: partition.regions_of_equal_load(np.zeros((3, 1)), np.ones(3), 1),
+        lambda: regions_of_equal_load(np.zeros((3, 1)), np.ones(3), 1),
         lambda: connected(modes={"position": (("pair", "axis"), np.full((2, 3), NAN))}),
     ],
     "element_position": [lambda: replace(JOINT, element_position=JOINT.position[1:])],
@@ -260,12 +283,15 @@ ATTACKS = {
     ],
     "law": [
         lambda: replace(JOINT, law="constant"),
-        lambda: from_dataset(STORED.assign_attrs(law="nope")),
-        lambda: to_dataset(replace(JOINT, law=SampledInTime(CONSTANT_LAW))),
-        lambda: steady(replace(JOINT, law=SampledInTime(CONSTANT_LAW))),
-        lambda: fitting.tabulate_joint(VARIABLE),
+        lambda: joint_from_dataset(STORED.assign_attrs(law="nope")),
+        lambda: joint_to_dataset(replace(JOINT, law=AlternatingFrequencyTime(CONSTANT_LAW))),
+        lambda: steady(replace(JOINT, law=AlternatingFrequencyTime(CONSTANT_LAW))),
+        lambda: tabulate_joint(VARIABLE),
     ],
-    "stored": [lambda: from_dataset({}), lambda: from_dataset(STORED.drop_vars("slip_force"))],
+    "stored": [
+        lambda: joint_from_dataset({}),
+        lambda: joint_from_dataset(STORED.drop_vars("slip_force")),
+    ],
     "region": [
         lambda: merge_points(JOINT, np.zeros(60)),
         lambda: merge_points(JOINT, np.zeros(59, dtype=int)),
@@ -285,8 +311,8 @@ ATTACKS = {
         lambda: regions_of(None),
         lambda: steady(None),
         lambda: periodic(None),
-        lambda: fitting.fit_reduced_joint(None, 2),
-        lambda: march.residuals_in_time(JOINT, STORED),
+        lambda: fit_reduced_joint(None, 2),
+        lambda: residual_in_time.residuals_in_time(JOINT, STORED),
     ],
     "joints": [lambda: frequency_window()],
     "loss_factor": [
@@ -298,7 +324,7 @@ ATTACKS = {
         lambda: backbones(loss_factor=-0.01),
         lambda: steady(loss_factor=-0.01),
         lambda: periodic(loss_factor=-0.01),
-        lambda: branches.to_dataset(JOINT, [solved()], -0.01),
+        lambda: branch.to_dataset(JOINT, [solved()], -0.01),
     ],
     "excitation_force": [lambda: HarmonicBalance(JOINT, 0.01, np.inf)],
     "basis": [
@@ -312,7 +338,7 @@ ATTACKS = {
         lambda: solved(force=-1.0),
         lambda: solved(force=NAN),
         lambda: solved(force=[1.0]),
-        lambda: rebuild(Backbone(MODE, (1e-8, 1e-7)), -1.0, (60.0, 200.0)),
+        lambda: synthesise_response(Backbone(MODE, (1e-8, 1e-7)), -1.0, (60.0, 200.0)),
         lambda: steady(force=0.0),
         lambda: periodic(force=np.inf),
     ],
@@ -371,31 +397,31 @@ ATTACKS = {
     "repeats": [
         lambda: time_solver(JOINT, [1.0], jacobians=["analytic"], repeats=0, loss_factor=0.01)
     ],
-    "renewal": [
-        lambda: solved(renewal="nope", coordinates="complex-rdnm-1"),
-        lambda: solved(renewal="nope"),
-        lambda: ComplexModes(BALANCE, 1, renewal="nope"),
+    "basis_update": [
+        lambda: solved(basis_update="nope", coordinates="complex-rdnm-1"),
+        lambda: solved(basis_update="nope"),
+        lambda: ComplexRDNM(BALANCE, 1, basis_update="nope"),
     ],
-    "static_share": [
-        lambda: solved(static_share="x", coordinates="complex-rdnm-1"),
-        lambda: solved(static_share="x"),
-        lambda: ComplexModes(BALANCE, 1, static_share=1),
+    "quasi_static_correction": [
+        lambda: solved(quasi_static_correction="x", coordinates="complex-rdnm-1"),
+        lambda: solved(quasi_static_correction="x"),
+        lambda: ComplexRDNM(BALANCE, 1, quasi_static_correction=1),
     ],
     "fallback": [lambda: responses(fallback="nope"), lambda: responses(fallback=True)],
     "largest_error": [lambda: responses(largest_error=0.0), lambda: responses(largest_error=NAN)],
     "control": [lambda: solved(control={}), lambda: periodic(control="nope")],
     "balance": [lambda: LinearModes(JOINT), lambda: pose("linear", JOINT, 1)],
     "count": [
-        lambda: MovingModes(BALANCE, 1.0),
+        lambda: SelfConsistentRDNM(BALANCE, 1.0),
         lambda: regions(0, division="equal-middle-load"),
         lambda: regions(2.0),
         lambda: regions("two", division="clusters"),
         lambda: fitted(count=0),
         lambda: fitted(count=2.0),
-        lambda: fitting.nearest_loading_curve(K, SLIP, 0),
+        lambda: nearest_loading_curve(K, SLIP, 0),
     ],
     "counts": [lambda: convergence.tabulate_divisions(JOINT, PRELOAD, [0.5], REFERENCE, 0.01)],
-    "target": [lambda: MovingModes(BALANCE, 1, 3), lambda: ComplexModes(BALANCE, 1, -1)],
+    "target": [lambda: SelfConsistentRDNM(BALANCE, 1, 3), lambda: ComplexRDNM(BALANCE, 1, -1)],
     "start": [
         lambda: solved(start=np.zeros(5)),
         lambda: solved(start=np.full(6, NAN)),
@@ -404,37 +430,35 @@ ATTACKS = {
         lambda: periodic(start=np.zeros((2, 3))),
         lambda: periodic(start=PeriodicMotion(("sin", "cos"), np.zeros((2, 2)))),
     ],
-    "branches": [lambda: branches.to_dataset(JOINT, [], 0.01)],
-    "errors": [lambda: branches.to_dataset(JOINT, [solved()], 0.01, [])],
+    "branches": [lambda: branch.to_dataset(JOINT, [], 0.01)],
+    "errors": [lambda: branch.to_dataset(JOINT, [solved()], 0.01, [])],
     "amplitudes": [lambda: Backbone(MODE, (1e-7, 1e-8)), lambda: Backbone(MODE, (0.0, 1.0))],
     "equations": [lambda: Backbone(BALANCE, (1e-8, 1e-7))],
-    "backbone": [lambda: rebuild(MODE, 1.0, (60.0, 200.0))],
+    "backbone": [lambda: synthesise_response(MODE, 1.0, (60.0, 200.0))],
     "tolerance": [
         lambda: StepControl(tolerance=NAN),
         lambda: StepControl(tolerance="nope"),
         lambda: steady(tolerance=0.0),
-        lambda: partition.choose_count(JOINT, PRELOAD, NAN),
-        lambda: march.residuals_in_time(STORED, STORED, tolerance=-1.0),
+        lambda: choose_count(JOINT, PRELOAD, NAN),
+        lambda: residual_in_time.residuals_in_time(STORED, STORED, tolerance=-1.0),
     ],
     "largest_step": [lambda: StepControl(largest_step=np.inf)],
-    "most_iterations": [lambda: StepControl(most_iterations=2.5)],
-    "most_solutions": [lambda: StepControl(most_solutions=0)],
+    "maximum_iterations": [lambda: StepControl(maximum_iterations=2.5)],
+    "maximum_solutions": [lambda: StepControl(maximum_solutions=0)],
     "division": [
         lambda: regions(division="nope"),
-        lambda: partition.choose_count(JOINT, PRELOAD, 0.1, "nope"),
+        lambda: choose_count(JOINT, PRELOAD, 0.1, "nope"),
         lambda: convergence.tabulate_divisions(
             JOINT, PRELOAD, [2], REFERENCE, 0.01, division="nope"
         ),
     ],
     "resonances": [lambda: regions(resonances=0), lambda: regions(resonances=1.0)],
     "load": [
-        lambda: partition.regions_of_equal_load(np.zeros((3, 2)), np.zeros(3), 1),
-        lambda: partition.regions_of_equal_load(np.zeros((3, 2)), [1.0, NAN, 1.0], 1),
-        lambda: partition.inner_and_outer_regions(np.zeros((3, 2)), np.ones(2), 2),
+        lambda: regions_of_equal_load(np.zeros((3, 2)), np.zeros(3), 1),
+        lambda: regions_of_equal_load(np.zeros((3, 2)), [1.0, NAN, 1.0], 1),
+        lambda: inner_and_outer_regions(np.zeros((3, 2)), np.ones(2), 2),
     ],
-    "pressure": [
-        lambda: partition.regions_of_equal_middle_load(np.zeros((3, 2)), [1.0, -1.0, 1.0], 1)
-    ],
+    "pressure": [lambda: regions_of_equal_middle_load(np.zeros((3, 2)), [1.0, -1.0, 1.0], 1)],
     "preload": [
         lambda: regions(preload=None, division="equal-middle-load"),
         lambda: regions(preload=PRELOAD.drop_vars("area"), division="equal-middle-load"),
@@ -443,19 +467,19 @@ ATTACKS = {
         lambda: fitted(spoiled(K)),
         lambda: fitted(spoiled(K, -1.0)),
         lambda: fitted([], []),
-        lambda: fitting.loop_error(K[None], SLIP, K, SLIP),
-        lambda: fitting.nearest_loading_curve(spoiled(K), SLIP, 1),
-        lambda: fitting.loading_curve([0.0], spoiled(K, 0.0), SLIP),
+        lambda: loop_error(K[None], SLIP, K, SLIP),
+        lambda: nearest_loading_curve(spoiled(K), SLIP, 1),
+        lambda: loading_curve([0.0], spoiled(K, 0.0), SLIP),
     ],
-    "fitted_stiffness": [lambda: fitting.loop_error(K, SLIP, spoiled(K), SLIP)],
-    "displacement": [lambda: fitting.loading_curve([NAN], K, SLIP)],
-    "fraction": [lambda: fitting.amplitude_of_load(1.5, K, SLIP)],
+    "fitted_stiffness": [lambda: loop_error(K, SLIP, spoiled(K), SLIP)],
+    "displacement": [lambda: loading_curve([NAN], K, SLIP)],
+    "fraction": [lambda: amplitude_of_load(1.5, K, SLIP)],
     "load_fractions": [lambda: fitted(load_fractions=(0.0, 0.5))],
     "starts": [lambda: fitted(starts=0)],
-    "sharpness": [lambda: fitting.nearest_loading_curve(K, SLIP, 1, NAN)],
+    "sharpness": [lambda: nearest_loading_curve(K, SLIP, 1, NAN)],
     "method": [
         lambda: fitted(method="nope"),
-        lambda: fitting.fit_reduced_joint(merge_points(JOINT, [0] * 60), 2, method="nope"),
+        lambda: fit_reduced_joint(merge_points(JOINT, [0] * 60), 2, method="nope"),
     ],
     "ramp": [lambda: steady(ramp=-1)],
     "steps": [lambda: steady(steps=100.5)],
@@ -466,7 +490,7 @@ ATTACKS = {
 
 
 def regions_of(joint):
-    return partition.regions_of_like_motion(joint, 2)
+    return regions_of_like_motion(joint, 2)
 
 
 DESCRIBED = [
@@ -486,7 +510,7 @@ def test_sampling_of_a_joint_file_is_refused_by_its_name(tmp_path):
     dataset.save(STORED, tmp_path / "joint.nc")
     for sampling in ({"nope": 1}, {"samples": 2}, {"harmonics": 0.5}):
         with pytest.raises(ValueError, match=r"sampling|samples|harmonics"):
-            load(tmp_path / "joint.nc", sampling)
+            load_joint(tmp_path / "joint.nc", sampling)
 
 
 @pytest.mark.parametrize("law", [CONSTANT_LAW, VARIABLE_LAW, TABULATED, SAMPLED])

@@ -9,13 +9,14 @@ from scipy.optimize import root
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.backbone import Backbone, ModeAtAmplitude, find_backbone, rebuild
-from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import ComplexModes
+from boltjoint.dynamics.complex_rdnm import ComplexRDNM
+from boltjoint.dynamics.epmc import Backbone, EPMCEquations, find_backbone
+from boltjoint.dynamics.frequency_response import frequency_window, solve_branch
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.sampled import SampledInTime
-from boltjoint.joint import Joint
-from boltjoint.response import frequency_window, solve_branch
+from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 
@@ -96,7 +97,7 @@ def solve_at_the_tip(joint, amplitudes, start):
 @pytest.mark.parametrize("modes", [1, 2, 3])
 def test_cantilever_from_stick_to_slip(modes):
     joint = cantilever(modes)
-    equations = ModeAtAmplitude(joint, LOSS)
+    equations = EPMCEquations(joint, LOSS)
     slips_at = SLIP / K / abs(joint.tangential_mode[0] @ equations.stuck)
     backbone = Backbone(equations, (0.5 * slips_at, 2e4 * slips_at), EXACT)
     assert backbone.complete
@@ -112,7 +113,7 @@ def test_cantilever_from_stick_to_slip(modes):
 
 
 def test_jacobian_and_parameter_derivative_equal_differences(any_joint):
-    equations = ModeAtAmplitude(any_joint, LOSS)
+    equations = EPMCEquations(any_joint, LOSS)
     random = np.random.default_rng(7)
     x = equations.start() + 0.3 * random.normal(size=equations.start().size)
     p = np.log(3e-5)
@@ -135,7 +136,7 @@ def test_jacobian_and_parameter_derivative_equal_differences(any_joint):
 
 @pytest.mark.parametrize("resonance", [1, 2, 3])
 def test_while_all_sticks_the_mode_is_that_of_the_stuck_structure(any_joint, resonance):
-    equations = ModeAtAmplitude(any_joint, LOSS, resonance)
+    equations = EPMCEquations(any_joint, LOSS, resonance)
     state = Backbone(equations, (1e-11, 2e-11), EXACT).states[0]
     L = np.diag((2 * np.pi * any_joint.natural_frequency) ** 2)
     stuck = L + any_joint.stuck_stiffness()
@@ -152,7 +153,7 @@ def test_while_all_sticks_the_mode_is_that_of_the_stuck_structure(any_joint, res
 
 def test_when_all_slips_friction_is_a_constant_force(joint):
     """Im lambda a, beyond the structure's, goes to 4/pi times the slip forces on the free mode."""
-    backbone = Backbone(ModeAtAmplitude(joint, LOSS), (1e-4, 1e3))
+    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-4, 1e3))
     assert backbone.complete
     free = (2 * np.pi * joint.natural_frequency[0]) ** 2
     expected = 4 / np.pi * joint.law.slip_force @ abs(joint.tangential_mode[:, 0])
@@ -169,7 +170,7 @@ def test_when_all_slips_friction_is_a_constant_force(joint):
 
 def test_damping_is_what_is_lost_in_a_period(joint):
     """Im lambda is the loss over pi a^2 phi^H phi: loops of the elements, and the structure's."""
-    backbone = Backbone(ModeAtAmplitude(joint, LOSS), (1e-6, 1e-2), EXACT)
+    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), EXACT)
     k, slip = joint.law.tangential_stiffness, joint.law.slip_force
     L = (2 * np.pi * joint.natural_frequency) ** 2
     for state in backbone.states:
@@ -187,9 +188,9 @@ def test_twice_the_load_and_the_amplitude_change_nothing(any_joint):
         twice = replace(law, slip_force=2 * law.slip_force)
     else:
         twice = replace(law, normal_load=2 * law.normal_load)
-    one = Backbone(ModeAtAmplitude(any_joint, LOSS), (1e-6, 1e-2), EXACT)
+    one = Backbone(EPMCEquations(any_joint, LOSS), (1e-6, 1e-2), EXACT)
     other = Backbone(
-        ModeAtAmplitude(replace(any_joint, law=twice), LOSS), (2 * 1e-6, 2 * 1e-2), EXACT
+        EPMCEquations(replace(any_joint, law=twice), LOSS), (2 * 1e-6, 2 * 1e-2), EXACT
     )
     for amplitude in np.geomspace(2e-6, 5e-3, 20):
         at_one, at_other = mode_at(one, amplitude), mode_at(other, 2 * amplitude)
@@ -234,7 +235,7 @@ def test_with_more_modes_the_rebuilt_response_is_near(any_joint, force, resonanc
 
 def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
     force = 5.0
-    equations = ModeAtAmplitude(any_joint, LOSS)
+    equations = EPMCEquations(any_joint, LOSS)
     backbone = Backbone(equations, (1e-6, 1e-3), EXACT)
     state = mode_at(backbone, 2e-5)
     excitation = any_joint.excitation_mode * force
@@ -246,7 +247,7 @@ def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
     y = share / (state.eigenvalue - w**2)
     assert np.linalg.norm(phi * y) == pytest.approx(state.amplitude, rel=1e-12)
 
-    one = ComplexModes(HarmonicBalance(any_joint, LOSS, force), 1, static_share=False)
+    one = ComplexRDNM(HarmonicBalance(any_joint, LOSS, force), 1, quasi_static_correction=False)
     one.basis = phi[:, None], np.zeros(3, dtype=complex)
     x = np.concatenate([state.bias, [y.real, y.imag]])
     q = one.to_fixed(x)
@@ -278,11 +279,13 @@ def test_the_window_is_covered_from_end_to_end(any_joint, force):
 )
 def test_a_response_that_the_backbone_does_not_cover_says_why(joint, shares, reason):
     force, window = 5.0, frequency_window(joint)
-    equations = ModeAtAmplitude(joint, LOSS)
-    whole = rebuild(Backbone(equations, (1e-6, 1e-2)), force, window)
+    equations = EPMCEquations(joint, LOSS)
+    whole = synthesise_response(Backbone(equations, (1e-6, 1e-2)), force, window)
     assert whole.complete
     amplitude = np.linalg.norm(whole.modal_coordinate[whole.peak])
-    part = rebuild(Backbone(equations, tuple(amplitude * s for s in shares)), force, window)
+    part = synthesise_response(
+        Backbone(equations, tuple(amplitude * s for s in shares)), force, window
+    )
     assert not part.complete
     assert part.reason == reason
     assert (part.peak is None) == (shares[1] < 1)
@@ -309,9 +312,9 @@ def test_without_structural_damping_friction_limits_the_response_or_the_reason_s
 
 
 def test_motion_of_more_harmonics_is_refused(joint):
-    sampled = replace(joint, law=SampledInTime(joint.law, 3))
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3))
     with pytest.raises(ValueError, match="a backbone needs a motion of one harmonic"):
-        ModeAtAmplitude(sampled, LOSS)
+        EPMCEquations(sampled, LOSS)
 
 
 @pytest.mark.parametrize("resonance", [0, 4])
@@ -319,7 +322,7 @@ def test_a_mode_that_is_not_there_is_refused(joint, resonance):
     with pytest.raises(
         ValueError, match=f"resonance is {resonance}: it must be at least 1 and at most 3"
     ):
-        ModeAtAmplitude(joint, LOSS, resonance)
+        EPMCEquations(joint, LOSS, resonance)
 
 
 def test_forces_of_a_backbone_rise_and_cover_what_was_asked_for(any_joint, tmp_path):
@@ -353,10 +356,10 @@ def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
     joint = with_one_mode(any_joint) if modes == 1 else any_joint
     window = frequency_window(joint)
     found = find_backbone(joint, [0.1, 10.0], loss_factor=LOSS, window=window)
-    backbone = Backbone(ModeAtAmplitude(joint, LOSS), (1e-8, 1.0))
+    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-8, 1.0))
     for i in range(2, found.sizes["state"], 4):
         at = found.isel(state=i)
-        rebuilt = rebuild(backbone, float(at["peak_force"]), window)
+        rebuilt = synthesise_response(backbone, float(at["peak_force"]), window)
         s, c = rebuilt.modal_coordinate[rebuilt.peak].reshape(-1, modes)[-2:]
         mode = at["mode_shape"].to_numpy() @ [1, 1j]
         # of the corrector's tolerance, 1e-9 of the eigenvalue, over the damping ratio; with others
@@ -371,16 +374,16 @@ def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
 
 
 def test_a_backbone_that_begins_above_the_peak_is_told(joint):
-    backbone = Backbone(ModeAtAmplitude(joint, LOSS), (1e-4, 3e-4))
-    part = rebuild(backbone, 5.0, frequency_window(joint))
+    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-4, 3e-4))
+    part = synthesise_response(backbone, 5.0, frequency_window(joint))
     assert not part.complete
     assert part.frequency.size == 0
     assert "begins above" in part.reason
 
 
 def test_a_mode_that_slips_from_the_first_is_followed_from_where_it_sticks(joint):
-    mode, amplitudes = ModeAtAmplitude(joint, LOSS), (5e-4, 1e-2)
-    few = StepControl(most_iterations=3, target_iterations=1)
+    mode, amplitudes = EPMCEquations(joint, LOSS), (5e-4, 1e-2)
+    few = StepControl(maximum_iterations=3, target_iterations=1)
     assert not newton(mode, mode.start(), np.log(amplitudes[0]), few)[0].converged
     backbone = Backbone(mode, amplitudes, few)
     assert backbone.complete
@@ -390,9 +393,11 @@ def test_a_mode_that_slips_from_the_first_is_followed_from_where_it_sticks(joint
 
 
 def test_a_mode_that_is_not_found_at_all_is_told(joint):
-    hopeless = StepControl(most_iterations=1, target_iterations=1)
+    hopeless = StepControl(maximum_iterations=1, target_iterations=1)
     window = frequency_window(joint)
-    part = rebuild(Backbone(ModeAtAmplitude(joint, LOSS), (1e-6, 1e-2), hopeless), 5.0, window)
+    part = synthesise_response(
+        Backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), hopeless), 5.0, window
+    )
     assert (part.complete, part.peak, part.frequency.size) == (False, None, 0)
     assert part.reason == "no solution found at the start of the window"
     found = find_backbone(joint, [5.0], loss_factor=LOSS, window=window, control=hopeless)
@@ -420,9 +425,9 @@ def test_the_peak_is_the_largest_response(joint, force):
 
 def test_what_breaks_off_beyond_the_peak_does_not_matter(joint):
     window = frequency_window(joint)
-    backbone = Backbone(ModeAtAmplitude(joint, LOSS), (1e-6, 1e-2))
-    whole = rebuild(backbone, 5.0, window)
+    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2))
+    whole = synthesise_response(backbone, 5.0, window)
     backbone.complete, backbone.reason = False, "broke off at the far end"
-    again = rebuild(backbone, 5.0, window)
+    again = synthesise_response(backbone, 5.0, window)
     np.testing.assert_array_equal(again.frequency, whole.frequency)
     assert again.complete

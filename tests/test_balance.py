@@ -6,12 +6,12 @@ import pytest
 from scipy.optimize import fsolve
 from small_joint import make_joint
 
-from boltjoint.balance import HarmonicBalance, parse_component
-from boltjoint.coordinates import LinearModes
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint import Joint, merge_points
+from boltjoint.joint.model import Joint, merge_points
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 
@@ -21,7 +21,7 @@ def merged(joint):
 
 
 def sampled(joint):
-    return replace(joint, law=SampledInTime(joint.law, 3))
+    return replace(joint, law=AlternatingFrequencyTime(joint.law, 3))
 
 
 @pytest.fixture(params=["node-to-node", "regions"])
@@ -153,10 +153,12 @@ def test_with_more_harmonics_the_balance_approaches_the_motion_in_time(law):
 
     def solved(harmonics):
         """The solution without structural loss, of which there is none in time."""
-        made = replace(cantilever, law=SampledInTime(cantilever.law, harmonics, samples=2048))
+        made = replace(
+            cantilever, law=AlternatingFrequencyTime(cantilever.law, harmonics, samples=2048)
+        )
         balance = HarmonicBalance(made, 0.0, force)
         start = balance.stuck_solution(w)
-        solution, _ = newton(LinearModes(balance), start, w, StepControl(most_iterations=50))
+        solution, _ = newton(LinearModes(balance), start, w, StepControl(maximum_iterations=50))
         assert solution.converged
         assert balance.joint.law.contact_state(balance.motion(solution.x)) == (
             1 if law == "constant" else 2

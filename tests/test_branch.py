@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.balance import HarmonicBalance
-from boltjoint.branch import error_estimate, estimate_error, residual
-from boltjoint.coordinates import LinearModes
-from boltjoint.response import solve_branch, solve_response
+from boltjoint.dynamics.branch import error_estimate, estimate_error, residual
+from boltjoint.dynamics.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 
@@ -83,8 +83,8 @@ def test_a_wrong_peak_is_reported_and_replaced_where_the_user_says_so(caplog):
 
 
 def test_a_branch_that_breaks_off_is_replaced_too(either):
-    options = {"loss_factor": LOSS, "control": StepControl(most_solutions=700)}
-    rdnm = {"coordinates": "rdnm-1", "renewal": "after"}
+    options = {"loss_factor": LOSS, "control": StepControl(maximum_solutions=700)}
+    rdnm = {"coordinates": "rdnm-1", "basis_update": "after"}
     alone = solve_response(either, [80.0], **rdnm, **options)
     found = solve_response(either, [80.0], fallback="linear", **rdnm, **options)
     assert found["complete"].all()

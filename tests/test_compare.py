@@ -5,16 +5,25 @@ import pandas as pd
 import pytest
 from small_joint import make_joint, make_preload
 
-from boltjoint import compare, tables
-from boltjoint import joint as joints
 from boltjoint.dataset import DamagedFile
-from boltjoint.fitting import fit_reduced_joint
-from boltjoint.friction import states
-from boltjoint.march import check_solutions
-from boltjoint.partition import partition_regions
-from boltjoint.published import Published
-from boltjoint.response import solve_response
-from boltjoint.timing import time_solver
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.friction import contact_states
+from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.study.published import Published
+from boltjoint.study.tables import files as tables
+from boltjoint.study.tables.accuracy import tabulate_accuracy, tabulate_models
+from boltjoint.study.tables.joints import (
+    tabulate_elements,
+    tabulate_fits,
+    tabulate_regions,
+    tabulate_states,
+)
+from boltjoint.study.tables.measures import curve_error, upper_branch
+from boltjoint.study.tables.times import tabulate_times
+from boltjoint.study.timing import time_solver
+from boltjoint.verification.residual_in_time import check_solutions
 
 SOURCE = Path(__file__).parents[1] / "resources" / "source"
 ONCE = {"jacobians": ["analytic", "forward-difference"], "repeats": 1}
@@ -51,26 +60,24 @@ def test_upper_branch_of_a_folded_curve():
     frequency = np.array([0.0, 2.0, 1.0, 3.0])
     amplitude = np.array([0.0, 2.0, 3.0, 5.0])
     grid = np.array([0.5, 1.0, 1.5, 2.5])
-    np.testing.assert_allclose(
-        compare.upper_branch(frequency, amplitude, grid), [0.5, 3.0, 3.5, 4.5]
-    )
+    np.testing.assert_allclose(upper_branch(frequency, amplitude, grid), [0.5, 3.0, 3.5, 4.5])
 
 
 def test_curve_error_of_a_scaled_curve():
     frequency = np.linspace(50, 100, 3000)
     amplitude = 1 / (1 + (frequency - 80) ** 2)
     reference = frequency, amplitude
-    assert compare.curve_error(reference, reference) == 0
-    tenfold = compare.curve_error((frequency, 10 * amplitude), reference)
+    assert curve_error(reference, reference) == 0
+    tenfold = curve_error((frequency, 10 * amplitude), reference)
     assert tenfold == pytest.approx(20.0)
     other = np.linspace(40, 90, 3710)
     same = other, 1 / (1 + (other - 80) ** 2)
-    assert compare.curve_error(same, reference) < 1e-3  # straight lines between solutions
+    assert curve_error(same, reference) < 1e-3  # straight lines between solutions
 
 
 def test_accuracy_table_measures_against_node_to_node(study):
     _, solved = study
-    table = compare.tabulate_accuracy(solved, {}).set_index(["joint", "coordinates", "force_N"])
+    table = tabulate_accuracy(solved, {}).set_index(["joint", "coordinates", "force_N"])
     assert len(table) == 6 * len(FORCES)
     own = table.loc[("node-to-node", "linear")]
     for name in ("peak_frequency_error_percent", "peak_amplitude_error_percent", "curve_error_dB"):
@@ -85,8 +92,8 @@ def test_accuracy_table_measures_against_node_to_node(study):
 def test_accuracy_table_tells_what_the_march_in_time_found(study):
     found, solved = study
     which = ("regions=6/elements=4", "linear", 1)
-    check = check_solutions(joints.to_dataset(found[which[0]]), solved[which])
-    table = compare.tabulate_accuracy(solved, {which: check})
+    check = check_solutions(joint_to_dataset(found[which[0]]), solved[which])
+    table = tabulate_accuracy(solved, {which: check})
     mine = (table["joint"] == which[0]) & (table["coordinates"] == "linear")
     np.testing.assert_array_equal(table.loc[mine, "residual_in_time"], check["residual_in_time"])
     np.testing.assert_array_equal(table.loc[mine, "worst_in_time_Hz"], check["frequency_Hz"])
@@ -98,7 +105,7 @@ def test_a_broken_path_has_no_errors_but_a_reason(study):
     broken = solved["regions=6", "rdnm-1", 1].copy(deep=True)
     broken["complete"][1] = 0
     broken["reason"] = ("force", np.array(["", "no solution found near the last one", ""]))
-    table = compare.tabulate_accuracy({**solved, ("regions=6", "rdnm-1", 1): broken}, {})
+    table = tabulate_accuracy({**solved, ("regions=6", "rdnm-1", 1): broken}, {})
     row = table.query("joint == 'regions=6' and coordinates == 'rdnm-1' and force_N == 1").iloc[0]
     assert np.isnan(row["peak_frequency_error_percent"])
     assert row["reason"] == "no solution found near the last one"
@@ -109,7 +116,7 @@ def test_nothing_is_compared_with_a_reference_that_broke_off(study):
     _, solved = study
     broken = solved["node-to-node", "linear", 1].copy(deep=True)
     broken["complete"][2] = 0
-    table = compare.tabulate_accuracy({**solved, ("node-to-node", "linear", 1): broken}, {})
+    table = tabulate_accuracy({**solved, ("node-to-node", "linear", 1): broken}, {})
     errors = table.set_index("force_N")["curve_error_dB"]
     assert errors.loc[5.0].isna().all()
     assert errors.loc[1.0].notna().all()
@@ -118,7 +125,7 @@ def test_nothing_is_compared_with_a_reference_that_broke_off(study):
 def test_without_a_reference_there_are_no_errors(study):
     _, solved = study
     only = {("regions=6", "linear", 1): solved["regions=6", "linear", 1]}
-    table = compare.tabulate_accuracy(only, {})
+    table = tabulate_accuracy(only, {})
     assert table["peak_frequency_Hz"].notna().all()
     of_itself = table.filter(regex="estimated|energy")
     against_reference = table.filter(like="error").drop(columns=of_itself.columns)
@@ -135,7 +142,7 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
     response["folded_from"][level], response["folded_to"][level] = 61.0, 62.5
     response["fell_back"][level] = 1
     response["wrong"][level] = 1
-    table = compare.tabulate_accuracy({which: response}, {})
+    table = tabulate_accuracy({which: response}, {})
     row = table.iloc[level]
     estimate = 100 * float(response["peak_error_estimate"][level])
     assert estimate > 0
@@ -159,7 +166,7 @@ def test_accuracy_table_has_the_largest_energy_error_of_what_converged(study):
     response["energy_error"][at_level[3]] = -1e-3
     response["energy_error"][at_level[5]] = 0.5
     response["converged"][at_level[5]] = 0
-    found = compare.tabulate_accuracy({which: response}, {}).set_index("force_N")["energy_error"]
+    found = tabulate_accuracy({which: response}, {}).set_index("force_N")["energy_error"]
     assert found[FORCES[1]] == 1e-3
     # elsewhere the tolerance of the solver, over the largest response to which it is relative
     assert found.drop(FORCES[1]).max() < 1e-6
@@ -176,7 +183,7 @@ def test_models_of_any_basis_are_against_the_converged_one(study):
     }
     jacobians = ["analytic"] * 3 + ["forward-difference"]
     timing = pd.DataFrame({"force_N": 1.0, "jacobian": jacobians, "cpu_s": [1, 2, 6, 100.0]})
-    table = compare.tabulate_models(responses, dict.fromkeys(responses, timing), converged)
+    table = tabulate_models(responses, dict.fromkeys(responses, timing), converged)
     table = table.set_index(["modes", "force_N"])
     assert list(table.index) == [(name, f) for name in ("free-4", "enriched-40") for f in FORCES]
     own = table.loc["enriched-40"].filter(like="error")
@@ -200,7 +207,7 @@ def test_fits_are_compared_with_their_own_regions(study):
         timings[name] = pd.DataFrame({"cpu_s": [0.5]})
     names = ("regions=6", "regions=6/elements=4")
     responses = {name: solved[name, "linear", 1] for name in names}
-    table = compare.tabulate_fits(fits, timings, responses).set_index("joint")
+    table = tabulate_fits(fits, timings, responses).set_index("joint")
     for name, fit in fits.items():
         row = table.loc[name]
         assert row["cpu_s"] == 0.5
@@ -226,7 +233,7 @@ def test_times_stand_beside_the_published_ones(study):
         for name, one in found.items()
         for coordinates in ("linear", "rdnm-1")
     }
-    table = compare.tabulate_times(timings, Published(SOURCE, "three_bolt_constant"))
+    table = tabulate_times(timings, Published(SOURCE, "three_bolt_constant"))
     table = table.set_index(["joint", "coordinates", "force_N"])
     assert len(table) == 6 * len(FORCES)
     assert table.loc[("node-to-node", "linear", 1.0), "published_s"] == 695.3
@@ -250,8 +257,8 @@ def test_times_stand_beside_the_published_ones(study):
 
 def test_elements_stand_beside_the_published_ones_in_order_of_slip(study):
     found, _ = study
-    dataset = joints.to_dataset(found["regions=6/elements=4"])
-    table = compare.tabulate_elements(
+    dataset = joint_to_dataset(found["regions=6/elements=4"])
+    table = tabulate_elements(
         dataset, "regions=6/elements=4", Published(SOURCE, "three_bolt_constant")
     )
     assert len(table) == 24
@@ -264,9 +271,9 @@ def test_elements_stand_beside_the_published_ones_in_order_of_slip(study):
 
 def test_joint_that_was_not_published_stands_alone(study):
     found, _ = study
-    dataset = joints.to_dataset(found["regions=6/elements=4"])
+    dataset = joint_to_dataset(found["regions=6/elements=4"])
     for published in (Published(SOURCE), Published(SOURCE, "four_bolt_constant")):
-        table = compare.tabulate_elements(dataset, "regions=6/elements=4", published)
+        table = tabulate_elements(dataset, "regions=6/elements=4", published)
         assert "published_k_kN_per_mm" not in table
 
 
@@ -289,7 +296,7 @@ def test_published_tables_in_two_parts_are_joined():
 
 def test_regions_table(study):
     found, _ = study
-    table = compare.tabulate_regions(joints.to_dataset(found["regions=6"]))
+    table = tabulate_regions(joint_to_dataset(found["regions=6"]))
     assert table["elements"].sum() == 60
     assert table["share_of_load_percent"].sum() == pytest.approx(100)
     assert (table["from_x_mm"].diff().dropna() > 0).all()
@@ -297,7 +304,7 @@ def test_regions_table(study):
 
 def test_regions_table_tells_open_elements_from_loaded_ones(variable):
     law = variable["regions=4"].law
-    table = compare.tabulate_regions(joints.to_dataset(variable["regions=4"]))
+    table = tabulate_regions(joint_to_dataset(variable["regions=4"]))
     closed = law.normal_load > 0
     assert table["elements"].sum() == 60
     assert table["loaded_elements"].sum() == closed.sum() < 60
@@ -310,7 +317,7 @@ def test_regions_table_tells_open_elements_from_loaded_ones(variable):
 
 def test_elements_under_variable_load_have_normal_stiffnesses(variable):
     name = "regions=4/elements=2"
-    table = compare.tabulate_elements(joints.to_dataset(variable[name]), name, Published(SOURCE))
+    table = tabulate_elements(joint_to_dataset(variable[name]), name, Published(SOURCE))
     law = variable[name].law
     assert len(table) == 8
     np.testing.assert_allclose(table["normal_k_kN_per_mm"], 2 * table["k_kN_per_mm"])
@@ -327,7 +334,7 @@ def test_elements_under_variable_load_stand_beside_the_published_ones(case, regi
     of_regions = partition_regions(nodes, make_preload(nodes), regions)
     reduced, _ = fit_reduced_joint(of_regions, 4, starts=1)
     name = f"regions={regions}/elements=4"
-    table = compare.tabulate_elements(joints.to_dataset(reduced), name, Published(SOURCE, case))
+    table = tabulate_elements(joint_to_dataset(reduced), name, Published(SOURCE, case))
     assert len(table) == 4 * regions
     assert table[["k_ratio", "slip_force_ratio"]].notna().all(axis=None)
     assert set(table["source_table"]) == {tables}
@@ -337,13 +344,13 @@ def test_states_are_shares_of_elements_and_of_load(variable):
     name = "node-to-node"
     joint = variable[name]
     response = solve_response(joint, FORCES, loss_factor=0.01)
-    stored = {name: joints.to_dataset(joint)}
-    table = compare.tabulate_states({(name, "linear", 1): response}, stored)
+    stored = {name: joint_to_dataset(joint)}
+    table = tabulate_states({(name, "linear", 1): response}, stored)
     assert list(table["force_N"]) == FORCES
     np.testing.assert_array_equal(table["peak_frequency_Hz"], response["peak_frequency"])
     for what in ("elements", "load"):
         assert table.filter(regex=f"^{what}_in").sum(axis=1).to_numpy() == pytest.approx(100)
-    slips = response["contact_state"].to_numpy() == states.STICK_SLIP
+    slips = response["contact_state"].to_numpy() == contact_states.STICK_SLIP
     load = np.maximum(joint.law.normal_load, 0)
     assert 0 < slips.sum() < slips.size
     np.testing.assert_allclose(table["elements_in_stick_slip_percent"], 100 * slips.mean(axis=1))
@@ -354,9 +361,9 @@ def test_without_a_peak_there_are_no_states(study):
     found, solved = study
     which = ("regions=6", "linear", 1)
     response = solved[which].copy(deep=True)
-    response["contact_state"][1] = states.UNKNOWN
-    stored = {which[0]: joints.to_dataset(found[which[0]])}
-    shares = compare.tabulate_states({which: response}, stored).filter(like="_in_")
+    response["contact_state"][1] = contact_states.UNKNOWN
+    stored = {which[0]: joint_to_dataset(found[which[0]])}
+    shares = tabulate_states({which: response}, stored).filter(like="_in_")
     assert shares.loc[1].isna().all()
     assert shares.loc[[0, 2]].notna().all(axis=None)
 
@@ -364,9 +371,9 @@ def test_without_a_peak_there_are_no_states(study):
 def test_states_need_the_joint_that_was_solved(study):
     found, solved = study
     which = ("regions=6", "linear", 1)
-    other = {which[0]: joints.to_dataset(found["regions=6/elements=4"])}
+    other = {which[0]: joint_to_dataset(found["regions=6/elements=4"])}
     with pytest.raises(ValueError, match="has 60 elements, the joint 24"):
-        compare.tabulate_states({which: solved[which]}, other)
+        tabulate_states({which: solved[which]}, other)
 
 
 @pytest.mark.parametrize(
@@ -386,7 +393,7 @@ def test_a_time_that_was_not_printed_leaves_its_row_alone(case, joint, table):
         ]
     )
     solved = [("node-to-node", "linear", 1), (joint, "linear", 1), (joint, "rdnm-1", 1)]
-    times = compare.tabulate_times(dict.fromkeys(solved, timing), Published(SOURCE, case))
+    times = tabulate_times(dict.fromkeys(solved, timing), Published(SOURCE, case))
     assert len(times) == 6
     times = times.set_index(["joint", "coordinates", "force_N"])
     assert times.loc[(joint, "linear"), "published_reduction_percent"].notna().all()
@@ -412,7 +419,7 @@ def test_where_no_forward_differences_were_timed_their_columns_are_empty():
         ("node-to-node", "rdnm-1", 1): timing(analytic=2.0, forward_difference=5.0),
         ("node-to-node", "backbone", 1): timing(analytic=1.0),
     }
-    table = compare.tabulate_times(timings, Published(SOURCE)).set_index("coordinates")
+    table = tabulate_times(timings, Published(SOURCE)).set_index("coordinates")
     assert table["reduction_percent"].to_list() == [0.0, 50.0, 75.0]
     by_differences = table["reduction_forward_difference_percent"]
     assert by_differences["rdnm-1"] == 75.0
@@ -433,7 +440,7 @@ def test_table_on_paper(tmp_path):
 def test_times_of_a_case_that_was_not_published_stand_alone(study):
     found, _ = study
     times = time_solver(found["node-to-node"], [1.0], **ONCE, loss_factor=0.01)
-    table = compare.tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
+    table = tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
     assert table["published_s"].isna().all()
     assert table["cpu_s"].item() > 0
 

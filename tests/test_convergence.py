@@ -7,20 +7,20 @@ import pytest
 import xarray as xr
 from small_joint import make_joint, make_preload
 
-from boltjoint import convergence
-from boltjoint.balance import HarmonicBalance
-from boltjoint.convergence import (
+from boltjoint.dynamics.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.joint.partition import partition_regions, region_error
+from boltjoint.structure.patterns import resonances_in
+from boltjoint.study import convergence
+from boltjoint.study.convergence import (
     peaks_near,
     tabulate_basis_peaks,
     tabulate_divisions,
     tabulate_patterns,
     tabulate_sampling,
 )
-from boltjoint.friction.sampled import SampledInTime
-from boltjoint.friction.states import STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.partition import partition_regions, region_error
-from boltjoint.response import solve_branch, solve_response
-from boltjoint.structure.patterns import resonances_in
 
 LOSS = 0.01
 FORCES = [1.0, 20.0]
@@ -53,7 +53,7 @@ def test_error_is_that_of_the_forces_at_the_largest_response(solved):
         x = q.transpose("component", ...).to_numpy().ravel()
         motion = HarmonicBalance(joint, LOSS, force).motion(x)
         exact = joint.law.force(motion)
-        error = SampledInTime(joint.law, samples=64).force(motion) - exact
+        error = AlternatingFrequencyTime(joint.law, samples=64).force(motion) - exact
         expected = np.sqrt((error**2).sum() / (exact**2).sum())
         # differences of nearly equal forces, 1e-4 of them
         assert table["error_relative"][force] == pytest.approx(expected, rel=1e-9)
@@ -73,7 +73,7 @@ def test_error_falls_with_the_square_of_the_samples(solved):
 
 def test_error_of_responses_that_were_sampled_is_also_against_exact_forces(solved):
     joint, _ = solved
-    sampled = replace(joint, law=SampledInTime(joint.law, 3, samples=64))
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64))
     response = solve_response(sampled, [20.0], loss_factor=LOSS)
     error = tabulate_sampling({"joint": (joint, response)}, (64, 1024))["error_relative"]
     # against those of 64 samples the first would be nothing, and the second the larger
@@ -129,15 +129,15 @@ def test_a_peak_that_is_not_inside_is_looked_for_further_out(joint, followed, mo
 
     def misled(*args):
         """The rebuilt response, its frequencies too high for the nearest stretch."""
-        found = rebuild(*args)
+        found = synthesise_response(*args)
         near = np.linalg.norm(found.modal_coordinate, axis=1)
         first = np.flatnonzero(near <= 0.9 * near[found.peak])
         width = np.ptp(found.frequency[[first[first < found.peak][-1], found.peak]])
         return replace(found, frequency=found.frequency + 1.2 * width)
 
-    rebuild = convergence.rebuild
+    synthesise_response = convergence.synthesise_response
     followed.clear()
-    monkeypatch.setattr(convergence, "rebuild", misled)
+    monkeypatch.setattr(convergence, "synthesise_response", misled)
     found = peaks_near(joint, [5.0], LOSS)
     assert len(followed) > 1
     np.testing.assert_allclose(found, expected, rtol=1e-8)
@@ -148,15 +148,15 @@ def test_without_a_peak_where_it_is_expected_all_of_the_response_is_followed(
     joint, followed, monkeypatch, shift
 ):
     expected = peaks_near(joint, [5.0], LOSS)
-    rebuild = convergence.rebuild
+    synthesise_response = convergence.synthesise_response
 
     def misled(*args):
-        found = rebuild(*args)
+        found = synthesise_response(*args)
         peak = found.peak if shift else None
         return replace(found, peak=peak, frequency=found.frequency + shift)
 
     followed.clear()
-    monkeypatch.setattr(convergence, "rebuild", misled)
+    monkeypatch.setattr(convergence, "synthesise_response", misled)
     np.testing.assert_allclose(peaks_near(joint, [5.0], LOSS), expected, rtol=1e-8)
     whole = solve_branch(joint, 5.0, loss_factor=LOSS)
     np.testing.assert_array_equal(followed[-1].frequency, whole.frequency)

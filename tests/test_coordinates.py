@@ -6,18 +6,15 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import (
-    ComplexModes,
-    LinearModes,
-    Loading,
-    MovingModes,
-    ResponseDependentModes,
-    pose,
-)
-from boltjoint.friction.sampled import SampledInTime
-from boltjoint.friction.states import STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.response import solve_branch
+from boltjoint.dynamics.complex_rdnm import ComplexRDNM
+from boltjoint.dynamics.coordinates import pose
+from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.load_stepping import LoadStepping
+from boltjoint.dynamics.rdnm import LaggedRDNM, SelfConsistentRDNM
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
@@ -30,7 +27,9 @@ LAWS = ("constant", "variable", "constant, three harmonics", "variable, three ha
 def joint_of(law):
     name, *sampled = law.split(", ")
     joint = make_joint(law=name)
-    return replace(joint, law=SampledInTime(joint.law, 3, samples=64)) if sampled else joint
+    return (
+        replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64)) if sampled else joint
+    )
 
 
 @pytest.fixture(params=["exact", "three harmonics"])
@@ -90,7 +89,7 @@ def stiffness_with(joint, secants):
 
 
 @pytest.mark.parametrize(
-    ("law", "coordinates", "renewal", "force"),
+    ("law", "coordinates", "basis_update", "force"),
     [
         ("variable", "rdnm-3", "within", 20.0),
         ("variable", "rdnm-3", "after", 20.0),
@@ -100,7 +99,7 @@ def stiffness_with(joint, secants):
     ],
 )
 def test_all_response_dependent_modes_together_are_the_linear_ones(
-    law, coordinates, renewal, force
+    law, coordinates, basis_update, force
 ):
     joint, control = joint_of(law), StepControl(largest_step=0.2)
     full = solve_branch(joint, force, loss_factor=LOSS, control=control)
@@ -109,7 +108,7 @@ def test_all_response_dependent_modes_together_are_the_linear_ones(
         force,
         loss_factor=LOSS,
         coordinates=coordinates,
-        renewal=renewal,
+        basis_update=basis_update,
         control=control,
     )
     assert full.complete
@@ -138,12 +137,14 @@ def test_secant_stiffness_of_each_direction_is_its_force_over_its_displacement(v
     np.testing.assert_allclose(secant[:, 1], normal, rtol=1e-10)
 
 
-@pytest.mark.parametrize("renewal", ["within", "after"])
-def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(variable, renewal):
+@pytest.mark.parametrize("basis_update", ["within", "after"])
+def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
+    variable, basis_update
+):
     balance, x = moved(variable)
-    equations = pose("rdnm-3", balance, 1, renewal=renewal)
-    (equations.update(x, W) if renewal == "after" else equations.accept(x))
-    basis = equations.basis if renewal == "after" else equations.tracked
+    equations = pose("rdnm-3", balance, 1, basis_update=basis_update)
+    (equations.update(x, W) if basis_update == "after" else equations.accept(x))
+    basis = equations.basis if basis_update == "after" else equations.tracked
     tangential, normal = (k.real for k in secants(variable, x))
     matrix = stiffness_with(variable, [tangential, normal])
     projected = basis.T @ matrix @ basis
@@ -157,18 +158,18 @@ def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(va
 
 
 @pytest.mark.parametrize(
-    ("name", "renewal", "jacobian", "kind"),
+    ("name", "basis_update", "jacobian", "kind"),
     [
         ("linear", "within", "analytic", LinearModes),
-        ("rdnm-2", "within", "analytic", MovingModes),
-        ("rdnm-2", "after", "analytic", ResponseDependentModes),
-        ("rdnm-2", "within", "forward-difference", ResponseDependentModes),
-        ("complex-rdnm-2", "within", "analytic", ComplexModes),
+        ("rdnm-2", "within", "analytic", SelfConsistentRDNM),
+        ("rdnm-2", "after", "analytic", LaggedRDNM),
+        ("rdnm-2", "within", "forward-difference", LaggedRDNM),
+        ("complex-rdnm-2", "within", "analytic", ComplexRDNM),
     ],
 )
-def test_coordinates_are_posed_by_their_name(joint, name, renewal, jacobian, kind):
+def test_coordinates_are_posed_by_their_name(joint, name, basis_update, jacobian, kind):
     balance = HarmonicBalance(joint, LOSS, 5.0)
-    assert type(pose(name, balance, 1, jacobian, renewal)) is kind
+    assert type(pose(name, balance, 1, jacobian, basis_update)) is kind
 
 
 def test_a_backbone_is_no_balance(joint):
@@ -179,12 +180,12 @@ def test_a_backbone_is_no_balance(joint):
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_jacobian_knows_that_the_modes_move(any_joint, count):
     balance, x = moved(any_joint)
-    equations = MovingModes(balance, count)
+    equations = SelfConsistentRDNM(balance, count)
     exact = equations.evaluate(x, W)[1]()
     # an error of second order in the step, where the law is smooth, and rounding over the step
     near = differences(lambda x: equations.evaluate(x, W)[0], x, 1e-9)
     np.testing.assert_allclose(near, exact, atol=1e-8 * np.abs(exact).max())
-    held = ResponseDependentModes(balance, count)
+    held = LaggedRDNM(balance, count)
     held.update(x, W)
     P = np.kron(np.eye(len(balance.components)), held.basis @ held.basis.T)
     still = P @ balance.residual_and_jacobian(x, W)[1]()
@@ -240,7 +241,7 @@ def test_a_motion_of_moving_modes_lies_in_the_modes_that_it_makes(any_joint, cou
 
 def test_modes_that_lag_approach_those_of_the_solution_itself(either):
     """By the length of the steps, as the source renews them after each."""
-    moving, lag = MovingModes(HarmonicBalance(either, LOSS, 5.0), 1), []
+    moving, lag = SelfConsistentRDNM(HarmonicBalance(either, LOSS, 5.0), 1), []
     for step in (0.16, 0.04):
         control = StepControl(largest_step=step, first_step=step)
         lagging = solve_branch(
@@ -248,7 +249,7 @@ def test_modes_that_lag_approach_those_of_the_solution_itself(either):
             5.0,
             loss_factor=LOSS,
             coordinates="rdnm-1",
-            renewal="after",
+            basis_update="after",
             window=(80.0, 100.0),
             control=control,
         )
@@ -275,7 +276,7 @@ def test_a_force_is_raised_to_where_a_corrector_would_arrive(either, name):
 
     control = StepControl(largest_step=0.2)
     little = 1e-3 * stuck
-    path = trace(Loading(equations, W), little, (np.log(1e-3), 0.0), control, scale=1.0)
+    path = trace(LoadStepping(equations, W), little, (np.log(1e-3), 0.0), control, scale=1.0)
     assert path.complete
     # under so little of it all does, but the motion may be that of one mode
     assert distance(path.solutions[0].x, little) < 0.2
@@ -288,7 +289,7 @@ def test_loading_has_the_derivative_by_the_logarithm_of_the_share(either, name):
     balance, x = moved(either)
     equations = pose(name, balance, 1)
     whole, _ = equations.evaluate(x, W)
-    loading, p, h = Loading(equations, W), -1.0, 1e-4
+    loading, p, h = LoadStepping(equations, W), -1.0, 1e-4
     near = (loading.evaluate(x, p + h)[0] - loading.evaluate(x, p - h)[0]) / (2 * h)
     # second differences of an exponential: a sixth of the step squared, and rounding over the step
     np.testing.assert_allclose(
@@ -298,9 +299,9 @@ def test_loading_has_the_derivative_by_the_logarithm_of_the_share(either, name):
     np.testing.assert_array_equal(equations.evaluate(x, W)[0], whole)
 
 
-def complex_at(balance, x, count, static_share=True):
+def complex_at(balance, x, count, quasi_static_correction=True):
     """Complex modes renewed at a state, and their unknown there."""
-    equations = ComplexModes(balance, count, static_share=static_share)
+    equations = ComplexRDNM(balance, count, quasi_static_correction=quasi_static_correction)
     equations.update(x, W)
     return equations, equations.from_fixed(x)
 
@@ -323,18 +324,23 @@ def test_complex_modes_are_eigenvectors_orthogonal_without_conjugation(either, c
     assert (matrix - lossy)[0, 0].imag > 0.1 * matrix[0, 0].real
 
 
-@pytest.mark.parametrize("static_share", [True, False])
+@pytest.mark.parametrize("quasi_static_correction", [True, False])
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_derivatives_in_complex_modes_equal_differences(either, count, static_share):
+def test_derivatives_in_complex_modes_equal_differences(either, count, quasi_static_correction):
     balance, x = moved(either)
-    equations, y = complex_at(balance, x, count, static_share)
+    equations, y = complex_at(balance, x, count, quasi_static_correction)
     exact = equations.evaluate(y, W)[1]()
     near = differences(lambda y: equations.evaluate(y, W)[0], y, 1e-9)
     np.testing.assert_allclose(near, exact, atol=1e-8 * np.abs(exact).max())
     near = (equations.evaluate(y, W + 0.1)[0] - equations.evaluate(y, W - 0.1)[0]) / 0.2
     by_frequency = equations.parameter_derivative(y, W)
     np.testing.assert_allclose(near, by_frequency, atol=1e-9 * np.linalg.norm(near))
-    forward = ComplexModes(balance, count, jacobian="forward-difference", static_share=static_share)
+    forward = ComplexRDNM(
+        balance,
+        count,
+        jacobian="forward-difference",
+        quasi_static_correction=quasi_static_correction,
+    )
     forward.basis = equations.basis
     np.testing.assert_allclose(forward.evaluate(y, W)[1](), exact, atol=1e-5 * np.abs(exact).max())
 
@@ -379,13 +385,13 @@ def near_resonance(joint, force):
 @pytest.mark.parametrize("force", [1.0, 5.0, 20.0])
 def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(either, force):
     balance, x, w = near_resonance(either, force)
-    real = MovingModes(balance, 1)
+    real = SelfConsistentRDNM(balance, 1)
     real.accept(x)
     one, _ = newton(real, x, w, StepControl())
     assert one.converged
     found = {}
-    for static_share in (True, False):
-        equations = ComplexModes(balance, 1, static_share=static_share)
+    for quasi_static_correction in (True, False):
+        equations = ComplexRDNM(balance, 1, quasi_static_correction=quasi_static_correction)
         # not there, but at the real mode's, so that repeating has a way to go
         at = one.x
         for _ in range(40):
@@ -393,7 +399,7 @@ def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(ei
             solution, _ = newton(equations, equations.from_fixed(at), w, StepControl())
             assert solution.converged
             at = (at + equations.to_fixed(solution.x)) / 2
-        found[static_share] = at
+        found[quasi_static_correction] = at
     # the sum of all modes of the matrix that the motion itself makes
     assert distance(found[True], x) < 1e-7
     assert distance(one.x, x) > 1e-4
@@ -428,11 +434,11 @@ def test_complex_modes_need_a_motion_of_one_harmonic():
     for law in LAWS[2:]:
         balance = HarmonicBalance(joint_of(law), LOSS, 5.0)
         with pytest.raises(ValueError, match="one harmonic"):
-            ComplexModes(balance, 1)
+            ComplexRDNM(balance, 1)
 
 
 @pytest.mark.parametrize("name", ["rdnm-4", "complex-rdnm-4"])
-@pytest.mark.parametrize("renewal", ["within", "after"])
-def test_no_more_modes_than_the_structure_has(joint, name, renewal):
+@pytest.mark.parametrize("basis_update", ["within", "after"])
+def test_no_more_modes_than_the_structure_has(joint, name, basis_update):
     with pytest.raises(ValueError, match="4 response-dependent modes of 3 linear ones"):
-        pose(name, HarmonicBalance(joint, LOSS, 5.0), 1, renewal=renewal)
+        pose(name, HarmonicBalance(joint, LOSS, 5.0), 1, basis_update=basis_update)

@@ -4,9 +4,10 @@ import pytest
 import yaml
 from small_study import ASSEMBLY, CASE, ROOT, SETTINGS, write
 
-from boltjoint import estimate
-from boltjoint.config import Assembly, load_study
-from boltjoint.structure.mesh import build_assembly
+from boltjoint.config.assembly import Assembly
+from boltjoint.config.study import load_study
+from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.study import estimate
 
 GIB = 2**30
 
@@ -100,8 +101,8 @@ def test_a_march_in_a_large_basis_is_refused_by_its_case(study):
     case = CASE | {"modes": ["free-100"], "coordinates": ["linear"], "solve": CASE["solve"][:1]}
     line = estimate.shortage(estimate.estimate(study(case=case)), 8 * GIB)
     assert line.startswith("config/cases/small.yaml: ")
-    assert "march_forces_N" in line and "201 harmonics" in line
-    without = estimate.estimate(study(case=case | {"march_forces_N": []}))
+    assert "verification_forces_N" in line and "201 harmonics" in line
+    without = estimate.estimate(study(case=case | {"verification_forces_N": []}))
     assert estimate.shortage(without, 8 * GIB) is None
 
 

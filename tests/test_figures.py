@@ -14,16 +14,32 @@ from matplotlib.colors import to_rgba
 from small_joint import make_joint, make_preload
 from small_study import ASSEMBLY
 
-from boltjoint import dataset, figures
-from boltjoint import joint as joints
-from boltjoint.backbone import find_backbone
-from boltjoint.config import Assembly
-from boltjoint.fitting import fit_reduced_joint, loading_curve
-from boltjoint.friction import states
-from boltjoint.partition import partition_regions
-from boltjoint.response import frequency_window, solve_response
+from boltjoint import dataset
+from boltjoint.config.assembly import Assembly
+from boltjoint.dynamics.epmc import find_backbone
+from boltjoint.dynamics.frequency_response import frequency_window, solve_response
+from boltjoint.friction import contact_states
+from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.masing import loading_curve
+from boltjoint.joint.model import merge_points
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.report.figures.contact import _STATES, plot_contact, plot_regions, plot_states
+from boltjoint.report.figures.convergence import (
+    plot_bases,
+    plot_divisions,
+    plot_models,
+    plot_patterns,
+    plot_sampling,
+)
+from boltjoint.report.figures.drawing import _VIEW
+from boltjoint.report.figures.loops import plot_loops
+from boltjoint.report.figures.responses import plot_backbones, plot_response
+from boltjoint.report.figures.structure import plot_deformation, plot_mesh, plot_modes
+from boltjoint.report.figures.style import save_figure
+from boltjoint.report.figures.times import plot_times
 from boltjoint.solvers.equations import StepControl
-from boltjoint.structure.mesh import build_assembly
+from boltjoint.structure.half_lap.mesh import build_assembly
 
 FORCES = [0.01, 5.0, 20.0]
 HEIGHT = 0.01
@@ -113,7 +129,7 @@ def variable_response(variable):
 @pytest.fixture(scope="module")
 def reduced(regions):
     fitted, fit = fit_reduced_joint(regions, 2, starts=2)
-    return joints.to_dataset(fitted).merge(fit)
+    return joint_to_dataset(fitted).merge(fit)
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +162,7 @@ def legend_texts(axes):
 
 
 def test_a_mode_is_the_section_moved_by_its_shape(assembly, modes):
-    figure = figures.plot_modes(assembly, modes)
+    figure = plot_modes(assembly, modes)
     assert [axes.get_title() for axes in figure.axes] == ["mode 1: 70.6 Hz", "mode 2: 360.6 Hz"]
     for axes, shape in zip(figure.axes, modes["mode_shape"].to_numpy()[:, 2].T, strict=True):
         (at_rest,) = axes.collections[0].get_paths()
@@ -164,18 +180,18 @@ def test_a_mode_is_the_section_moved_by_its_shape(assembly, modes):
 
 def test_many_modes_stand_in_two_columns(assembly, modes):
     six = xr.concat([modes] * 3, "mode", data_vars="minimal")
-    panels = [axes for axes in figures.plot_modes(assembly, six).axes if axes.get_title()]
+    panels = [axes for axes in plot_modes(assembly, six).axes if axes.get_title()]
     assert len(panels) == 6
     assert len({axes.get_subplotspec().colspan.start for axes in panels}) == 2
 
 
 def test_what_is_drawn_of_the_mesh_is_what_is_not_hidden(bolted):
-    axes = figures.plot_mesh(bolted).axes[0]
+    axes = plot_mesh(bolted).axes[0]
     filled = [c for c in shapes(axes) if c.get_facecolor().size]
     grey = [np.ptp(c.get_facecolor()[0, :3]) < 1e-9 for c in filled]
     area = [polygon_area(c.get_paths()[0].to_polygons()) for c in filled]
     length, width, height = 60 + 62 + 50, 20, 16
-    towards = np.array(figures._VIEW) / np.linalg.norm(figures._VIEW)
+    towards = np.array(_VIEW) / np.linalg.norm(_VIEW)
     top = length * width - 2 * np.pi * 6.5**2  # heads sit on the rest
     sides = width * height, length * height, top
     of_bars = sum(a for a, is_bolt in zip(area, grey, strict=True) if not is_bolt)
@@ -185,7 +201,7 @@ def test_what_is_drawn_of_the_mesh_is_what_is_not_hidden(bolted):
 
 
 def test_main_dimensions_are_written(bolted):
-    view, plan, side = figures.plot_mesh(bolted).axes
+    view, plan, side = plot_mesh(bolted).axes
     written = [{text.get_text() for text in axes.texts} for axes in (view, plan, side)]
     assert written[0] == {"", "  clamped", " excitation along z", "   response along z"}
     assert written[1] == {"", "16", "30", "20", "holes ⌀ 9"}
@@ -195,7 +211,7 @@ def test_main_dimensions_are_written(bolted):
 
 
 def test_every_edge_of_the_mesh_is_drawn_once(bolted):
-    axes = figures.plot_mesh(bolted).axes[0]
+    axes = plot_mesh(bolted).axes[0]
     lines = [c.get_paths()[0] for c in shapes(axes) if not c.get_facecolor().size]
     assert len(lines) == 5  # bar A: end, side and top; bar B: side and top
     for path in lines:
@@ -208,7 +224,7 @@ def test_a_deformed_section_is_moved_by_its_displacement(bolted):
     x = bolted["coordinate"].sel(axis="x")
     moved = xr.zeros_like(bolted["coordinate"])
     moved.loc[{"axis": "z"}] = -4e-5 * (x / x.max()) ** 2
-    figure = figures.plot_deformation(bolted, xr.Dataset({"displacement": moved}))
+    figure = plot_deformation(bolted, xr.Dataset({"displacement": moved}))
     whole, lap = figure.axes
     # 0.4 of 27 mm over 40 um is 270
     assert whole.get_title(loc="left") == "whole assembly, displacements × 200"
@@ -229,17 +245,17 @@ def test_a_deformed_section_is_moved_by_its_displacement(bolted):
 def test_assembly_and_displacement_must_belong_together(bolted, assembly):
     other = xr.Dataset({"displacement": 0 * assembly["coordinate"]})
     with pytest.raises(ValueError, match="different nodes"):
-        figures.plot_deformation(bolted, other)
+        plot_deformation(bolted, other)
 
 
 def test_a_section_needs_faces_on_the_plane(assembly, modes):
     beside = assembly.assign(coordinate=assembly["coordinate"] + 1e-3)
     with pytest.raises(ValueError, match="no faces in the plane y = 0"):
-        figures.plot_modes(beside, modes)
+        plot_modes(beside, modes)
 
 
 def test_every_pair_is_drawn_as_its_area(assembly, preload):
-    figure = figures.plot_contact(assembly, preload)
+    figure = plot_contact(assembly, preload)
     pressure, load, gap, _ = figure.axes[:4]
     loaded = preload["normal_load"].to_numpy() > 0
     for axes, shown in ((pressure, loaded), (load, loaded), (gap, ~loaded)):
@@ -255,7 +271,7 @@ def test_every_pair_is_drawn_as_its_area(assembly, preload):
 
 
 def test_loads_along_the_middle_are_those_of_the_pairs(assembly, preload):
-    axes = figures.plot_contact(assembly, preload).axes[3]
+    axes = plot_contact(assembly, preload).axes[3]
     drawn = np.concatenate([line.get_xydata() for line in axes.get_lines()])
     middle = np.arange(1, 21, 3)
     x = assembly["position"].sel(axis="x").to_numpy() * 1e3
@@ -268,7 +284,7 @@ def test_loads_along_the_middle_are_those_of_the_pairs(assembly, preload):
 @pytest.mark.parametrize("load", [0.0, 10.0])
 def test_a_contact_may_be_all_open_or_all_closed(assembly, preload, load):
     one = preload.assign(normal_load=0 * preload["normal_load"] + load, gap=0 * preload["gap"])
-    figure = figures.plot_contact(assembly, one)
+    figure = plot_contact(assembly, one)
     counts = [len(shapes(axes)[1].get_paths()) for axes in figure.axes[:3]]
     assert counts == ([21, 21, 0] if load else [0, 0, 21])
 
@@ -276,13 +292,13 @@ def test_a_contact_may_be_all_open_or_all_closed(assembly, preload, load):
 def test_assembly_and_preload_must_belong_together(assembly, preload):
     moved = preload.assign(position=preload["position"] + 1e-3)
     with pytest.raises(ValueError, match="different contact pairs"):
-        figures.plot_contact(assembly, moved)
+        plot_contact(assembly, moved)
 
 
 def on_pairs(assembly, loaded):
     """A joint of two regions on some pairs of the small assembly."""
     nodes = make_joint(len(loaded))
-    part = joints.to_dataset(partition_regions(nodes, make_preload(nodes), 2))
+    part = joint_to_dataset(partition_regions(nodes, make_preload(nodes), 2))
     position = assembly["position"].isel(pair=loaded).rename(pair="element")
     load = np.arange(1.0, len(loaded) + 1)
     region = (np.arange(len(loaded)) >= 9).astype(int)
@@ -294,7 +310,7 @@ def on_pairs(assembly, loaded):
 
 
 def test_regions_show_their_place_their_elements_and_their_share(assembly):
-    plan, bars = figures.plot_regions(assembly, on_pairs(assembly, np.arange(15))).axes
+    plan, bars = plot_regions(assembly, on_pairs(assembly, np.arange(15))).axes
     unused, *drawn = [polygon_area(c.get_paths()[0].to_polygons()) for c in shapes(plan)]
     area = assembly["area"].to_numpy() * 1e6
     assert [unused, *drawn] == pytest.approx([area[15:].sum(), area[:9].sum(), area[9:15].sum()])
@@ -307,8 +323,8 @@ def test_regions_show_their_place_their_elements_and_their_share(assembly):
 
 def test_regions_under_variable_load_tell_open_pairs_from_loaded_ones(assembly, variable):
     region = np.repeat([0, 1], [9, 12])
-    joint = joints.to_dataset(joints.merge_points(variable, region))
-    plan, bars, profile = figures.plot_regions(assembly, joint).axes
+    joint = joint_to_dataset(merge_points(variable, region))
+    plan, bars, profile = plot_regions(assembly, joint).axes
     load = np.maximum(variable.law.normal_load, 0)
     area = assembly["area"].to_numpy()
     *_, pale = [polygon_area(c.get_paths()[0].to_polygons()) for c in shapes(plan)]
@@ -337,11 +353,11 @@ def test_regions_must_lie_on_the_assembly(assembly):
     joint = on_pairs(assembly, np.arange(15))
     moved = joint.assign(element_position=joint["element_position"] + 1e-4)
     with pytest.raises(ValueError, match="15 elements lie on no contact pair"):
-        figures.plot_regions(assembly, moved)
+        plot_regions(assembly, moved)
 
 
 def test_loops_are_whole_and_end_on_the_loading_curve(reduced, regions):
-    (axes,) = figures.plot_loops(reduced, joints.to_dataset(regions), region=2).axes
+    (axes,) = plot_loops(reduced, joint_to_dataset(regions), region=2).axes
     drawn = curves(axes)
     assert len(drawn) == 3 * 2
     of = regions.law.point_of_element == 1
@@ -370,8 +386,8 @@ def test_open_elements_have_no_part_in_loops():
     nodes = make_joint(law="variable")
     regions = partition_regions(nodes, make_preload(nodes), 3)
     fitted, fit = fit_reduced_joint(regions, 2, starts=2)
-    reduced = joints.to_dataset(fitted).merge(fit)
-    (axes,) = figures.plot_loops(reduced, joints.to_dataset(regions)).axes
+    reduced = joint_to_dataset(fitted).merge(fit)
+    (axes,) = plot_loops(reduced, joint_to_dataset(regions)).axes
     first = regions.law.point_of_element == 0
     loaded = np.sum(regions.law.normal_load[first] > 0)
     assert loaded < first.sum()
@@ -388,10 +404,10 @@ def state_areas(axes):
 
 
 def test_every_pair_has_the_colour_of_its_state(assembly, variable, variable_response):
-    joint = joints.to_dataset(variable)
-    figure = figures.plot_states(assembly, joint, variable_response)
+    joint = joint_to_dataset(variable)
+    figure = plot_states(assembly, joint, variable_response)
     panels = [axes for axes in figure.axes if axes.get_title(loc="left")]
-    colours = [to_rgba(colour) for colour in figures._STATES]
+    colours = [to_rgba(colour) for colour in _STATES]
     area = assembly["area"].to_numpy() * 1e6
     found = variable_response["contact_state"].to_numpy()
     assert len(panels) == len(FORCES)
@@ -405,16 +421,16 @@ def test_every_pair_has_the_colour_of_its_state(assembly, variable, variable_res
         some = np.unique(found[level], return_counts=True)[1] / 21
         assert shares == [f"{100 * share:.0f} %" for share in some]
     names = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert names == [states.MEANINGS[number] for number in np.unique(found)]
+    assert names == [contact_states.MEANINGS[number] for number in np.unique(found)]
 
 
 def test_pairs_without_element_and_levels_without_peak_are_told_apart(assembly):
     joint = on_pairs(assembly, np.arange(15))
     nodes = make_joint(15)
     solved = solve_response(nodes, [0.01, 5.0], loss_factor=0.01)
-    solved["contact_state"][1] = states.UNKNOWN
+    solved["contact_state"][1] = contact_states.UNKNOWN
     solved["peak_frequency"][1] = np.nan
-    figure = figures.plot_states(assembly, joint, solved)
+    figure = plot_states(assembly, joint, solved)
     for axes in figure.axes:
         assert state_areas(axes)[to_rgba("0.87")] == pytest.approx(300)
     assert figure.axes[1].get_title(loc="left") == "5 N: no peak found"
@@ -427,23 +443,23 @@ def test_pairs_without_element_and_levels_without_peak_are_told_apart(assembly):
 @pytest.mark.parametrize("levels", [1, 2, 3])
 def test_states_of_any_number_of_levels(assembly, variable, variable_response, levels):
     some = variable_response.isel(force=slice(levels))
-    figure = figures.plot_states(assembly, joints.to_dataset(variable), some)
+    figure = plot_states(assembly, joint_to_dataset(variable), some)
     assert sum(bool(axes.get_title(loc="left")) for axes in figure.axes) == levels
 
 
 def test_states_need_the_joint_that_was_solved(assembly, variable, response):
     with pytest.raises(ValueError, match="the joint has 21 elements, the response 60"):
-        figures.plot_states(assembly, joints.to_dataset(variable), response)
+        plot_states(assembly, joint_to_dataset(variable), response)
 
 
 @pytest.mark.parametrize("region", [0, 4])
 def test_loops_need_a_region(reduced, regions, region):
     with pytest.raises(ValueError, match=f"region {region} of 3"):
-        figures.plot_loops(reduced, joints.to_dataset(regions), region)
+        plot_loops(reduced, joint_to_dataset(regions), region)
 
 
 def test_a_response_is_drawn_over_its_reference(response, reference):
-    (axes,) = figures.plot_response(response, "regions=3", "linear", reference).axes
+    (axes,) = plot_response(response, "regions=3", "linear", reference).axes
     drawn = curves(axes)
     assert len(drawn) == 2 * len(FORCES)
     for name, solved in (("3 regions", response), ("node-to-node", reference)):
@@ -463,7 +479,7 @@ def test_a_response_is_drawn_over_its_reference(response, reference):
 
 
 def test_peaks_are_marked_and_in_view(response, reference):
-    (axes,) = figures.plot_response(response, "regions=3", "linear", reference).axes
+    (axes,) = plot_response(response, "regions=3", "linear", reference).axes
     expected = [
         (frequency, 1e3 * amplitude / force)
         for solved in (reference, response)
@@ -480,7 +496,7 @@ def test_peaks_are_marked_and_in_view(response, reference):
 
 def test_only_what_is_near_a_peak_is_in_view():
     stuck = solve_response(make_joint(), [1e-4], loss_factor=0.01)
-    (axes,) = figures.plot_response(stuck, "node-to-node", "linear").axes
+    (axes,) = plot_response(stuck, "node-to-node", "linear").axes
     peak = stuck["peak_frequency"].item()
     low, high = axes.get_xlim()
     assert stuck["frequency"].min() < 0.9 * peak < low < peak < high
@@ -489,7 +505,7 @@ def test_only_what_is_near_a_peak_is_in_view():
 
 
 def test_a_level_has_one_colour_in_both_methods(response, reference):
-    (axes,) = figures.plot_response(response, "regions=3", "linear", reference).axes
+    (axes,) = plot_response(response, "regions=3", "linear", reference).axes
     colours = {}
     for line in axes.get_lines():
         if not line.get_label().startswith("_"):
@@ -500,9 +516,9 @@ def test_a_level_has_one_colour_in_both_methods(response, reference):
 
 
 def test_a_broken_path_ends_in_a_cross_and_is_named(regions, reference):
-    short = StepControl(most_solutions=12)
+    short = StepControl(maximum_solutions=12)
     broken = solve_response(regions, FORCES, loss_factor=0.01, control=short)
-    (axes,) = figures.plot_response(broken, "regions=3", "linear", reference).axes
+    (axes,) = plot_response(broken, "regions=3", "linear", reference).axes
     crosses = marks(axes, "X")
     assert len(crosses) == len(FORCES)
     for force, cross in zip(FORCES, crosses, strict=True):
@@ -518,7 +534,7 @@ def test_what_did_not_converge_is_not_drawn_as_a_solution(reference):
         converged=reference["converged"] * (reference["excitation_force"] != 5.0),
         complete=reference["complete"] * (reference["force_level"] != 5.0),
     )
-    (axes,) = figures.plot_response(failed, "node-to-node", "linear").axes
+    (axes,) = plot_response(failed, "node-to-node", "linear").axes
     assert len(curves(axes)["node-to-node, linear modes, 5 N"]) == 0
     assert "5 N\nno solution found" in legend_texts(axes)
 
@@ -538,7 +554,7 @@ def test_what_did_not_converge_is_not_drawn_as_a_solution(reference):
     ],
 )
 def test_methods_are_named_in_words(reference, joint, coordinates, words):
-    (axes,) = figures.plot_response(reference, joint, coordinates).axes
+    (axes,) = plot_response(reference, joint, coordinates).axes
     assert legend_texts(axes)[0] == words
     assert len(curves(axes)) == len(FORCES)
 
@@ -546,7 +562,7 @@ def test_methods_are_named_in_words(reference, joint, coordinates, words):
 def test_response_and_reference_need_the_same_forces(response, reference):
     other = reference.assign(force_level=reference["force_level"] * 2)
     with pytest.raises(ValueError, match="different forces"):
-        figures.plot_response(response, "regions=3", "linear", other)
+        plot_response(response, "regions=3", "linear", other)
 
 
 @pytest.fixture(scope="module")
@@ -567,7 +583,7 @@ def times():
 
 
 def test_times_stand_over_their_ratios_to_the_reference(times):
-    figure = figures.plot_times(times)
+    figure = plot_times(times)
     analytic, differences, ratios, beside_published = figure.axes
     few = "2 regions of 3 elements, linear modes"
     np.testing.assert_array_equal(curves(analytic)[few], [[0, 1], [1, np.nan]])
@@ -588,7 +604,7 @@ def test_times_stand_over_their_ratios_to_the_reference(times):
 
 
 def test_times_of_an_unpublished_case_mention_none(times):
-    figure = figures.plot_times(times.assign(published_reduction_percent=np.nan, complete=True))
+    figure = plot_times(times.assign(published_reduction_percent=np.nan, complete=True))
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["node-to-node", "2 regions of 3 elements", "linear modes"]
 
@@ -599,7 +615,7 @@ def test_times_without_forward_differences_are_drawn_by_the_analytic_jacobian(ti
         reduction_forward_difference_percent=np.nan,
         published_reduction_percent=np.nan,
     )
-    analytic, ratios = figures.plot_times(without).axes
+    analytic, ratios = plot_times(without).axes
     np.testing.assert_array_equal(curves(analytic)["node-to-node, linear modes"], [[0, 4], [1, 5]])
     assert ratios.get_ylabel().startswith("over that of the node-to-node")
 
@@ -608,13 +624,13 @@ def test_all_coordinates_have_lines_of_their_own(times):
     row = times.iloc[[0]]
     names = ("linear", "rdnm-1", "complex-rdnm-1", "backbone")
     solved = pd.concat([row.assign(coordinates=name) for name in names])
-    lines = figures.plot_times(solved).axes[0].get_lines()
+    lines = plot_times(solved).axes[0].get_lines()
     assert len({(line.get_linestyle(), line.get_marker()) for line in lines}) == len(names)
 
 
 def test_times_need_a_resonance_that_was_solved(times):
     with pytest.raises(ValueError, match="around resonance 2"):
-        figures.plot_times(times, resonance=2)
+        plot_times(times, resonance=2)
 
 
 def test_errors_of_sampling_fall_beside_a_line_of_second_order():
@@ -625,7 +641,7 @@ def test_errors_of_sampling_fall_beside_a_line_of_second_order():
         for force in (1.0, 5.0)
         for n in samples
     ]
-    figure = figures.plot_sampling(pd.DataFrame(rows))
+    figure = plot_sampling(pd.DataFrame(rows))
     titles = [axes.get_title() for axes in figure.axes]
     assert titles == ["one, constant normal load", "one, variable normal load"]
     for axes in figure.axes:
@@ -664,7 +680,7 @@ def test_peaks_of_bases_are_drawn_over_their_size(by_basis):
     table = by_basis.rename(columns=names)
     # signs are left out, as a logarithm has none
     table["peak_amplitude_error_percent"] = -10 * table["peak_frequency_error_percent"]
-    for axes, scale in zip(figures.plot_bases(table).axes, (1, 10), strict=True):
+    for axes, scale in zip(plot_bases(table).axes, (1, 10), strict=True):
         for label, force in (("1 N", 1), ("5 N", 5)):
             enriched, free = lines_of_bases(axes, label)
             np.testing.assert_allclose(enriched, [[8, scale * force * 8]])
@@ -680,7 +696,7 @@ def test_patterns_are_drawn_by_the_worst_of_them(by_basis):
         for springs in ("x", "xz")
         for pattern, some in (("all", less), ("left", table))
     ]
-    for axes in figures.plot_patterns(pd.concat(parts)).axes:
+    for axes in plot_patterns(pd.concat(parts)).axes:
         enriched, free = lines_of_bases(axes, "resonance 5")
         np.testing.assert_allclose(enriched, [[8, 40]])
         np.testing.assert_allclose(free, [[4, 60], [8, 40]])
@@ -705,7 +721,7 @@ def test_models_are_drawn_by_their_largest_errors_beside_their_cost():
         )
         for force in (1.0, 5.0)
     ]
-    errors, costs = figures.plot_models(pd.DataFrame(rows)).axes
+    errors, costs = plot_models(pd.DataFrame(rows)).axes
     # enriched bases come first; the one that is compared with has no error
     words = [label.get_text() for label in errors.get_yticklabels()]
     assert words == [
@@ -737,7 +753,7 @@ def test_divisions_are_drawn_by_their_largest_error():
         for count in (2, 4)
         for force in (1.0, 5.0)
     ]
-    figure = figures.plot_divisions(pd.DataFrame(rows))
+    figure = plot_divisions(pd.DataFrame(rows))
     for axes, scale in zip(figure.axes, (1, 3), strict=True):
         drawn = curves(axes)
         for label in ("equal load, mean", "clusters, mean"):
@@ -750,9 +766,9 @@ def test_divisions_are_drawn_by_their_largest_error():
 
 def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, bolted, tmp_path):
     for name in ("first", "second"):
-        figures.save(figures.plot_modes(assembly, modes), tmp_path / name / "modes.svg")
-        figures.save(figures.plot_contact(assembly, preload), tmp_path / name / "contact.svg")
-        figures.save(figures.plot_mesh(bolted), tmp_path / name / "mesh.svg")
+        save_figure(plot_modes(assembly, modes), tmp_path / name / "modes.svg")
+        save_figure(plot_contact(assembly, preload), tmp_path / name / "contact.svg")
+        save_figure(plot_mesh(bolted), tmp_path / name / "mesh.svg")
     for name in ("modes.svg", "contact.svg", "mesh.svg"):
         written = (tmp_path / "first" / name).read_bytes()
         assert written == (tmp_path / "second" / name).read_bytes()
@@ -760,15 +776,17 @@ def test_the_same_figure_has_the_same_bytes(assembly, modes, preload, bolted, tm
 
 
 def test_another_process_writes_the_same_bytes(response, reference, tmp_path):
-    figure = figures.plot_response(response, "regions=3", "linear", reference)
-    figures.save(figure, tmp_path / "here.svg")
+    figure = plot_response(response, "regions=3", "linear", reference)
+    save_figure(figure, tmp_path / "here.svg")
     dataset.save(response, tmp_path / "response.nc")
     dataset.save(reference, tmp_path / "reference.nc")
     program = (
-        "from boltjoint import dataset, figures\n"
+        "from boltjoint import dataset\n"
+        "from boltjoint.report.figures.responses import plot_response\n"
+        "from boltjoint.report.figures.style import save_figure\n"
         "response, reference = (dataset.load(f'{n}.nc') for n in ('response', 'reference'))\n"
-        "figure = figures.plot_response(response, 'regions=3', 'linear', reference)\n"
-        "figures.save(figure, 'there.svg')\n"
+        "figure = plot_response(response, 'regions=3', 'linear', reference)\n"
+        "save_figure(figure, 'there.svg')\n"
     )
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
     assert Path(tmp_path, "here.svg").read_bytes() == Path(tmp_path, "there.svg").read_bytes()
@@ -796,7 +814,7 @@ def texts_in(figure):
 @pytest.mark.parametrize("lost", ["nothing found", "one solution", "nothing converged"])
 def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, lost, tmp_path):
     if lost == "one solution":
-        alone = StepControl(most_solutions=1)
+        alone = StepControl(maximum_solutions=1)
         solved = solve_response(regions, FORCES, loss_factor=0.01, control=alone)
         assert solved.sizes["solution"] == len(FORCES)
     elif lost == "nothing converged":
@@ -804,8 +822,8 @@ def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, los
         solved = solved.assign(complete=0 * response["complete"])
     else:
         solved = without_solutions(response)
-    figure = figures.plot_response(solved, "regions=3", "linear")
-    figures.save(figure, tmp_path / "response.svg")
+    figure = plot_response(solved, "regions=3", "linear")
+    save_figure(figure, tmp_path / "response.svg")
     texts = legend_texts(figure.axes[0])
     if lost == "one solution":
         assert f"5 N\nbreaks off at {float(solved['frequency'][1]):.1f} Hz" in texts
@@ -822,7 +840,7 @@ def test_solutions_that_no_sweep_shows_are_dashed(response):
     hidden = mine[20:25]
     for name in ("on_sweep_up", "on_sweep_down"):
         folded[name][hidden] = 0
-    (axes,) = figures.plot_response(folded, "regions=3", "linear").axes
+    (axes,) = plot_response(folded, "regions=3", "linear").axes
     solid = curves(axes)["3 regions, linear modes, 5 N"]
     assert np.isnan(solid[20:25, 1]).all()
     assert np.isfinite(np.delete(solid, slice(20, 25), axis=0)).all()
@@ -836,15 +854,15 @@ def test_solutions_that_no_sweep_shows_are_dashed(response):
 def test_a_response_that_linear_modes_stand_for_is_named(response):
     replaced = response.copy(deep=True)
     replaced["fell_back"][1] = 1
-    (axes,) = figures.plot_response(replaced, "node-to-node", "rdnm-1").axes
+    (axes,) = plot_response(replaced, "node-to-node", "rdnm-1").axes
     assert "5 N\nlinear modes instead" in legend_texts(axes)
 
 
 def test_times_of_a_case_all_of_whose_branches_broke_off_have_a_figure(times, tmp_path):
     reductions = [name for name in times if "reduction" in name]
     failed = times.assign(complete=False, **dict.fromkeys(reductions, np.nan))
-    figure = figures.plot_times(failed)
-    figures.save(figure, tmp_path / "times.svg")
+    figure = plot_times(failed)
+    save_figure(figure, tmp_path / "times.svg")
     # times are marked as those of branches that broke off, ratios have nothing to stand on
     crosses = [line for line in figure.axes[0].get_lines() if line.get_marker() == "X"]
     assert sum(line.get_xdata().size for line in crosses) == len(failed)
@@ -852,16 +870,16 @@ def test_times_of_a_case_all_of_whose_branches_broke_off_have_a_figure(times, tm
 
     # where only one of them has none, the other keeps the axis that both share
     failed = times.assign(reduction_percent=np.nan)
-    figure = figures.plot_times(failed)
-    figures.save(figure, tmp_path / "times.svg")
+    figure = plot_times(failed)
+    save_figure(figure, tmp_path / "times.svg")
     assert texts_in(figure) == ["no results"]
     assert figure.axes[3].get_yscale() == "log"
 
 
 def test_a_table_without_rows_has_a_figure(tmp_path):
     empty = pd.DataFrame(columns=["case", "law", "samples", "force_N", "error_relative"])
-    figure = figures.plot_sampling(empty)
-    figures.save(figure, tmp_path / "sampling.svg")
+    figure = plot_sampling(empty)
+    save_figure(figure, tmp_path / "sampling.svg")
     assert texts_in(figure) == ["no results"]
 
 
@@ -870,6 +888,6 @@ def test_a_backbone_without_states_has_a_figure(tmp_path):
     found = find_backbone(joint, [5.0], loss_factor=0.01, window=frequency_window(joint))
     for count in (0, 1):
         some = found.isel(state=slice(count))
-        figure = figures.plot_backbones({"node-to-node": some}, [5.0])
-        figures.save(figure, tmp_path / "backbone.svg")
+        figure = plot_backbones({"node-to-node": some}, [5.0])
+        save_figure(figure, tmp_path / "backbone.svg")
         assert texts_in(figure) == ["no results"] * (2 if count == 0 else 0)

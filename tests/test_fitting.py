@@ -7,21 +7,15 @@ from scipy.optimize import differential_evolution
 from scipy.special import softmax
 from small_joint import FRICTION, make_joint, make_preload
 
-from boltjoint.fitting import (
-    _Harmonics,
-    _Loops,
-    amplitude_of_load,
-    fit_elements,
-    fit_reduced_joint,
-    loading_curve,
-    loop_error,
-    nearest_loading_curve,
-    unloading_branch,
-)
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.joint import merge_points
-from boltjoint.march import forces_in_time
-from boltjoint.partition import partition_regions
+from boltjoint.joint.fit_describing_function import DescribingFunctionMisfit
+from boltjoint.joint.fit_loops import LoopMisfit, fit_elements
+from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error, unloading_branch
+from boltjoint.joint.minimax_curve import nearest_loading_curve
+from boltjoint.joint.model import merge_points
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.verification.residual_in_time import forces_in_time
 
 
 def many_elements(count=200):
@@ -106,7 +100,7 @@ def test_cost_is_the_squared_difference_of_both_halves_of_all_loops():
 
 def test_jacobian_equals_differences():
     k, s = many_elements()
-    loops = _Loops(k, s, np.array([1e-8, 5e-8, 2e-7]))
+    loops = LoopMisfit(k, s, np.array([1e-8, 5e-8, 2e-7]))
     unknown = np.array([0.1, -0.4, 0.3, 0.0, 0.5, -0.2, 0.1, 0.7])
     for j in range(unknown.size):
         step = np.zeros(unknown.size)
@@ -294,7 +288,7 @@ def test_nearest_loading_curve_does_not_depend_on_units():
 
 def test_jacobian_of_harmonics_equals_differences():
     k, s = many_elements()
-    harmonics = _Harmonics(k, s, 0.1)
+    harmonics = DescribingFunctionMisfit(k, s, 0.1)
     unknown = np.array([0.1, -0.4, 0.3, 0.0, 0.5, -0.2, 0.1, 0.7])
     for j in range(unknown.size):
         step = np.zeros(unknown.size)
@@ -309,7 +303,7 @@ def test_jacobian_of_harmonics_equals_differences():
 
 def test_harmonics_compared_are_those_of_the_law():
     k, s = many_elements()
-    harmonics = _Harmonics(k, s, 0.1)
+    harmonics = DescribingFunctionMisfit(k, s, 0.1)
     law = ConstantLoad(np.arange(k.size), k, s)
     for i in (0, 60, 119):
         amplitude = harmonics.amplitude[i]

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.states import STICK, STICK_SLIP
-from boltjoint.march import forces_in_time
+from boltjoint.friction.contact_states import STICK, STICK_SLIP
+from boltjoint.verification.residual_in_time import forces_in_time
 
 
 def one_element(k=2e8, slip=30.0):

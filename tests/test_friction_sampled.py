@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.variable import VariableLoad
 
 
@@ -82,7 +82,7 @@ def test_forces_converge_to_the_exact_ones_with_second_order(population):
     exact, largest = law.force(motion), limit(law, motion)
     counts = 2 ** np.arange(6, 11)
     errors = [
-        np.std((SampledInTime(law, samples=int(count)).force(motion) - exact) / largest)
+        np.std((AlternatingFrequencyTime(law, samples=int(count)).force(motion) - exact) / largest)
         for count in counts
     ]
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
@@ -96,14 +96,16 @@ def test_states_are_those_of_the_exact_law(population):
     states = law.contact_state(motion)
     assert set(states) == ({0, 1} if population is constant_load else {0, 1, 2, 3})
     # none of the random elements is within a sample of its limit
-    np.testing.assert_array_equal(SampledInTime(law, samples=1024).contact_state(motion), states)
+    np.testing.assert_array_equal(
+        AlternatingFrequencyTime(law, samples=1024).contact_state(motion), states
+    )
 
 
 @both_laws
 @pytest.mark.parametrize("harmonics", [1, 3, 5])
 def test_forces_equal_a_fine_march(population, harmonics):
     law, motion = population(60, harmonics, seed=1)
-    sampled = SampledInTime(law, harmonics, samples=2048)
+    sampled = AlternatingFrequencyTime(law, harmonics, samples=2048)
     fine = march_finely(law, sampled.components, motion, 16384)
     error = (sampled.force(motion) - fine) / limit(law, motion)
     # the fine march lays sliders down up to a step late where surfaces meet
@@ -114,7 +116,7 @@ def test_forces_equal_a_fine_march(population, harmonics):
 @pytest.mark.parametrize("harmonics", [1, 4])
 def test_tangent_equals_central_differences(population, harmonics):
     law, motion = population(300, harmonics, seed=2)
-    sampled = SampledInTime(law, harmonics, samples=64)
+    sampled = AlternatingFrequencyTime(law, harmonics, samples=64)
     force, tangent = sampled.force_and_tangent(motion)
     np.testing.assert_array_equal(force, sampled.force(motion))
     stiffness = np.maximum(law.tangential_stiffness, getattr(law, "normal_stiffness", 0))
@@ -134,7 +136,7 @@ def test_in_modes_they_are_those_of_the_points(population, harmonics):
     law, _ = population(200)
     random = np.random.default_rng(6)
     law = replace(law, point_of_element=random.integers(0, 80, 200))
-    sampled = SampledInTime(law, harmonics, samples=64)
+    sampled = AlternatingFrequencyTime(law, harmonics, samples=64)
     rows = [random.normal(size=(80, 3)) for _ in law.directions]
     amplitude = 3e-6 * random.normal(size=(len(sampled.components), 3))
     motion = np.hstack([B @ amplitude.T for B in rows])
@@ -155,7 +157,7 @@ def test_in_modes_they_are_those_of_the_points(population, harmonics):
 @both_laws
 def test_a_shift_by_a_sample_turns_the_force_along(population):
     law, motion = population(50, 3, seed=3)
-    sampled = SampledInTime(law, 3, samples=100)
+    sampled = AlternatingFrequencyTime(law, 3, samples=100)
     turn = np.zeros((len(sampled.components),) * 2)
     for i, name in enumerate(sampled.components):
         if name.startswith("sin"):
@@ -176,7 +178,7 @@ def test_elements_on_one_point_add_up_in_any_order(population):
 
     def some(elements):
         quantities = {name: getattr(law, name)[elements] for name in law.quantities}
-        return SampledInTime(type(law)(on[elements], **quantities), 3)
+        return AlternatingFrequencyTime(type(law)(on[elements], **quantities), 3)
 
     every = np.arange(40)
     alone = sum(some([e]).force(motion) for e in every)
@@ -193,7 +195,7 @@ def test_elements_on_one_point_add_up_in_any_order(population):
 def test_stuck_elements_are_springs_in_every_harmonic():
     law = ConstantLoad(np.array([0]), np.array([2e8]), np.array([30.0]))
     motion = 1e-8 * np.random.default_rng(0).normal(size=(1, 6))
-    force, tangent = SampledInTime(law, 5).force_and_tangent(motion)
+    force, tangent = AlternatingFrequencyTime(law, 5).force_and_tangent(motion)
     np.testing.assert_allclose(force, 2e8 * motion, rtol=1e-12)
     np.testing.assert_allclose(tangent[0], 2e8 * np.eye(6), atol=1e-12 * 2e8)
 
@@ -201,7 +203,9 @@ def test_stuck_elements_are_springs_in_every_harmonic():
 def test_a_harmonic_motion_that_slips_has_a_force_of_odd_harmonics():
     """An element that slips all the time: a square wave against the velocity."""
     law = ConstantLoad(np.array([0]), np.array([1e12]), np.array([30.0]))
-    force = SampledInTime(law, 5, samples=4096).force(np.array([[1e-3, 0, 0, 0, 0, 0]]))[0]
+    force = AlternatingFrequencyTime(law, 5, samples=4096).force(np.array([[1e-3, 0, 0, 0, 0, 0]]))[
+        0
+    ]
     square = 4 * 30.0 / np.pi * np.array([0, 1, 0, -1 / 3, 0, 1 / 5])
     # it turns within one of 2048 samples in half a period
     np.testing.assert_allclose(force, square, atol=30.0 / 500)
@@ -210,7 +214,7 @@ def test_a_harmonic_motion_that_slips_has_a_force_of_odd_harmonics():
 @both_laws
 def test_one_harmonic_has_the_components_of_the_exact_law(population):
     law, _ = population(5)
-    sampled = SampledInTime(law)
+    sampled = AlternatingFrequencyTime(law)
     for name in ("name", "directions", "components"):
         assert getattr(sampled, name) == getattr(law, name)
     for name in ("point_of_element", "tangential_stiffness", "slip_force"):
@@ -220,17 +224,23 @@ def test_one_harmonic_has_the_components_of_the_exact_law(population):
 
 def test_components_of_several_harmonics():
     constant, variable = constant_load(1)[0], variable_load(1)[0]
-    assert SampledInTime(constant, 4).components == ("sin", "cos", "sin3", "cos3")
-    assert SampledInTime(variable, 2).components == ("bias", "sin", "cos", "sin2", "cos2")
+    assert AlternatingFrequencyTime(constant, 4).components == ("sin", "cos", "sin3", "cos3")
+    assert AlternatingFrequencyTime(variable, 2).components == (
+        "bias",
+        "sin",
+        "cos",
+        "sin2",
+        "cos2",
+    )
 
 
 @pytest.mark.parametrize(("harmonics", "samples"), [(5, 10), (1, 2)])
 def test_too_few_samples_are_refused(harmonics, samples):
     message = f"samples is {samples}: it must be at least {2 * harmonics + 1}"
     with pytest.raises(ValueError, match=message):
-        SampledInTime(constant_load(1)[0], harmonics, samples)
+        AlternatingFrequencyTime(constant_load(1)[0], harmonics, samples)
 
 
 def test_without_a_harmonic_there_is_no_motion():
     with pytest.raises(ValueError, match="harmonics is 0: it must be at least 1"):
-        SampledInTime(constant_load(1)[0], 0)
+        AlternatingFrequencyTime(constant_load(1)[0], 0)

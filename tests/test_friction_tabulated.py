@@ -5,13 +5,13 @@ import pytest
 from small_joint import make_joint, make_preload
 
 from boltjoint import dataset
-from boltjoint.fitting import tabulate_joint
+from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad
-from boltjoint.joint import load, to_dataset
-from boltjoint.march import check_solutions
-from boltjoint.partition import partition_regions
-from boltjoint.response import solve_response
+from boltjoint.joint.io import joint_to_dataset, load_joint
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import tabulate_joint
+from boltjoint.verification.residual_in_time import check_solutions
 
 
 def many_elements(count=300, points=3, seed=4):
@@ -150,8 +150,8 @@ def test_response_is_that_of_the_elements(coordinates):
 
 def test_tabulated_joint_survives_its_file_and_its_solutions_the_march(tmp_path):
     joint = tabulate_joint(regions())
-    dataset.save(to_dataset(joint), tmp_path / "joint.nc")
-    again = load(tmp_path / "joint.nc")
+    dataset.save(joint_to_dataset(joint), tmp_path / "joint.nc")
+    again = load_joint(tmp_path / "joint.nc")
     assert isinstance(again.law, TabulatedLoad)
     motion = random_motion(3, -8, -6)
     np.testing.assert_array_equal(again.law.force(motion), joint.law.force(motion))

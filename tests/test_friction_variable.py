@@ -7,7 +7,7 @@ from numba import njit
 from scipy.integrate import quad
 
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.variable import VariableLoad
 
 OPEN, STUCK, FORTH, BACK = range(4)

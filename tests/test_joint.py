@@ -6,9 +6,11 @@ import xarray as xr
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.friction.states import SEPARATION, STICK_SLIP_SEPARATION
+from boltjoint.friction.contact_states import SEPARATION, STICK_SLIP_SEPARATION
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint import connect_nodes, from_dataset, load, merge_points, to_dataset
+from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
+from boltjoint.joint.model import merge_points
+from boltjoint.joint.node_to_node import connect_nodes
 
 
 @pytest.fixture(params=["constant", "variable"])
@@ -114,8 +116,8 @@ def test_a_joint_without_load_is_refused(normal_stiffness):
 
 
 def test_joint_survives_its_file(either, tmp_path):
-    dataset.save(to_dataset(either), tmp_path / "joint.nc")
-    again = load(tmp_path / "joint.nc")
+    dataset.save(joint_to_dataset(either), tmp_path / "joint.nc")
+    again = load_joint(tmp_path / "joint.nc")
     assert type(again.law) is type(either.law)
     for one, other in ((again, either), (again.law, either.law)):
         for name in vars(other):
@@ -124,15 +126,15 @@ def test_joint_survives_its_file(either, tmp_path):
 
 
 def test_axes_of_a_joint_file_may_be_in_any_order(either):
-    stored = to_dataset(either)
-    again = from_dataset(stored.transpose(*sorted(stored.dims)))
+    stored = joint_to_dataset(either)
+    again = joint_from_dataset(stored.transpose(*sorted(stored.dims)))
     for one, other in zip(again.rows, either.rows, strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(again.position, either.position)
 
 
 def test_every_quantity_of_a_joint_file_has_a_unit_and_a_meaning(either):
-    stored = to_dataset(either)
+    stored = joint_to_dataset(either)
     assert set(either.law.quantities) < set(stored)
     for name in stored.data_vars:
         assert {"units", "long_name"} <= set(stored[name].attrs), name
@@ -140,7 +142,7 @@ def test_every_quantity_of_a_joint_file_has_a_unit_and_a_meaning(either):
 
 def test_unknown_law_is_refused(joint):
     with pytest.raises(ValueError, match="'magic' is not known; allowed: constant, variable"):
-        from_dataset(to_dataset(joint).assign_attrs(law="magic"))
+        joint_from_dataset(joint_to_dataset(joint).assign_attrs(law="magic"))
 
 
 def test_parts_that_do_not_fit_are_refused(joint):

@@ -5,7 +5,11 @@ import sys
 
 import pytest
 
-BEGIN = "import logging, sys\nfrom boltjoint import dataset, logs\nlogs.write_to(sys.argv[1])\n"
+BEGIN = """import logging, sys
+from boltjoint import dataset
+from boltjoint.workflow import logs
+logs.write_to(sys.argv[1])
+"""
 
 
 @pytest.fixture

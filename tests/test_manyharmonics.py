@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import LinearModes
-from boltjoint.friction.sampled import SampledInTime
-from boltjoint.manyharmonics import (
+from boltjoint.dynamics.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
+from boltjoint.verification.multi_harmonic import (
     PeriodicMotion,
     ViscousBalance,
     find_peak,
@@ -17,9 +20,6 @@ from boltjoint.manyharmonics import (
     solve_periodic,
     tabulate_peaks,
 )
-from boltjoint.response import solve_branch, solve_response
-from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.newton import newton
 
 LOSS = 0.01
 FREQUENCY = 105.0
@@ -32,7 +32,7 @@ def either(request):
 
 
 def sampled(joint, harmonics, samples=128):
-    return replace(joint, law=SampledInTime(joint.law, harmonics, samples))
+    return replace(joint, law=AlternatingFrequencyTime(joint.law, harmonics, samples))
 
 
 def moved(joint, harmonics):
@@ -84,7 +84,7 @@ def test_without_losses_it_is_the_balance_of_several_harmonics(either):
     found = solve_periodic(either, 95.0, 5.0, 0.0, harmonics=5, samples=256)
     balance = HarmonicBalance(several, 0.0, 5.0)
     w = 2 * np.pi * 95.0
-    control = StepControl(most_iterations=50)
+    control = StepControl(maximum_iterations=50)
     solution, _ = newton(LinearModes(balance), balance.stuck_solution(w), w, control)
     assert found.converged
     assert solution.converged
@@ -109,7 +109,7 @@ def test_missing_harmonics_fall_off(either):
 
 
 def test_a_balance_that_is_not_solved_is_none(either):
-    given_up = StepControl(most_iterations=1)
+    given_up = StepControl(maximum_iterations=1)
     found = solve_periodic(either, FREQUENCY, 20.0, LOSS, harmonics=3, control=given_up)
     assert not found.converged
 

@@ -4,18 +4,19 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.balance import HarmonicBalance
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint import merge_points, to_dataset
-from boltjoint.march import (
+from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.model import merge_points
+from boltjoint.verification.residual_in_time import (
     check_solutions,
     contact_forces_in_time,
     forces_in_time,
     residuals_in_time,
 )
-from boltjoint.response import solve_response
 
 LOSS = 0.01
 
@@ -62,11 +63,11 @@ def test_two_marches_agree_to_rounding():
     """The one that checks, and the one that can be solved with, at the same samples."""
     elements, motion = random_elements(300, seed=1)
     marched = contact_forces_in_time(*elements, motion, 200)
-    other = SampledInTime(VariableLoad(*elements), samples=200).force(motion)
+    other = AlternatingFrequencyTime(VariableLoad(*elements), samples=200).force(motion)
     np.testing.assert_allclose(marched, other, atol=1e-11 * np.abs(other).max())
     on, k, slip = elements[0], elements[1], elements[4] * np.abs(elements[3])
     marched = forces_in_time(on, k, slip, motion[:, 1:3], 200)
-    other = SampledInTime(ConstantLoad(on, k, slip), samples=200).force(motion[:, 1:3])
+    other = AlternatingFrequencyTime(ConstantLoad(on, k, slip), samples=200).force(motion[:, 1:3])
     np.testing.assert_allclose(marched, other, atol=1e-11 * np.abs(other).max())
 
 
@@ -99,14 +100,14 @@ def test_solutions_hold_when_friction_is_marched_in_time(either):
         assert response["converged"].all()
         some = response.isel(solution=slice(None, None, 10))
         # the march errs by about 1 / samples^2 of the contact forces
-        assert residuals_in_time(to_dataset(joint), some).max() < 1e-6
+        assert residuals_in_time(joint_to_dataset(joint), some).max() < 1e-6
 
 
 def test_the_march_tells_by_how_much_a_solution_is_none(either):
     response = solve_response(either, [5.0], loss_factor=LOSS)
     wrong = at_peak(response)
     wrong["modal_coordinate"] *= 1 + 1e-4
-    found = residuals_in_time(to_dataset(either), wrong)[0]
+    found = residuals_in_time(joint_to_dataset(either), wrong)[0]
 
     balance = HarmonicBalance(either, LOSS, 5.0)
     w = 2 * np.pi * float(wrong["frequency"][0])
@@ -127,14 +128,14 @@ def test_a_bias_that_is_off_is_found():
     response = solve_response(joint, [20.0], loss_factor=LOSS)
     wrong = at_peak(response)
     wrong["modal_coordinate"].loc[{"component": "bias"}] *= 1.01
-    assert residuals_in_time(to_dataset(joint), wrong, most_samples=8000) > 1e-4
+    assert residuals_in_time(joint_to_dataset(joint), wrong, most_samples=8000) > 1e-4
 
 
 def test_more_samples_are_taken_where_they_are_needed(joint):
     response = solve_response(joint, [20.0], loss_factor=LOSS)
     peak = at_peak(response)
-    few = residuals_in_time(to_dataset(joint), peak, samples=50, most_samples=100)
-    enough = residuals_in_time(to_dataset(joint), peak, samples=50)
+    few = residuals_in_time(joint_to_dataset(joint), peak, samples=50, most_samples=100)
+    enough = residuals_in_time(joint_to_dataset(joint), peak, samples=50)
     assert few > 5e-6
     assert enough < 1e-6
 
@@ -144,22 +145,24 @@ def test_the_check_has_a_row_for_each_force(either):
     response = response.isel(solution=slice(None, None, 20)).copy(deep=True)
     response["converged"][0] = 0
     response["modal_coordinate"][0] = 1.0
-    check = check_solutions(to_dataset(either), response)
+    check = check_solutions(joint_to_dataset(either), response)
     assert list(check) == ["force_N", "solutions", "residual_in_time", "frequency_Hz"]
     assert list(check["force_N"]) == [0.5, 20.0]
     assert check["solutions"].sum() == response.sizes["solution"] - 1
     for row in check.itertuples():
         mine = (response["excitation_force"] == row.force_N) & (response["converged"] == 1)
-        left = residuals_in_time(to_dataset(either), response.isel(solution=np.flatnonzero(mine)))
+        left = residuals_in_time(
+            joint_to_dataset(either), response.isel(solution=np.flatnonzero(mine))
+        )
         assert row.residual_in_time == left.max()
         assert row.frequency_Hz == response["frequency"][np.flatnonzero(mine)[left.argmax()]]
     assert (check["residual_in_time"] < 1e-6).all()
-    coarse = check_solutions(to_dataset(either), response, samples=64000)
+    coarse = check_solutions(joint_to_dataset(either), response, samples=64000)
     assert (coarse["residual_in_time"] < check["residual_in_time"]).all()
 
 
 def test_further_harmonics_are_refused(joint):
-    sampled = replace(joint, law=SampledInTime(joint.law, 3))
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3))
     response = solve_response(sampled, [0.5], loss_factor=LOSS)
     with pytest.raises(ValueError, match="does not know the harmonics sin3, cos3"):
-        residuals_in_time(to_dataset(joint), response)
+        residuals_in_time(joint_to_dataset(joint), response)

@@ -9,14 +9,17 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from boltjoint import dataset, layout
-from boltjoint.config import Case, Solver, load_study
-from boltjoint.march import residuals_in_time
+from boltjoint import dataset
+from boltjoint.config.case import Case
+from boltjoint.config.options import Solver
+from boltjoint.config.study import load_study
 from boltjoint.names import PAGES
-from boltjoint.pages import accuracy, markup, overview, structure
-from boltjoint.pages import case as page_of_case
-from boltjoint.pages.shown import Shown, figures_and_tables, shown_on
-from boltjoint.published import Published
+from boltjoint.report.pages import accuracy, markup, overview, structure
+from boltjoint.report.pages import case as page_of_case
+from boltjoint.report.pages.shown import Shown, figures_and_tables, shown_on
+from boltjoint.study import layout
+from boltjoint.study.published import Published
+from boltjoint.verification.residual_in_time import residuals_in_time
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "resources" / "source"

@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 from small_joint import make_joint, make_preload
 
-from boltjoint.joint import merge_points
-from boltjoint.partition import (
-    choose_count,
+from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.joint.bands import (
     inner_and_outer_regions,
-    partition_regions,
-    region_error,
     regions_of_equal_load,
     regions_of_equal_middle_load,
-    regions_of_like_motion,
+)
+from boltjoint.joint.clusters import regions_of_like_motion
+from boltjoint.joint.model import merge_points
+from boltjoint.joint.partition import (
+    choose_count,
+    partition_regions,
+    region_error,
     tabulate_region_errors,
 )
-from boltjoint.response import solve_branch
 
 LAWS = ("constant", "variable")
 

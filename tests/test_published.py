@@ -3,7 +3,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from boltjoint.published import Published
+from boltjoint.study.published import Published
 
 SOURCE = Path(__file__).parents[1] / "resources" / "source"
 

@@ -5,15 +5,16 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import LinearModes, pose
-from boltjoint.friction.sampled import SampledInTime
-from boltjoint.joint import merge_points
-from boltjoint.partition import regions_of_equal_load
-from boltjoint.response import frequency_window, solve_branch, solve_response
+from boltjoint.dynamics.coordinates import pose
+from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.bands import regions_of_equal_load
+from boltjoint.joint.model import merge_points
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.timing import time_solver
+from boltjoint.study.timing import time_solver
 
 LOSS = 0.01
 
@@ -169,7 +170,7 @@ def test_one_response_dependent_mode_is_close_while_little_slips(joint):
 
 
 @pytest.mark.parametrize(
-    ("coordinates", "renewal", "tolerance"),
+    ("coordinates", "basis_update", "tolerance"),
     [
         # the modes are those of the maximum itself, which is located within 1e-6 of a step
         ("rdnm-1", "within", (1e-8, 1e-8)),
@@ -183,7 +184,7 @@ def test_one_response_dependent_mode_is_close_while_little_slips(joint):
 )
 @pytest.mark.parametrize("force", [1.0, 5.0])
 def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
-    joint, coordinates, renewal, tolerance, force
+    joint, coordinates, basis_update, tolerance, force
 ):
     coarse, fine = (
         solve_branch(
@@ -192,7 +193,7 @@ def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
             loss_factor=LOSS,
             window=(90.0, 180.0),
             coordinates=coordinates,
-            renewal=renewal,
+            basis_update=basis_update,
             control=StepControl(largest_step=step),
         )
         for step in (0.16, 0.04)
@@ -212,7 +213,8 @@ def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
 def test_modes_renewed_once_lag_more(joint):
     options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1"}
     within, after = (
-        solve_branch(joint, 5.0, renewal=renewal, **options) for renewal in ("within", "after")
+        solve_branch(joint, 5.0, basis_update=basis_update, **options)
+        for basis_update in ("within", "after")
     )
     equations = LinearModes(HarmonicBalance(joint, LOSS, 5.0))
     left = [
@@ -232,7 +234,7 @@ def test_modes_renewed_once_lag_more(joint):
 
 def test_without_the_static_share_one_mode_is_all_that_there_is(joint):
     options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1", "window": (90.0, 180.0)}
-    branch = solve_branch(joint, 1e-6, static_share=False, **options)
+    branch = solve_branch(joint, 1e-6, quasi_static_correction=False, **options)
     balance = HarmonicBalance(joint, LOSS, 1e-6)
     sine, cosine = branch.modal_coordinate[branch.peak].reshape(2, -1)
     motion = sine + 1j * cosine
@@ -266,7 +268,7 @@ def test_a_complex_mode_shows_the_peak_that_a_real_one_misses(law):
 def test_where_the_stuck_solution_is_too_far_the_force_is_raised(coordinates, corrections):
     joint, force, start = make_joint(law="variable"), 500.0, 90.0
     balance, w = HarmonicBalance(joint, LOSS, force), 2 * np.pi * start
-    control = StepControl(largest_step=0.14, most_iterations=corrections)
+    control = StepControl(largest_step=0.14, maximum_iterations=corrections)
     stuck = balance.stuck_solution(w)
     assert not newton(pose(coordinates, balance, 1), stuck, w, control)[0].converged
     # above the start; and from below, to where the path above must begin
@@ -347,7 +349,7 @@ def test_without_a_resonance_in_the_window_there_is_no_peak(joint):
 
 def test_a_start_without_solution_has_no_peak(joint):
     # too few corrections where the contact slips, and solutions while the force is raised
-    control = StepControl(most_iterations=1, most_solutions=3)
+    control = StepControl(maximum_iterations=1, maximum_solutions=3)
     response = solve_response(joint, [2e4], loss_factor=LOSS, control=control)
     assert not response["converged"].any()
     assert response["peak_amplitude"].isnull().all()
@@ -404,7 +406,7 @@ def test_file_holds_every_force_level(joint, tmp_path):
 
 
 def test_further_harmonics_follow_the_first(joint):
-    sampled = replace(joint, law=SampledInTime(joint.law, 3, samples=64))
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64))
     response = solve_response(sampled, [20.0], loss_factor=LOSS)
     assert response["complete"].all()
     assert list(response["component"].to_numpy()) == ["bias", "sin", "cos", "sin3", "cos3"]
@@ -422,7 +424,7 @@ def test_states_at_the_peak_go_from_stick_to_slip(joint):
 
 
 def test_a_path_that_breaks_off_is_a_result_with_a_flag(joint):
-    control = StepControl(most_solutions=5)
+    control = StepControl(maximum_solutions=5)
     response = solve_response(joint, [5.0, 20.0], loss_factor=LOSS, control=control)
     assert not response["complete"].any()
     assert set(response["reason"].to_numpy()) == {"the branch has more solutions than allowed"}
@@ -440,7 +442,7 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
     balance = HarmonicBalance(joint, LOSS, 5.0)
     for name in ("linear", "rdnm-2", "complex-rdnm-2"):
         analytic, differences = (
-            pose(name, balance, 1, jacobian, renewal="after")
+            pose(name, balance, 1, jacobian, basis_update="after")
             for jacobian in ("analytic", "forward-difference")
         )
         x = 1e-5 * np.random.default_rng(3).normal(size=6)
@@ -452,7 +454,7 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
 def test_timing_has_a_row_for_every_run(joint):
     both = ["analytic", "forward-difference"]
     times = time_solver(
-        joint, [1.0, 5.0], jacobians=both, repeats=2, enough_s=1e3, loss_factor=LOSS
+        joint, [1.0, 5.0], jacobians=both, repeats=2, time_budget_s=1e3, loss_factor=LOSS
     )
     assert list(times) == [
         *("force_N", "repeat", "wall_s", "cpu_s", "solutions", "iterations"),
@@ -464,6 +466,6 @@ def test_timing_has_a_row_for_every_run(joint):
 
 def test_what_took_long_enough_is_not_timed_again(joint):
     times = time_solver(
-        joint, [1.0, 5.0], jacobians=["analytic"], repeats=3, enough_s=1e-9, loss_factor=LOSS
+        joint, [1.0, 5.0], jacobians=["analytic"], repeats=3, time_budget_s=1e-9, loss_factor=LOSS
     )
     assert times["force_N"].tolist() == [1.0, 5.0]

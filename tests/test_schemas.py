@@ -8,7 +8,7 @@ import pytest
 from mutations import ROOT, mutations, whole_files
 from pydantic import ValidationError
 
-from boltjoint.config import SCHEMAS
+from boltjoint.config.schema import SCHEMAS
 
 #: of the files of ``mutations``
 SCHEMA_OF = {"config": "config", "assembly": "assembly", "constant": "case", "variable": "case"}

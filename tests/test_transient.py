@@ -7,17 +7,18 @@ import pandas as pd
 import pytest
 from small_joint import make_joint
 
-from boltjoint.balance import HarmonicBalance
-from boltjoint.coordinates import LinearModes
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.sampled import SampledInTime
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint import Joint
-from boltjoint.manyharmonics import solve_periodic
-from boltjoint.response import solve_response
+from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.transient import steady_state, tabulate_truth
+from boltjoint.verification.harmonics_table import tabulate_time_integration
+from boltjoint.verification.multi_harmonic import solve_periodic
+from boltjoint.verification.time_integration import steady_state
 
 LOSS = 0.01
 FREQUENCY = 105.0
@@ -123,7 +124,7 @@ def newton_solution(joint, frequency, force, loss_factor):
     """First harmonic of the observed point by the balance of one, exact."""
     balance = HarmonicBalance(joint, loss_factor, force)
     w = 2 * np.pi * frequency
-    control = StepControl(most_iterations=50)
+    control = StepControl(maximum_iterations=50)
     solution, _ = newton(LinearModes(balance), balance.stuck_solution(w), w, control)
     assert solution.converged
     q = dict(zip(balance.components, solution.x.reshape(-1, joint.response_mode.size), strict=True))
@@ -221,7 +222,7 @@ def test_steps_that_are_too_long_are_refused(either):
 
 def test_the_table_compares_at_the_largest_response(either):
     response = solve_response(either, [0.5, 20.0], loss_factor=LOSS)
-    table = tabulate_truth(either, response, harmonics=(1, 9, 45), steps=1000)
+    table = tabulate_time_integration(either, response, harmonics=(1, 9, 45), steps=1000)
     assert list(table.columns) == [
         "force_N",
         "frequency_Hz",
@@ -249,9 +250,9 @@ def test_the_table_compares_at_the_largest_response(either):
 
 
 def test_the_table_knows_sampled_friction_and_some_forces(joint):
-    sampled = replace(joint, law=SampledInTime(joint.law, 3, samples=64))
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64))
     response = solve_response(sampled, [0.5, 20.0], loss_factor=LOSS)
-    table = tabulate_truth(sampled, response, forces=[20.0], harmonics=(3, 9), steps=500)
-    plain = tabulate_truth(joint, response, forces=[20.0], harmonics=(3, 9), steps=500)
+    table = tabulate_time_integration(sampled, response, forces=[20.0], harmonics=(3, 9), steps=500)
+    plain = tabulate_time_integration(joint, response, forces=[20.0], harmonics=(3, 9), steps=500)
     pd.testing.assert_frame_equal(table, plain)
     assert list(table["force_N"]) == [20.0, 20.0]

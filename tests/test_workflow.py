@@ -17,8 +17,8 @@ from small_study import (
     write,
 )
 
-from boltjoint import layout
-from boltjoint.config import load_study
+from boltjoint.config.study import load_study
+from boltjoint.study import layout
 
 CASES = {"small": CASE, "variable": VARIABLE}
 SOLVED_OF = {"small": SOLVED, "variable": SOLVED_VARIABLE}
@@ -196,8 +196,8 @@ def test_another_number_of_regions_to_compare_leaves_the_rest_alone(finished):
 
 
 def test_another_enrichment_leaves_other_bases_alone(finished):
-    counts = planned(finished, "--config", "enrichment={levels: 6}")
-    assert counts["find_principal_motions"] == 1
+    counts = planned(finished, "--config", "contact_adapted_basis={levels: 6}")
+    assert counts["find_pod_modes"] == 1
     assert counts["find_modes"] == 1
     assert counts["connect_nodes"] == len(CASES)
     assert counts["solve_response"] == 3
@@ -275,7 +275,7 @@ def test_another_description_runs_nothing(finished):
     assert counts == {}
 
 
-STRUCTURE = {"build_assembly", "apply_preload", "find_modes", "find_principal_motions"}
+STRUCTURE = {"build_assembly", "apply_preload", "find_modes", "find_pod_modes"}
 JOINTS = {"connect_nodes", "partition_regions", "fit_reduced_joint", "tabulate_joint"}
 SOLVES = {"solve_response", "time_solver", "find_backbone", "check_solutions"}
 
@@ -285,7 +285,7 @@ SOLVES = {"solve_response", "time_solver", "find_backbone", "check_solutions"}
     [
         ("src/boltjoint/fitting.py", "fit_reduced_joint", STRUCTURE | {"partition_regions"}),
         ("src/boltjoint/structure/statics.py", "apply_preload", {"build_assembly"}),
-        ("src/boltjoint/structure/enrichment.py", "find_principal_motions", {"apply_preload"}),
+        ("src/boltjoint/structure/contact_adapted_basis.py", "find_pod_modes", {"apply_preload"}),
         ("src/boltjoint/solvers/arc_length.py", "solve_response", STRUCTURE | JOINTS),
         ("src/boltjoint/tables.py", "compare_accuracy", STRUCTURE | JOINTS | SOLVES),
         ("src/boltjoint/estimate.py", None, STRUCTURE | JOINTS | SOLVES),
@@ -403,7 +403,7 @@ def test_what_a_run_needs_and_bolts_that_yield_are_told_once(finished):
 
 
 def test_a_solve_that_breaks_off_is_flagged_and_the_study_goes_on(finished):
-    options = ["--config", "cases=[variable]", "solver={most_solutions: 3}"]
+    options = ["--config", "cases=[variable]", "solver={maximum_solutions: 3}"]
     table = finished / "results/tables/accuracy_variable_free-2.csv"
     ran = snakemake(finished, str(table.relative_to(finished)), *options)
     assert ran.returncode == 0, ran.stderr

@@ -11,8 +11,10 @@ from small_study import ASSEMBLY, CASE, SETTINGS, snakemake, write
 from snakemake.common.configfile import load_configfile
 from test_yamltext import HOSTILE
 
-from boltjoint.config import SCHEMAS, ConfigError, load_study
-from boltjoint.structure.mesh import build_assembly
+from boltjoint.config.schema import SCHEMAS
+from boltjoint.config.study import load_study
+from boltjoint.config.types import ConfigError
+from boltjoint.structure.half_lap.mesh import build_assembly
 
 CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY = FILES = (
     "config/config.yaml",
@@ -221,12 +223,15 @@ def test_larger_bases_than_are_found_are_refused(study):
     # 54 pairs, 14 of them on the centre line
     y = build_assembly(load_study(study).assemblies["two_bolt"])["position"].sel(axis="y")
     assert (y >= 0).sum() == 34
-    enrichment = SETTINGS["enrichment"] | {"free_modes": 2, "most": 90}
+    contact_adapted_basis = SETTINGS["contact_adapted_basis"] | {"free_modes": 2, "most": 90}
     bases = {"bases": ["enriched-70", "enriched-71"]}
-    of_what = f"must have at most 70 vectors: enrichment.free_modes, and two for each of {SIDE}"
-    changes = {"enrichment": enrichment, "convergence": bases}
+    of_what = f"must have at most 70 vectors: contact_adapted_basis.free_modes, and two for each of {SIDE}"  # noqa: E501
+    changes = {"contact_adapted_basis": contact_adapted_basis, "convergence": bases}
     assert refused(study, CONFIG, changes) == (f'convergence.bases[1]: "enriched-71" {of_what}')
-    write(study / CONFIG, SETTINGS | {"enrichment": enrichment, "convergence": {}})
+    write(
+        study / CONFIG,
+        SETTINGS | {"contact_adapted_basis": contact_adapted_basis, "convergence": {}},
+    )
     assert (
         refused(study, CASE_FILE, {"modes": ["enriched-71"]}) == f'modes: "enriched-71" {of_what}'
     )
@@ -268,7 +273,7 @@ def test_a_wrong_study_stops_before_any_job_in_one_line(copied):
     write(copied / STUDY, {"timing": {"repeat": 1}})
     assert (
         f"{STUDY}: timing.repeat: is not a known key; did you mean repeats? "
-        "there are: repeats, enough_s\n"
+        "there are: repeats, time_budget_s\n"
         f'{CASE_FILE}: preload_N: "much" must be a number\n'
     ) in said(copied, "--config", f"study={STUDY}")
 

@@ -2,7 +2,14 @@
 
 import pytest
 
-from boltjoint.yamltext import LARGEST_FILE, TextError, parse_mapping, read_mapping, shown, typed
+from boltjoint.config.strict_yaml import (
+    LARGEST_FILE,
+    TextError,
+    parse_mapping,
+    read_mapping,
+    shown,
+    typed,
+)
 
 #: 2^20 words once its aliases are expanded
 BOMB = "k0: &k0 word\n" + "".join(f"k{i + 1}: &k{i + 1} [*k{i}, *k{i}]\n" for i in range(20))

@@ -8,15 +8,19 @@ __version__ = version("boltjoint")
 #: what users of the library call, by the module that holds it; imported when first asked for, since
 #: compiled modules take their time
 _NAMES = {
-    "Branch": "branch",
+    "Branch": "dynamics.branch",
     "ConstantLoad": "friction.constant",
-    "Joint": "joint",
+    "Joint": "joint.model",
     "StepControl": "solvers.equations",
     "VariableLoad": "friction.variable",
-    "find_backbone": "backbone",
-    "frequency_window": "response",
-    "solve_branch": "response",
-    "solve_response": "response",
+    "connect_nodes": "joint.node_to_node",
+    "find_backbone": "dynamics.epmc",
+    "fit_reduced_joint": "joint.reduced",
+    "frequency_window": "dynamics.frequency_response",
+    "load_joint": "joint.io",
+    "partition_regions": "joint.partition",
+    "solve_branch": "dynamics.frequency_response",
+    "solve_response": "dynamics.frequency_response",
 }
 
 

@@ -76,7 +76,7 @@ def test_a_branch_that_ends_is_told():
 
 
 def test_a_branch_may_not_grow_without_end():
-    path = trace(FOLDED, np.array([-2.5]), (-8.0, 8.0), StepControl(most_solutions=7), scale=4.0)
+    path = trace(FOLDED, np.array([-2.5]), (-8.0, 8.0), StepControl(maximum_solutions=7), scale=4.0)
     assert len(path.solutions) == 7
     assert path.reason == "the branch has more solutions than allowed"
 
@@ -120,7 +120,7 @@ def test_sharp_turns_are_passed_in_short_steps(sharpness, scale):
     "wrong",
     [
         {"tolerance": 0.0},
-        {"most_iterations": 0},
+        {"maximum_iterations": 0},
         {"smallest_step": 0.02},
         {"smallest_step": 0.01, "largest_step": 0.01},
     ],

@@ -3,9 +3,9 @@
 import examples
 import pytest
 
-from boltjoint.structure.mesh import build_assembly
+from boltjoint.structure.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
-from boltjoint.structure.statics import apply_preload
+from boltjoint.structure.preload import apply_preload
 
 
 @pytest.fixture(scope="session")

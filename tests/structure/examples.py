@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from boltjoint.config import Assembly
-from boltjoint.structure.mesh import extrude
-from boltjoint.structure.plan import rectangle_plan
+from boltjoint.config.assembly import Assembly
+from boltjoint.structure.half_lap.mesh import extrude
+from boltjoint.structure.half_lap.plan import rectangle_plan
 
 COARSE = {
     "description": "two bolts, coarse mesh",

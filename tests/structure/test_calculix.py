@@ -9,7 +9,9 @@ import pytest
 from examples import COARSE, brick_bar
 from small_study import CASE, ROOT, SETTINGS, snakemake, write
 
-from boltjoint.structure import calculix
+from boltjoint.structure.calculix.comparison import compare_with_calculix
+from boltjoint.structure.calculix.decks import run, write_modes_deck, write_preload_deck
+from boltjoint.structure.calculix.results import read_modes, read_preload
 from boltjoint.structure.elasticity import assemble, smallest_jacobian
 
 # corners of the faces S1 to S6, from the manual (*SURFACE), counted from 1
@@ -58,14 +60,14 @@ class Deck:
 @pytest.fixture(scope="module")
 def of_modes(assembly, tmp_path_factory):
     path = tmp_path_factory.mktemp("decks") / "new folder" / "modes.inp"
-    calculix.write_modes_deck(assembly, 11, path)
+    write_modes_deck(assembly, 11, path)
     return Deck(path)
 
 
 @pytest.fixture(scope="module")
 def of_preload(assembly, tmp_path_factory):
     path = tmp_path_factory.mktemp("decks") / "new folder" / "preload.inp"
-    calculix.write_preload_deck(assembly, 8e3, path)
+    write_preload_deck(assembly, 8e3, path)
     return Deck(path)
 
 
@@ -175,7 +177,7 @@ def test_nodes_of_bar_a_meet_faces_of_bar_b_with_the_law_of_the_assembly(assembl
 
 def test_no_friction_is_no_card(assembly, tmp_path):
     smooth = assembly.assign(friction_coefficient=0 * assembly["friction_coefficient"])
-    calculix.write_preload_deck(smooth, 8e3, tmp_path / "smooth.inp")
+    write_preload_deck(smooth, 8e3, tmp_path / "smooth.inp")
     assert not Deck(tmp_path / "smooth.inp").data("*FRICTION")
 
 
@@ -208,7 +210,7 @@ def test_every_bolt_has_its_force_on_a_node_of_its_own(assembly, of_preload):
 
 
 def test_decks_repeat_to_the_byte(assembly, of_preload, tmp_path):
-    calculix.write_preload_deck(assembly, 8e3, tmp_path / "again.inp")
+    write_preload_deck(assembly, 8e3, tmp_path / "again.inp")
     assert (tmp_path / "again.inp").read_text().splitlines() == of_preload.lines
 
 
@@ -235,7 +237,7 @@ def test_modes_are_read_by_label(assembly, modes, tmp_path):
     path = printed(
         tmp_path / "modes.dat", ("MODE NO\n  (RAD/TIME)   (CYCLES/TIME)", table), *blocks
     )
-    found = calculix.read_modes(assembly, path)
+    found = read_modes(assembly, path)
     np.testing.assert_allclose(found["natural_frequency"], frequency, rtol=1e-6)
     np.testing.assert_allclose(found["mode_shape"], shape, rtol=1e-6, atol=1e-120)
 
@@ -258,7 +260,7 @@ def test_contact_is_read_with_the_area_of_calculix(assembly, preload, tmp_path):
             [(a[i], [pressure[i], tangential[i], tangential[i] / 2]) for i in range(1, len(a))],
         ),
     )
-    found = calculix.read_preload(assembly, path)
+    found = read_preload(assembly, path)
     np.testing.assert_allclose(found["gap"], gap, rtol=1e-6)
     np.testing.assert_allclose(found["shank_shortening"], [3e-5, 4e-5])
     area = found["normal_load"].to_numpy()[1:] / pressure[1:]
@@ -276,7 +278,7 @@ def test_contact_is_read_with_the_area_of_calculix(assembly, preload, tmp_path):
 def test_what_was_not_printed_is_named(assembly, tmp_path):
     path = printed(tmp_path / "modes.dat", ("CYCLES/TIME", [(1, [0, 0, 1, 0])]))
     with pytest.raises(ValueError, match=r"modes\.dat: CalculiX printed no 'set ALL'"):
-        calculix.read_modes(assembly, path)
+        read_modes(assembly, path)
 
 
 def changed(modes, frequency=1.0, shape=1.0):
@@ -291,7 +293,7 @@ def changed(modes, frequency=1.0, shape=1.0):
 
 
 def test_modes_are_matched_by_shape(assembly, modes, preload):
-    table = calculix.compare(assembly, modes, preload, changed(modes, 1.002), preload)
+    table = compare_with_calculix(assembly, modes, preload, changed(modes, 1.002), preload)
     table = table.set_index("quantity")
     for mode, frequency in enumerate(modes["natural_frequency"].to_numpy()):
         row = table.loc[f"natural frequency of bending mode {mode + 1}"]
@@ -305,7 +307,7 @@ def test_modes_are_matched_by_shape(assembly, modes, preload):
 
 def test_what_differs_too_much_is_told(assembly, modes, preload, caplog):
     worse = preload.assign(normal_load=1.002 * preload["normal_load"])
-    table = calculix.compare(assembly, modes, preload, changed(modes, 1.004), worse)
+    table = compare_with_calculix(assembly, modes, preload, changed(modes, 1.004), worse)
     broken = table.loc[table["holds"].eq(False), "quantity"].tolist()
     assert broken == [
         *(f"natural frequency of bending mode {mode}" for mode in (1, 2, 3)),
@@ -315,7 +317,7 @@ def test_what_differs_too_much_is_told(assembly, modes, preload, caplog):
 
     rolled = preload.assign(normal_load=preload["normal_load"].roll(pair=1))
     other = changed(modes).assign(mode_shape=changed(modes)["mode_shape"].roll(node=7))
-    table = calculix.compare(assembly, modes, preload, other, rolled).set_index("quantity")
+    table = compare_with_calculix(assembly, modes, preload, other, rolled).set_index("quantity")
     # the same frequency and the same sum do not make the same mode and the same loads
     assert table.loc["largest normal load of a pair", "holds"] is False
     assert table.loc["natural frequency of bending mode 1", "holds"] is False
@@ -328,11 +330,11 @@ def test_says_that_calculix_is_missing_or_stopped(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(program.parent))
     deck, log = tmp_path / "some.inp", tmp_path / "logs" / "some.log"
     with pytest.raises(RuntimeError, match="install CalculiX"):
-        calculix.run(deck, log)
+        run(deck, log)
     program.write_text("#!/bin/sh\necho no convergence\nexit 201\n")
     program.chmod(0o755)
     with pytest.raises(RuntimeError, match=r"could not solve .*some\.inp, see .*some\.log"):
-        calculix.run(deck, log)
+        run(deck, log)
     assert log.read_text() == "no convergence\n"
 
 
@@ -347,15 +349,15 @@ def installed():
 @pytest.mark.usefixtures("installed")
 def test_calculix_finds_the_same(assembly, modes, preload, tmp_path):
     deck = tmp_path / "modes" / "calculix.inp"
-    calculix.write_modes_deck(assembly, modes.sizes["candidate"], deck)
-    calculix.run(deck, tmp_path / "modes.log")
-    other_modes = calculix.read_modes(assembly, deck.with_suffix(".dat"))
+    write_modes_deck(assembly, modes.sizes["candidate"], deck)
+    run(deck, tmp_path / "modes.log")
+    other_modes = read_modes(assembly, deck.with_suffix(".dat"))
     deck = tmp_path / "preload" / "calculix.inp"
-    calculix.write_preload_deck(assembly, 8e3, deck)
-    calculix.run(deck, tmp_path / "preload.log")
-    other_preload = calculix.read_preload(assembly, deck.with_suffix(".dat"))
+    write_preload_deck(assembly, 8e3, deck)
+    run(deck, tmp_path / "preload.log")
+    other_preload = read_preload(assembly, deck.with_suffix(".dat"))
 
-    table = calculix.compare(assembly, modes, preload, other_modes, other_preload)
+    table = compare_with_calculix(assembly, modes, preload, other_modes, other_preload)
     table = table.set_index("quantity")
     # in a coarse mesh the bricks are less alike than in that of the study, see the test below
     frequencies = table.index.str.startswith("natural frequency")
@@ -407,7 +409,7 @@ def test_stiffness_differs_for_distorted_bricks_only(tmp_path, distorted):
     lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
     deck = tmp_path / "brick.inp"
     deck.write_text("\n".join(lines) + "\n")
-    calculix.run(deck, tmp_path / "brick.log")
+    run(deck, tmp_path / "brick.log")
 
     # CalculiX has the incompatible modes among its unknowns, and gives them inertia
     K_all, M_all = (stored(deck.with_suffix(suffix), 24 + 9) for suffix in (".sti", ".mas"))

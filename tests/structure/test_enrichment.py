@@ -5,29 +5,22 @@ import pytest
 from scipy.linalg import eigh
 
 from boltjoint.dataset import save
-from boltjoint.structure.constraints import (
-    assemble_assembly,
-    factorise,
-    relative_displacements,
-)
-from boltjoint.structure.enrichment import (
-    Enrichment,
-    SpringContact,
+from boltjoint.structure.basis.candidates import BasisOptions, SpringContact, find_candidates
+from boltjoint.structure.basis.pod import find_pod_modes, proper_orthogonal_modes
+from boltjoint.structure.basis.snapshots import (
     _describing_function,
     _NormalLoad,
     _size,
     _SlippingMode,
-    find_candidates,
-    find_principal_motions,
-    principal_motions,
-    slipping_motions,
-    stuck_motions,
-    symmetric_half,
+    slipping_snapshots,
+    stuck_snapshots,
 )
+from boltjoint.structure.constraints import assemble_assembly, factorise, relative_displacements
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in
+from boltjoint.structure.symmetry import symmetric_half
 
-SMALL = Enrichment(levels=5)
+SMALL = BasisOptions(levels=5)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +35,7 @@ def candidates(assembly, preload, half):
 
 @pytest.fixture(scope="module")
 def principal(assembly, preload):
-    return find_principal_motions(assembly, preload, SMALL)
+    return find_pod_modes(assembly, preload, SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +55,7 @@ def test_a_mesh_without_symmetry_is_refused(assembly, preload):
     moved = assembly.copy(deep=True)
     moved["coordinate"][5, 1] += 1e-5
     with pytest.raises(ValueError, match="not symmetric about y = 0"):
-        find_principal_motions(moved, preload, SMALL)
+        find_pod_modes(moved, preload, SMALL)
 
 
 def test_candidates_have_unit_stiffness_and_their_mass(candidates, half):
@@ -120,7 +113,7 @@ def test_principal_motions_are_of_unit_energy_with_the_contact_stuck(assembly, p
 
 
 def test_fewer_principal_motions_are_the_first_of_more(assembly, preload, principal):
-    few = find_principal_motions(assembly, preload, SMALL, most=6)
+    few = find_pod_modes(assembly, preload, SMALL, most=6)
     assert few.sizes["motion"] == 6
     assert principal.sizes["motion"] == 80
     first = principal["principal_motion"][..., :6]
@@ -183,16 +176,16 @@ def test_errors_fall_with_the_number_of_vectors(assembly, preload, principal):
 
 def test_the_size_of_the_preload_does_not_matter(assembly, preload, enriched):
     twice = preload.assign(normal_load=2 * preload["normal_load"], gap=2 * preload["gap"])
-    found = find_modes(assembly, "enriched-24", find_principal_motions(assembly, twice, SMALL))
+    found = find_modes(assembly, "enriched-24", find_pod_modes(assembly, twice, SMALL))
     np.testing.assert_allclose(found["natural_frequency"], enriched["natural_frequency"], rtol=1e-6)
 
 
 def test_motions_count_as_modes_of_the_first_resonance_do_or_less(candidates):
-    stuck = list(stuck_motions(candidates, SMALL))
+    stuck = list(stuck_snapshots(candidates, SMALL))
     # none stuck; by pressure and by distance, in five levels three parts of the lap, in two levels
     # two bolts and two sides, two sets of springs
     assert len(stuck) == 1 + 2 * (5 * 3 + 2 * (2 + 2)) * 2
-    slipping = list(slipping_motions(candidates, SMALL))
+    slipping = list(slipping_snapshots(candidates, SMALL))
     assert len(slipping) == 2 * 2 * (5 + 20)
     for motion in stuck:
         np.testing.assert_allclose(_size(candidates, motion, 1e8), [1.0, 0.2])
@@ -259,7 +252,7 @@ def test_gradients_of_the_loss_are_its_differences(candidates, variable):
 
 def test_the_motions_themselves_are_in_a_basis_of_their_rank(candidates):
     motion = np.random.default_rng(3).standard_normal((len(candidates.mass), 6))
-    basis, energy = principal_motions(candidates, motion[:, [0, 1, 2, 3, 4, 5, 0]], 9, 1e8)
+    basis, energy = proper_orthogonal_modes(candidates, motion[:, [0, 1, 2, 3, 4, 5, 0]], 9, 1e8)
     assert basis.shape[1] == 6
     assert energy.sum() == pytest.approx(1, rel=1e-12)
     share = np.linalg.lstsq(basis, motion, rcond=None)[0]
@@ -330,9 +323,9 @@ def test_a_pair_at_rest_keeps_its_state(load):
 
 def test_needs_a_preload_that_fits(assembly, preload):
     with pytest.raises(ValueError, match="different contact pairs"):
-        find_principal_motions(assembly, preload.assign(position=preload["position"] + 1e-3))
+        find_pod_modes(assembly, preload.assign(position=preload["position"] + 1e-3))
     with pytest.raises(ValueError, match="no contact pair carries load"):
-        find_principal_motions(assembly, preload.assign(normal_load=0 * preload["normal_load"]))
+        find_pod_modes(assembly, preload.assign(normal_load=0 * preload["normal_load"]))
 
 
 def test_needs_principal_motions_that_fit(assembly, principal):
@@ -350,17 +343,17 @@ def test_needs_principal_motions_that_fit(assembly, principal):
 
 def test_refuses_sizes_that_make_no_basis():
     with pytest.raises(ValueError, match="levels is 0: it must be positive"):
-        Enrichment(levels=0)
+        BasisOptions(levels=0)
     with pytest.raises(ValueError, match="contact_stiffness is nan"):
-        Enrichment(contact_stiffness=np.nan)
+        BasisOptions(contact_stiffness=np.nan)
     with pytest.raises(ValueError, match="at least resonances"):
-        Enrichment(free_modes=1)
+        BasisOptions(free_modes=1)
 
 
 def test_needs_an_assembly_that_is_held(assembly, preload, principal):
     loose = assembly.isel(clamped=slice(0, 0))
     with pytest.raises(RuntimeError, match="natural frequencies are zero within rounding"):
-        find_principal_motions(loose, preload)
+        find_pod_modes(loose, preload)
 
 
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
@@ -369,17 +362,19 @@ def test_needs_an_assembly_that_is_held(assembly, preload, principal):
     [{"contact_stiffness": 1e300}, {"contact_stiffness": 1e-300}, {"friction_coefficient": 1e300}],
 )
 def test_motions_lost_in_rounding_end_with_what_to_do(assembly, preload, extreme):
-    with pytest.raises(RuntimeError, match="choose the values of enrichment nearer to their"):
-        find_principal_motions(assembly, preload, Enrichment(levels=1, resonances=1, **extreme))
+    with pytest.raises(
+        RuntimeError, match="choose the values of contact_adapted_basis nearer to their"
+    ):
+        find_pod_modes(assembly, preload, BasisOptions(levels=1, resonances=1, **extreme))
 
 
 def test_refuses_to_keep_nothing(assembly, preload):
     with pytest.raises(ValueError, match="most is 0: it must be positive"):
-        find_principal_motions(assembly, preload, most=0)
+        find_pod_modes(assembly, preload, most=0)
 
 
 def test_result_is_the_same_every_time(assembly, preload, principal, enriched, tmp_path):
-    again = find_principal_motions(assembly, preload, SMALL)
+    again = find_pod_modes(assembly, preload, SMALL)
     assert principal.identical(again)
     assert enriched.identical(find_modes(assembly, "enriched-24", again))
-    save(principal, tmp_path / "enrichment.nc")
+    save(principal, tmp_path / "contact_adapted_basis.nc")

@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 
-from boltjoint.structure.export import write_mesh, write_modes, write_preload
+from boltjoint.structure.vtu import write_mesh, write_modes, write_preload
 
 
 def test_mesh_by_part(assembly, tmp_path):

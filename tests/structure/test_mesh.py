@@ -8,11 +8,11 @@ import pytest
 from examples import COARSE, coarse_assembly
 from scipy.spatial import KDTree
 
-from boltjoint.config import Assembly
+from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
 from boltjoint.structure.elasticity import smallest_jacobian
-from boltjoint.structure.mesh import FIRST_BOLT, build_assembly, tributary_area
-from boltjoint.structure.plan import BoltRadii, CellDivisions, lap_plan
+from boltjoint.structure.half_lap.mesh import FIRST_BOLT, build_assembly, tributary_area
+from boltjoint.structure.half_lap.plan import BoltRadii, CellDivisions, lap_plan
 
 
 def volume(assembly):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from examples import coarse_assembly, study_assembly
 
-from boltjoint.config import Assembly
+from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
 from boltjoint.structure.constraints import assemble_assembly
-from boltjoint.structure.mesh import build_assembly
+from boltjoint.structure.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import classify, find_modes, symmetric_share
 
 

@@ -6,12 +6,12 @@ from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
 from boltjoint.dataset import save
+from boltjoint.structure.basis.pod import find_pod_modes
 from boltjoint.structure.constraints import (
     assemble_assembly,
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.enrichment import find_principal_motions
 from boltjoint.structure.modes import _described, find_modes
 from boltjoint.structure.patterns import resonances, resonances_in, stuck_patterns
 
@@ -68,7 +68,7 @@ def test_without_springs_a_basis_of_free_modes_is_exact(assembly, preload, modes
 
 def test_enriched_basis_beats_free_modes_in_every_pattern(assembly, preload, modes, patterns):
     free = resonances_in(modes, patterns)["error"]
-    basis = find_modes(assembly, "enriched-40", find_principal_motions(assembly, preload))
+    basis = find_modes(assembly, "enriched-40", find_pod_modes(assembly, preload))
     enriched = resonances_in(basis, patterns)["error"]
     # a basis can only be too stiff, but for rounding
     assert enriched.min() > -1e-8

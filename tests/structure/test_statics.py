@@ -8,9 +8,9 @@ from examples import brick_bar
 from scipy import sparse
 
 from boltjoint.dataset import save
-from boltjoint.structure import statics
+from boltjoint.structure import preload as statics
 from boltjoint.structure.elasticity import assemble
-from boltjoint.structure.statics import apply_preload, contact_force, solve_contact
+from boltjoint.structure.preload import apply_preload, contact_force, solve_contact
 
 
 def test_derivative_of_the_contact_law():
@@ -174,7 +174,7 @@ def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatc
 @pytest.mark.parametrize(
     ("change", "preload_N", "options"),
     [
-        ({}, 8e3, {"most_iterations": 2}),
+        ({}, 8e3, {"maximum_iterations": 2}),
         # too stiff, and too soft, to be told from rounding
         ({"contact_penalty": 1e25}, 8e3, {}),
         ({"contact_penalty": 1e-300}, 8e3, {}),

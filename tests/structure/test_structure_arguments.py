@@ -9,10 +9,13 @@ import xarray as xr
 from examples import brick_bar
 from scipy import sparse
 
-from boltjoint.structure import calculix, constraints, elasticity, enrichment, patterns, statics
-from boltjoint.structure.mesh import extrude, tributary_area
-from boltjoint.structure.modes import classify, find_modes, symmetric_share
-from boltjoint.structure.plan import (
+from boltjoint.structure import constraints, elasticity, patterns
+from boltjoint.structure import preload as bolt_preload
+from boltjoint.structure.basis.candidates import BasisOptions
+from boltjoint.structure.basis.pod import enriched_basis, find_pod_modes
+from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck
+from boltjoint.structure.half_lap.mesh import extrude, tributary_area
+from boltjoint.structure.half_lap.plan import (
     BoltRadii,
     CellDivisions,
     Plan,
@@ -21,6 +24,7 @@ from boltjoint.structure.plan import (
     lap_plan,
     rectangle_plan,
 )
+from boltjoint.structure.modes import classify, find_modes, symmetric_share
 
 NAN = np.nan
 COORDINATE, CONNECTIVITY = brick_bar(1.0, 1.0, 1.0, (1, 1, 1))
@@ -73,7 +77,7 @@ def contact(**changes):
         "friction_coefficient": 0.1,
         "force": [0.0, 0.0, 1.0],
     }
-    return statics.solve_contact(**options | changes)
+    return bolt_preload.solve_contact(**options | changes)
 
 
 ATTACKS = {
@@ -84,7 +88,7 @@ ATTACKS = {
         lambda a: symmetric_share(np.zeros((2, 2)), [1.0, 1.0], np.zeros((2, 3, 1))),
         lambda a: constraints.free_displacements(a.drop_vars("coordinate"), tightened=True),
         lambda a: find_modes(spoiled(a, "coordinate", NAN), "free-1"),
-        lambda a: statics.apply_preload(spoiled(a, "coordinate", NAN), 8e3),
+        lambda a: bolt_preload.apply_preload(spoiled(a, "coordinate", NAN), 8e3),
     ],
     "connectivity": [
         lambda a: assembled(connectivity=CONNECTIVITY + 1),
@@ -137,18 +141,18 @@ ATTACKS = {
     "pair_node": [lambda a: constraints.relative_displacements(spoiled(a, "pair_node", -1))],
     "assembly": [
         lambda a: find_modes(None, "free-1"),
-        lambda a: statics.apply_preload({}, 8e3),
+        lambda a: bolt_preload.apply_preload({}, 8e3),
         lambda a: constraints.assemble_assembly("nope"),
     ],
     "preload": [
-        lambda a: statics.apply_preload(a, 0.0),
-        lambda a: statics.apply_preload(a, "nope"),
-        lambda a: calculix.write_preload_deck(a, -1.0, "unwritten.inp"),
+        lambda a: bolt_preload.apply_preload(a, 0.0),
+        lambda a: bolt_preload.apply_preload(a, "nope"),
+        lambda a: write_preload_deck(a, -1.0, "unwritten.inp"),
         lambda a: patterns.stuck_patterns(a, None),
     ],
-    "area": [lambda a: statics.apply_preload(spoiled(a, "area", NAN), 8e3)],
+    "area": [lambda a: bolt_preload.apply_preload(spoiled(a, "area", NAN), 8e3)],
     "tolerance": [lambda a: contact(tolerance=0.0)],
-    "most_iterations": [lambda a: contact(most_iterations=1.5)],
+    "maximum_iterations": [lambda a: contact(maximum_iterations=1.5)],
     "K": [
         lambda a: contact(K=sparse.eye_array(4, format="csc")),
         lambda a: contact(K=sparse.eye_array(3, format="csc") * NAN),
@@ -156,15 +160,15 @@ ATTACKS = {
     "C": [lambda a: contact(C=sparse.eye_array(4, format="csr"))],
     "stiffness": [
         lambda a: contact(stiffness=[-1.0]),
-        lambda a: statics.contact_force(np.zeros((1, 3)), [1.0, 1.0], 0.1),
+        lambda a: bolt_preload.contact_force(np.zeros((1, 3)), [1.0, 1.0], 0.1),
         lambda a: patterns.resonances(a, None, -1.0),
     ],
     "friction_coefficient": [
         lambda a: contact(friction_coefficient=-0.1),
-        lambda a: statics.contact_force(np.zeros((1, 3)), [1.0], NAN),
+        lambda a: bolt_preload.contact_force(np.zeros((1, 3)), [1.0], NAN),
     ],
     "force": [lambda a: contact(force=np.zeros(3)), lambda a: contact(force=[0.0, NAN, 1.0])],
-    "relative": [lambda a: statics.contact_force(np.zeros(3), [1.0], 0.1)],
+    "relative": [lambda a: bolt_preload.contact_force(np.zeros(3), [1.0], 0.1)],
     "family": [lambda a: find_modes(a, "nope"), lambda a: find_modes(a, 4)],
     "energy_share": [lambda a: classify([[NAN, 0.0, 1.0]], [1.0], 1.0, 1.0)],
     "symmetric_share": [lambda a: classify([[0.0, 0.0, 1.0]], [2.0], 1.0, 1.0)],
@@ -183,12 +187,12 @@ ATTACKS = {
     ],
     "number": [
         lambda a: patterns.resonances(a, None, 1e8, number=0),
-        lambda a: calculix.write_modes_deck(a, 0, "unwritten.inp"),
-        lambda a: enrichment.enriched_basis(a, BASIS, 0),
+        lambda a: write_modes_deck(a, 0, "unwritten.inp"),
+        lambda a: enriched_basis(a, BASIS, 0),
     ],
-    "most": [lambda a: enrichment.find_principal_motions(a, a, most=1.5)],
-    "enrichment": [lambda a: enrichment.find_principal_motions(a, a, "nope")],
-    "free_modes": [lambda a: enrichment.Enrichment(free_modes=2.5)],
+    "most": [lambda a: find_pod_modes(a, a, most=1.5)],
+    "contact_adapted_basis": [lambda a: find_pod_modes(a, a, "nope")],
+    "free_modes": [lambda a: BasisOptions(free_modes=2.5)],
 }
 
 

@@ -36,24 +36,24 @@ rule apply_preload:
         "../scripts/apply_preload.py"
 
 
-rule find_principal_motions:
+rule find_pod_modes:
     input:
         assembly="results/assemblies/{assembly}/assembly.nc",
         preload=lambda w: layout.contact_of_basis(study, w.assembly),
     output:
         principal="results/assemblies/{assembly}/principal.nc",
     log:
-        "results/logs/find_principal_motions/{assembly}.log",
+        "results/logs/find_pod_modes/{assembly}.log",
     benchmark:
-        "results/benchmarks/find_principal_motions/{assembly}.tsv"
+        "results/benchmarks/find_pod_modes/{assembly}.tsv"
     conda:
         "../envs/boltjoint.yaml"
     params:
-        library=library("find_principal_motions.py"),
-        enrichment=study.enrichment.options,
-        most=study.enrichment.most,
+        library=library("find_pod_modes.py"),
+        contact_adapted_basis=study.contact_adapted_basis.options,
+        most=study.contact_adapted_basis.most,
     script:
-        "../scripts/find_principal_motions.py"
+        "../scripts/find_pod_modes.py"
 
 
 rule find_modes:
@@ -93,7 +93,7 @@ rule find_patterns:
     params:
         library=library("find_patterns.py"),
         options={
-            "stiffness": study.enrichment.contact_stiffness_N_per_m,
+            "stiffness": study.contact_adapted_basis.contact_stiffness_N_per_m,
             "number": COMPARED_RESONANCES,
         },
     script:

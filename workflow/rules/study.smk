@@ -8,13 +8,16 @@ from pathlib import Path
 
 from snakemake.logging import logger
 
-from boltjoint import environment, estimate, layout
-from boltjoint.config import COMPARED_RESONANCES, ConfigError, load_study
-from boltjoint.layout import targets
+from boltjoint.config.options import COMPARED_RESONANCES
+from boltjoint.config.study import load_study
+from boltjoint.config.types import ConfigError
 from boltjoint.names import PAGES, REFERENCE, is_enriched
-from boltjoint.pages import shown as pages
-from boltjoint.published import Published
-from boltjoint.sources import source_hash
+from boltjoint.report.pages import shown as pages
+from boltjoint.study import estimate, layout
+from boltjoint.study.layout import targets
+from boltjoint.study.published import Published
+from boltjoint.workflow import environment
+from boltjoint.workflow.code_dependencies import source_hash
 
 SOURCE = Path(workflow.basedir, "resources/source")
 

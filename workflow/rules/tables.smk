@@ -312,7 +312,7 @@ rule tabulate_states:
         "../scripts/tabulate_states.py"
 
 
-rule march_in_time:
+rule integrate_in_time:
     input:
         joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
         response=lambda w: layout.response(w.case, *layout.marched(study)[w.case]),
@@ -325,16 +325,16 @@ rule march_in_time:
         ),
         html="results/tables/harmonics_{case}_{modes}.html",
     log:
-        "results/logs/march_in_time/{case}_{modes}.log",
+        "results/logs/integrate_in_time/{case}_{modes}.log",
     benchmark:
-        "results/benchmarks/march_in_time/{case}_{modes}.tsv"
+        "results/benchmarks/integrate_in_time/{case}_{modes}.tsv"
     conda:
         "../envs/boltjoint.yaml"
     params:
-        library=library("march_in_time.py"),
-        forces=lambda w: case_of(w).march_forces_N,
+        library=library("integrate_in_time.py"),
+        forces=lambda w: case_of(w).verification_forces_N,
     script:
-        "../scripts/march_in_time.py"
+        "../scripts/integrate_in_time.py"
 
 
 rule balance_harmonics:
@@ -359,7 +359,7 @@ rule balance_harmonics:
         "../envs/boltjoint.yaml"
     params:
         library=library("balance_harmonics.py"),
-        forces=lambda w: case_of(w).march_forces_N,
+        forces=lambda w: case_of(w).verification_forces_N,
     script:
         "../scripts/balance_harmonics.py"
 

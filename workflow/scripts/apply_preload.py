@@ -1,10 +1,12 @@
 """Tighten the bolts of an assembly."""
 
-from boltjoint import dataset, logs
-from boltjoint.structure import export, statics
+from boltjoint import dataset
+from boltjoint.structure import preload as bolt_preload
+from boltjoint.structure import vtu
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 assembly = dataset.load(snakemake.input.assembly)
-preload = statics.apply_preload(assembly, snakemake.params.preload)
+preload = bolt_preload.apply_preload(assembly, snakemake.params.preload)
 dataset.save(preload, snakemake.output.preload, snakemake.params)
-export.write_preload(assembly, preload, snakemake.output.view)
+vtu.write_preload(assembly, preload, snakemake.output.view)

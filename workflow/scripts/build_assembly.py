@@ -1,10 +1,12 @@
 """Mesh an assembly."""
 
-from boltjoint import dataset, logs
-from boltjoint.config import Assembly
-from boltjoint.structure import export, mesh
+from boltjoint import dataset
+from boltjoint.config.assembly import Assembly
+from boltjoint.structure import vtu
+from boltjoint.structure.half_lap import mesh
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 assembly = mesh.build_assembly(Assembly.model_validate(snakemake.params.assembly))
 dataset.save(assembly, snakemake.output.assembly, snakemake.params)
-export.write_mesh(assembly, snakemake.output.mesh)
+vtu.write_mesh(assembly, snakemake.output.mesh)

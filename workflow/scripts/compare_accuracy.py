@@ -1,11 +1,14 @@
 """Compare every response of a case with the node-to-node joint in linear modes."""
 
-from boltjoint import compare, dataset, logs, tables
+from boltjoint import dataset
+from boltjoint.study.tables import files as tables
+from boltjoint.study.tables.accuracy import tabulate_accuracy
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 responses = map(dataset.load, snakemake.input.responses)
 checks = map(tables.read, snakemake.input.checks)
-table = compare.tabulate_accuracy(
+table = tabulate_accuracy(
     dict(zip(snakemake.params.solved, responses, strict=True)),
     dict(zip(snakemake.params.checked, checks, strict=True)),
 )

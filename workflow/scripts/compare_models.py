@@ -1,12 +1,15 @@
 """Compare all models of a case with its converged response."""
 
-from boltjoint import compare, dataset, logs, tables
+from boltjoint import dataset
+from boltjoint.study.tables import files as tables
+from boltjoint.study.tables.accuracy import tabulate_models
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 which = [tuple(each) for each in snakemake.params.compared]
 responses = map(dataset.load, snakemake.input.responses)
 timings = map(tables.read, snakemake.input.timings)
-table = compare.tabulate_models(
+table = tabulate_models(
     dict(zip(which, responses, strict=True)),
     dict(zip(which, timings, strict=True)),
     tuple(snakemake.params.converged),

@@ -1,14 +1,17 @@
 """Put friction elements on the contact pairs."""
 
-from boltjoint import dataset, joint, logs
+from boltjoint import dataset
+from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 contact = snakemake.params.contact
-connected = joint.connect_nodes(
+connected = connect_nodes(
     dataset.load(snakemake.input.modes),
     dataset.load(snakemake.input.preload),
     contact["tangential_stiffness_N_per_m"],
     contact["friction_coefficient"],
     contact.get("normal_stiffness_N_per_m"),
 )
-dataset.save(joint.to_dataset(connected), snakemake.output.joint, snakemake.params)
+dataset.save(joint_to_dataset(connected), snakemake.output.joint, snakemake.params)

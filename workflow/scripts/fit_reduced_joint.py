@@ -4,12 +4,15 @@ import time
 
 import pandas as pd
 
-from boltjoint import dataset, fitting, joint, logs
+from boltjoint import dataset
+from boltjoint.joint.io import joint_to_dataset, load_joint
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-regions = joint.load(snakemake.input.joint)
+regions = load_joint(snakemake.input.joint)
 begun = time.process_time()
-reduced, fit = fitting.fit_reduced_joint(regions, **snakemake.params.fit)
+reduced, fit = fit_reduced_joint(regions, **snakemake.params.fit)
 pd.DataFrame({"cpu_s": [time.process_time() - begun]}).to_csv(snakemake.output.timing, index=False)
-result = joint.to_dataset(reduced).merge(fit, combine_attrs="no_conflicts")
+result = joint_to_dataset(reduced).merge(fit, combine_attrs="no_conflicts")
 dataset.save(result, snakemake.output.joint, snakemake.params)

@@ -1,9 +1,12 @@
 """Gather the pairs of the contact in regions."""
 
-from boltjoint import dataset, joint, logs, partition
+from boltjoint import dataset
+from boltjoint.joint.io import joint_to_dataset, load_joint
+from boltjoint.joint.partition import partition_regions
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-nodes = joint.load(snakemake.input.joint)
+nodes = load_joint(snakemake.input.joint)
 preload = dataset.load(snakemake.input.preload)
-regions = partition.partition_regions(nodes, preload, **snakemake.params.regions)
-dataset.save(joint.to_dataset(regions), snakemake.output.joint, snakemake.params)
+regions = partition_regions(nodes, preload, **snakemake.params.regions)
+dataset.save(joint_to_dataset(regions), snakemake.output.joint, snakemake.params)

@@ -1,13 +1,16 @@
 """Draw the frequency responses of a joint over its reference."""
 
-from boltjoint import dataset, figures, logs
+from boltjoint import dataset
+from boltjoint.report.figures.responses import plot_response
+from boltjoint.report.figures.style import save_figure
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 reference = snakemake.input.reference
-figure = figures.plot_response(
+figure = plot_response(
     dataset.load(snakemake.input.response),
     snakemake.params.joint,
     snakemake.wildcards.coordinates,
     reference=dataset.load(reference) if reference else None,
 )
-figures.save(figure, snakemake.output.figure)
+save_figure(figure, snakemake.output.figure)

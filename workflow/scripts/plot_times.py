@@ -1,8 +1,11 @@
 """Draw the solution times of a case."""
 
-from boltjoint import figures, logs, tables
+from boltjoint.report.figures.style import save_figure
+from boltjoint.report.figures.times import plot_times
+from boltjoint.study.tables import files as tables
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 times = tables.read(snakemake.input.table)
-figure = figures.plot_times(times, int(snakemake.wildcards.resonance))
-figures.save(figure, snakemake.output.figure)
+figure = plot_times(times, int(snakemake.wildcards.resonance))
+save_figure(figure, snakemake.output.figure)

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from boltjoint import logs
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 record = dict(snakemake.params.record)

@@ -1,7 +1,7 @@
 """Have CalculiX solve a deck."""
 
-from boltjoint import logs
-from boltjoint.structure import calculix
+from boltjoint.structure.calculix.decks import run
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log.job)
-calculix.run(snakemake.input.deck, snakemake.log.program)
+run(snakemake.input.deck, snakemake.log.program)

@@ -1,6 +1,8 @@
 """Compare the peaks of a case in several bases."""
 
-from boltjoint import convergence, logs, tables
+from boltjoint.study import convergence
+from boltjoint.study.tables import files as tables
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 peaks = map(tables.read, snakemake.input.peaks)

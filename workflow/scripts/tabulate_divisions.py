@@ -1,11 +1,15 @@
 """Compare the peaks of a joint divided in several ways with those of all its pairs."""
 
-from boltjoint import convergence, dataset, joint, logs, tables
+from boltjoint import dataset
+from boltjoint.joint.io import load_joint
 from boltjoint.solvers.equations import StepControl
+from boltjoint.study import convergence
+from boltjoint.study.tables import files as tables
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 table = convergence.tabulate_divisions(
-    joint.load(snakemake.input.joint),
+    load_joint(snakemake.input.joint),
     dataset.load(snakemake.input.preload),
     reference=tables.read(snakemake.input.peaks),
     control=StepControl(**snakemake.params.steps),

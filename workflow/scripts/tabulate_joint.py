@@ -1,7 +1,10 @@
 """Let a table stand for all elements of every region."""
 
-from boltjoint import dataset, fitting, joint, logs
+from boltjoint import dataset
+from boltjoint.joint.io import joint_to_dataset, load_joint
+from boltjoint.joint.reduced import tabulate_joint
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-tabulated = fitting.tabulate_joint(joint.load(snakemake.input.joint))
-dataset.save(joint.to_dataset(tabulated), snakemake.output.joint, snakemake.params)
+tabulated = tabulate_joint(load_joint(snakemake.input.joint))
+dataset.save(joint_to_dataset(tabulated), snakemake.output.joint, snakemake.params)

@@ -1,6 +1,9 @@
 """Compare bases with the full model by their resonances while parts of the contact stick."""
 
-from boltjoint import convergence, dataset, logs, tables
+from boltjoint import dataset
+from boltjoint.study import convergence
+from boltjoint.study.tables import files as tables
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 modes = map(dataset.load, snakemake.input.modes)

@@ -1,12 +1,17 @@
 """Time the frequency responses of a joint, alone on the machine."""
 
-from boltjoint import joint, logs, response, timing
+from boltjoint.dynamics import frequency_response
+from boltjoint.joint.io import load_joint
 from boltjoint.solvers.equations import StepControl
+from boltjoint.study import timing
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params
-solved = joint.load(snakemake.input.joint, params.sampling)
-window = response.frequency_window(joint.load(snakemake.input.nodes), solved, **params.window)
+solved = load_joint(snakemake.input.joint, params.sampling)
+window = frequency_response.frequency_window(
+    load_joint(snakemake.input.nodes), solved, **params.window
+)
 times = timing.time_solver(
     solved, window=window, control=StepControl(**params.steps), **params.options
 )

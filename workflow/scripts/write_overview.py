@@ -1,9 +1,9 @@
 """Write the page that comes first."""
 
-from boltjoint import logs
-from boltjoint.config import Study
-from boltjoint.pages import markup, overview
-from boltjoint.published import Published
+from boltjoint.config.study import Study
+from boltjoint.report.pages import markup, overview
+from boltjoint.study.published import Published
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found, params = snakemake.input, snakemake.params

@@ -1,8 +1,8 @@
 """Write the page of all models against the converged responses."""
 
-from boltjoint import logs
-from boltjoint.pages import accuracy, markup
-from boltjoint.published import Published
+from boltjoint.report.pages import accuracy, markup
+from boltjoint.study.published import Published
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 source = Published.beside(snakemake.input.published[0])

@@ -1,9 +1,10 @@
 """Write the page of a case."""
 
-from boltjoint import logs
-from boltjoint.config import Case, Solver
-from boltjoint.pages import case, markup
-from boltjoint.published import Published
+from boltjoint.config.case import Case
+from boltjoint.config.options import Solver
+from boltjoint.report.pages import case, markup
+from boltjoint.study.published import Published
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found, params = snakemake.input, snakemake.params

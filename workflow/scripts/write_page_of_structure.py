@@ -1,9 +1,9 @@
 """Write the page of the assemblies."""
 
-from boltjoint import logs
-from boltjoint.config import Assembly
-from boltjoint.pages import markup, structure
-from boltjoint.published import Published
+from boltjoint.config.assembly import Assembly
+from boltjoint.report.pages import markup, structure
+from boltjoint.study.published import Published
+from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found, params = snakemake.input, snakemake.params

@@ -15,8 +15,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.law import FrictionLaw, check_elements
-from boltjoint.friction.states import STICK, STICK_SLIP
 
 
 @dataclass(frozen=True)

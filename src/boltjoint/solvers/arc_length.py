@@ -144,7 +144,7 @@ class Corrector:
             None where the corrector fails, strays or turns back.
         """
         offset, jacobian = step * (station.tangent if start is None else start), None
-        for iteration in range(self.control.most_iterations + 1):
+        for iteration in range(self.control.maximum_iterations + 1):
             x, p = station.at(offset)
             residual, jacobian_at = self.equations.evaluate(x, p)
             if jacobian is None:
@@ -177,7 +177,7 @@ class Corrector:
             The solution and the Jacobian there; None where the corrector fails.
         """
         offset = np.zeros_like(station.tangent)
-        for iteration in range(self.control.most_iterations):
+        for iteration in range(self.control.maximum_iterations):
             x, p = station.at(offset)
             residual, jacobian_at = self.equations.evaluate(x, p)
             jacobian = jacobian_at()
@@ -318,7 +318,7 @@ class Tracer:
     def advance(self) -> bool:
         """Add the next solution to the path; whether the branch goes on behind it."""
         control = self.corrector.control
-        if self._taken >= control.most_solutions:
+        if self._taken >= control.maximum_solutions:
             return self._stop("the branch has more solutions than allowed")
         found = self._next()
         if found is None:

@@ -60,9 +60,9 @@ class StepControl:
         Arc lengths; the first step is no longer than the largest.
     target_iterations
         Corrector iterations at which the step stays as it is; below it grows, above it shrinks.
-    most_iterations
+    maximum_iterations
         Corrector iterations after which a step is retried at half the length.
-    most_solutions
+    maximum_solutions
         Solutions after which a branch is given up.
 
     Raises
@@ -77,13 +77,13 @@ class StepControl:
     smallest_step: float = 1e-9
     largest_step: float = 0.07
     target_iterations: int = 4
-    most_iterations: int = 12
-    most_solutions: int = 5000
+    maximum_iterations: int = 12
+    maximum_solutions: int = 5000
 
     def __post_init__(self) -> None:
         """Refuse options with which no branch can be followed."""
         for name, value in vars(self).items():
-            if name in ("target_iterations", "most_iterations", "most_solutions"):
+            if name in ("target_iterations", "maximum_iterations", "maximum_solutions"):
                 checks.whole(name, value, above=0)
             else:
                 checks.number(name, value, above=0)

@@ -15,22 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from boltjoint.solvers.arc_length import (
-    Corrected,
-    Corrector,
-    Station,
-    Tracer,
-    arc_from,
-    observed,
-)
-from boltjoint.solvers.equations import (
-    Equations,
-    Path,
-    Quantity,
-    Solution,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.arc_length import Corrected, Corrector, Station, Tracer, arc_from, observed
+from boltjoint.solvers.equations import Equations, Path, Quantity, Solution, StepControl, Vector
 from boltjoint.solvers.maxima import Arc, Maxima, Observation
 from boltjoint.solvers.newton import newton
 
@@ -175,7 +161,7 @@ class _Tracer:
     def _trace(self, start: Vector, p: float) -> Path:
         if not self._begin(start, p):
             return self._stop("no solution found at the start of the window")
-        while len(self.path.solutions) < self.control.most_solutions:
+        while len(self.path.solutions) < self.control.maximum_solutions:
             found, reason = self._next()
             if found is None:
                 if self.full is None:

@@ -16,14 +16,14 @@ def newton(
     Returns
     -------
     solution : Solution
-        ``converged`` is false where ``most_iterations`` did not suffice.
+        ``converged`` is false where ``maximum_iterations`` did not suffice.
     jacobian : ndarray
         Of the last correction, which differs from that at the solution by less than it corrected;
         where there was none, at the solution.
     """
     residual, jacobian_at = equations.evaluate(x, p)
     size, jacobian = np.linalg.norm(residual), jacobian_at()
-    for iteration in range(control.most_iterations):
+    for iteration in range(control.maximum_iterations):
         limit = smallest_residual(equations, control, x, jacobian)
         if iteration > 0 and size > limit:
             jacobian = jacobian_at()
@@ -39,7 +39,7 @@ def newton(
         # a correction that does not help at any length may still lead out of a corner of the law
         x, size = trial, trial_size
     limit = smallest_residual(equations, control, x, jacobian)
-    return Solution(x, p, control.most_iterations, bool(size <= limit)), jacobian
+    return Solution(x, p, control.maximum_iterations, bool(size <= limit)), jacobian
 
 
 def smallest_residual(

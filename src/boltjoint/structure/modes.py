@@ -1,7 +1,8 @@
 """In which shapes does the structure move? Mass-normalised modes, or a basis that converges.
 
 The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
-together. Modes are told apart by their energy; an enriched basis (``enrichment``) adds what modes
+together. Modes are told apart by their energy; an enriched basis (``structure.basis``) adds what
+modes
 without contact cannot show, and is used like modes.
 """
 
@@ -18,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
+from boltjoint.structure.basis.pod import enriched_basis
 from boltjoint.structure.constraints import (
     assemble_assembly,
     check_held,
@@ -25,8 +27,8 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.enrichment import enriched_basis, symmetric_displacements
-from boltjoint.structure.mesh import FIRST_BOLT
+from boltjoint.structure.half_lap.mesh import FIRST_BOLT
+from boltjoint.structure.symmetry import symmetric_displacements
 
 logger = logging.getLogger(__name__)
 
@@ -76,7 +78,7 @@ def find_modes(
         that also hold the motion while the contact sticks, slips or opens, orthonormal in mass and
         diagonal in stiffness as modes are.
     principal
-        As from ``find_principal_motions``, for the same assembly; ``enriched-N`` takes the first N
+        As from ``find_pod_modes``, for the same assembly; ``enriched-N`` takes the first N
         of them, ``free-N`` has no use for any.
 
     Returns

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.constraints import factorise, relative_displacements
-from boltjoint.structure.enrichment import SymmetricHalf, symmetric_half
+from boltjoint.structure.symmetry import SymmetricHalf, symmetric_half
 
 logger = logging.getLogger(__name__)
 

@@ -1,0 +1,1 @@
+"""The configuration of a study: typed sections, strict YAML and JSON schemas."""

@@ -1,0 +1,252 @@
+"""An assembly: bars, bolts, mesh, material and sensors."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from boltjoint.config.entries import INTEGRAL, Count, Entry, KeyPath, Number, Positive
+from boltjoint.config.types import Description
+
+
+class Bar(Entry):
+    """The two bars: of full height outside the lap, of half height in it."""
+
+    width_mm: Positive
+    """Width of both bars (y)."""
+    height_mm: Positive
+    """Height of a bar outside the lap (z); in the lap each bar has half of it."""
+    free_length_mm: tuple[Positive, Positive]
+    """Lengths outside the lap: from the clamp to the lap, and from the lap to the free end."""
+    lap_mm: Positive
+    """Length of the lap (x)."""
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the whole assembly, from the clamp to the free end."""
+        return self.free_length_mm[0] + self.lap_mm + self.free_length_mm[1]
+
+
+class Material(Entry):
+    """The linear elastic material of bars and bolts."""
+
+    youngs_modulus_GPa: Positive
+    """Young's modulus in GPa."""
+    poissons_ratio: Annotated[Number, Field(ge=0, lt=0.5)]
+    """Poisson's ratio."""
+    density_kg_per_m3: Positive
+    """Density in kg/m3."""
+
+
+class Bolts(Entry):
+    """A row of equal bolts on the centre line of the lap."""
+
+    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap."""
+    shank_diameter_mm: Positive
+    """Diameter of the shank."""
+    hole_diameter_mm: Positive
+    """Diameter of the clearance hole."""
+    head_diameter_mm: Positive
+    """Outer diameter of head and nut, both modelled round."""
+    head_height_mm: Positive
+    """Height of the head."""
+    nut_height_mm: Positive
+    """Height of the nut."""
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        if self.hole_diameter_mm <= self.shank_diameter_mm:
+            yield (
+                ("hole_diameter_mm",),
+                f"must be greater than the shank's diameter of {self.shank_diameter_mm:g} mm",
+            )
+        if self.head_diameter_mm <= self.hole_diameter_mm:
+            yield (
+                ("head_diameter_mm",),
+                f"must be greater than the hole's diameter of {self.hole_diameter_mm:g} mm",
+            )
+
+
+class Mesh(Entry):
+    """Divisions of the mesh. Each bolt sits in a rectangular cell as wide as the bar."""
+
+    ring_cells_across_width: Annotated[int, Field(strict=True, ge=2, multiple_of=2), INTEGRAL]
+    """Elements across the width of the bar; even, so that nodes lie on the centre line."""
+    ring_cells_along_bar: Annotated[int, Field(strict=True, ge=2), INTEGRAL]
+    """Elements along each long side of a bolt cell."""
+    rings_under_head: Count
+    """Rings of elements between the edge of the hole and the edge of the head."""
+    rings_head_to_cell_edge: Count
+    """Rings of elements between the edge of the head and the edge of the bolt cell."""
+    bolt_cell_length_mm: Positive
+    """Length of a bolt cell along the bar, half of it on each side of the bolt's axis."""
+    columns_between_bolt_cells: Count
+    """Elements along the bar between two bolt cells."""
+    columns_at_each_lap_end: Count
+    """Elements along the bar between the outermost bolt cells and the ends of the lap."""
+    layers_per_half_height: Count
+    """Elements through half the height of a bar."""
+    element_length_free_mm: Positive
+    """Wanted length of the elements outside the lap."""
+    rings_in_shank: Count
+    """Rings of elements in the shank of a bolt."""
+    layers_in_head: Count
+    """Elements through the height of a head, and of a nut."""
+
+
+class StaticContact(Entry):
+    """Contact between the bars while the bolts are tightened."""
+
+    penalty_N_per_m3: Positive = 1e15
+    """Normal contact stiffness for each unit of area, in N/m3."""
+    friction_coefficient: Annotated[Number, Field(ge=0)] = 0.1
+    """Coulomb friction between the bars during tightening."""
+
+
+class Point(Entry):
+    """A point of the bars and a direction; the node nearest to the point is taken."""
+
+    x_mm: Number
+    """Distance from the clamp, along the bar."""
+    y_mm: Number
+    """Distance from the centre line, across the width."""
+    z_mm: Number
+    """Height above the plane of contact."""
+    direction: Literal["x", "y", "z"]
+    """Direction of the force or of the displacement."""
+
+
+class Assembly(Entry):
+    """Two bars with a half-lap joint, clamped at one end and held by a row of bolts."""
+
+    description: Description = ""
+    """What the assembly is, in one line; free text that no result depends on."""
+    bar: Bar
+    material: Material
+    bolts: Bolts
+    mesh: Mesh
+    contact: StaticContact = StaticContact()
+    preload_N: Positive | None = None
+    """Preload of each bolt, in N, to tabulate the contact while no case uses the assembly."""
+    excitation: Point | None = None
+    """Where the force acts; by default the middle of the free end's top edge, along z."""
+    response: Point | None = None
+    """Where the response is observed; by default as the force."""
+
+    @property
+    def excitation_point(self) -> Point:
+        """Where the harmonic force acts, the default filled in."""
+        return self.excitation or self._free_end()
+
+    @property
+    def response_point(self) -> Point:
+        """Where the response is observed, the default filled in."""
+        return self.response or self._free_end()
+
+    @property
+    def elements_outside_lap(self) -> tuple[float, float]:
+        """Elements along the bars from the clamp to the lap, and from the lap to the free end."""
+        wanted = self.mesh.element_length_free_mm
+        # whole, but no int: the quotient of what is allowed may be infinite
+        before, behind = (max(1.0, round(length / wanted, 0)) for length in self.bar.free_length_mm)
+        return before, behind
+
+    @property
+    def contact_pairs(self) -> int:
+        """Coincident node pairs of the plane of contact, by counting the mesh divisions."""
+        mesh = self.mesh
+        around = 2 * (mesh.ring_cells_across_width + mesh.ring_cells_along_bar)
+        return around * self._rings_of_pairs + (mesh.ring_cells_across_width + 1) * self._columns
+
+    @property
+    def pairs_of_one_side(self) -> int:
+        """Those on the centre line and to one side of it: the others are their mirror images."""
+        on_centre_line = 2 * self._rings_of_pairs + self._columns
+        return (self.contact_pairs + on_centre_line) // 2
+
+    @property
+    def _rings_of_pairs(self) -> int:
+        rings = self.mesh.rings_under_head + self.mesh.rings_head_to_cell_edge
+        return len(self.bolts.positions_from_lap_start_mm) * (rings + 1)
+
+    @property
+    def _columns(self) -> int:
+        """Columns of contact pairs across the bar that belong to no ring."""
+        mesh, bolts = self.mesh, len(self.bolts.positions_from_lap_start_mm)
+        between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
+        return between + 2 * mesh.columns_at_each_lap_end
+
+    def _free_end(self) -> Point:
+        return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
+
+    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+        yield from self._conflicts_of_head()
+        yield from self._conflicts_of_positions()
+        for key in ("excitation", "response"):
+            point = getattr(self, key)
+            if point is not None:
+                yield from self._conflicts_of_point(key, point)
+
+    def _conflicts_of_head(self) -> Iterator[tuple[KeyPath, str]]:
+        for room, what in (
+            (self.bar.width_mm, "the bar's width"),
+            (self.mesh.bolt_cell_length_mm, "the bolt cell's length"),
+        ):
+            if self.bolts.head_diameter_mm >= room:
+                yield (
+                    ("bolts", "head_diameter_mm"),
+                    f"must be less than {what} of {room:g} mm",
+                )
+
+    def _conflicts_of_positions(self) -> Iterator[tuple[KeyPath, str]]:
+        key = ("bolts", "positions_from_lap_start_mm")
+        positions = self.bolts.positions_from_lap_start_mm
+        # to a nanometre: less room than that is a rounding error of the sums below
+        pitches = [round(right - left, 6) for left, right in pairwise(positions)]
+        if any(pitch <= 0 for pitch in pitches):
+            yield key, "must be ascending"
+            return
+
+        cell = self.mesh.bolt_cell_length_mm
+        for index, pitch in enumerate(pitches, start=1):
+            for length, what in (
+                (self.bolts.hole_diameter_mm, "holes"),
+                (self.bolts.head_diameter_mm, "heads"),
+                (cell, "bolt cells"),
+            ):
+                if pitch <= length:
+                    yield (
+                        (*key, index),
+                        f"is {pitch:g} mm from the bolt before it, where {what} of {length:g} mm "
+                        f"overlap or touch: must be more than {cell:g} mm from it",
+                    )
+                    break
+
+        for index, position in enumerate(positions):
+            before = round(position - cell / 2, 6)
+            behind = round(self.bar.lap_mm - position - cell / 2, 6)
+            if before <= 0 or behind <= 0:
+                yield (
+                    (*key, index),
+                    f"puts the bolt's cell outside the lap: must be more than {cell / 2:g} mm "
+                    f"(half a bolt cell) from both ends of the lap of {self.bar.lap_mm:g} mm",
+                )
+
+    def _conflicts_of_point(self, key: str, point: Point) -> Iterator[tuple[KeyPath, str]]:
+        bar = self.bar
+        for name, low, high in (
+            ("x_mm", 0.0, bar.length_mm),
+            ("y_mm", -bar.width_mm / 2, bar.width_mm / 2),
+            ("z_mm", -bar.height_mm / 2, bar.height_mm / 2),
+        ):
+            if not low <= round(getattr(point, name), 6) <= round(high, 6):
+                yield (key, name), f"must lie in the assembly, from {low:g} to {high:g} mm"
+        # half an element from the clamp the nearest node is as far in it as beyond it
+        free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
+        if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):
+            effect = {
+                "excitation": "a force there does not excite any mode",
+                "response": "no mode moves there",
+            }[key]
+            yield (key, "x_mm"), f"is in the clamp: {effect}; must be more than {free_mm:g} mm"

@@ -1,0 +1,1 @@
+"""Harmonic balance of a joint, its coordinates, backbones and frequency responses."""

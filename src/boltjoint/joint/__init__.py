@@ -1,0 +1,1 @@
+"""Joints: contact points with their modal rows and friction elements, node to node or reduced."""

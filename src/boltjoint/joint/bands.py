@@ -1,0 +1,158 @@
+"""Regions of a contact surface as bands along the bar, of equal load or around the bolts."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+
+from boltjoint import checks
+
+#: pairs whose distances along the bar, or from its middle, differ by less [m] stand alike
+_SAME_PLACE = 1e-9
+
+
+def regions_of_equal_load(
+    position: NDArray[np.float64], load: NDArray[np.float64], count: int
+) -> NDArray[np.int64]:
+    """Divide pairs into regions along the bar that carry as equal a load as the mesh allows.
+
+    Pairs that mirror each other across the width stay together, so a region is as symmetric as the
+    mesh is.
+
+    Parameters
+    ----------
+    position
+        Of every pair [m], along the bar (x) and across it (y) from the middle, shape (pairs, 2).
+    load
+        Of every pair, of any unit, shape (pairs,).
+    count
+        Number of regions.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, from 0 at the clamped end, shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer places than regions, or no pair carries load.
+    """
+    position, load = _profile(position, "load", load)
+    count = checks.whole("count", count)
+    x, from_middle = _ranks(position[:, 0]), _ranks(np.abs(position[:, 1]))
+    _, place = np.unique(np.column_stack([x, from_middle]), axis=0, return_inverse=True)
+    at_place = np.bincount(place, load)
+    if not 1 <= count <= at_place.size:
+        raise ValueError(
+            f"{load.size} pairs in {at_place.size} places along the bar "
+            f"do not divide into {count} regions"
+        )
+    middle = np.cumsum(at_place) - at_place / 2
+    first = np.searchsorted(middle, at_place.sum() * np.arange(count) / count)
+    # where one place carries more than a region's share, the next region begins right after it
+    each = np.arange(count)
+    first = np.minimum(np.maximum.accumulate(first - each) + each, at_place.size - count + each)
+    region = np.searchsorted(first, np.arange(at_place.size), side="right") - 1
+    return region[place]
+
+
+def regions_of_equal_middle_load(
+    position: NDArray[np.float64], pressure: NDArray[np.float64], count: int
+) -> NDArray[np.int64]:
+    """Divide pairs across the bar where equal shares of the pressure along its middle lie between.
+
+    The profile is taken along the middle of the width, straight across holes, as the source does
+    for variable normal load (sections 3.2.1.1 and 3.2.2.1).
+
+    Parameters
+    ----------
+    position
+        Of every pair [m], along the bar (x) and across it (y) from the middle, shape (pairs, 2).
+    pressure
+        On every pair, of any unit, 0 where it is open, shape (pairs,).
+    count
+        Number of regions.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, from 0 at the clamped end, shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If a region would hold no pair, or no pair along the middle carries load.
+    """
+    position, pressure = _profile(position, "pressure", pressure)
+    count = checks.whole("count", count, at_least=1)
+    from_middle = np.abs(position[:, 1])
+    middle = np.flatnonzero(from_middle <= from_middle.min() + _SAME_PLACE)
+    middle = middle[np.argsort(position[middle, 0], kind="stable")]
+    x = position[middle, 0]
+    share = cumulative_trapezoid(pressure[middle], x, initial=0)
+    if share[-1] == 0:
+        raise ValueError("no pressure along the middle of the width by which to divide it")
+    cuts = np.interp(share[-1] * np.arange(1, count) / count, share, x)
+    region = np.searchsorted(cuts, position[:, 0] + _SAME_PLACE, side="right")
+    refuse_empty_regions(region, count)
+    return region
+
+
+def inner_and_outer_regions(
+    position: NDArray[np.float64], load: NDArray[np.float64], count: int
+) -> NDArray[np.int64]:
+    """Divide pairs as ``regions_of_equal_load``, and each region across the width in two.
+
+    Parameters
+    ----------
+    position, load
+        As for ``regions_of_equal_load``.
+    count
+        Number of regions, even.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, shape (pairs,): the inner one of a band before the outer one.
+
+    Raises
+    ------
+    ValueError
+        If the number is odd, there are fewer places than regions, or no pair carries load.
+    """
+    position, load = _profile(position, "load", load)
+    if checks.whole("count", count) % 2:
+        raise ValueError(f"{count} regions are not an inner and an outer one in every band")
+    region = 2 * regions_of_equal_load(position, load, count // 2)
+    from_middle = _ranks(np.abs(position[:, 1]))
+    for band in range(0, count, 2):
+        mine = region == band
+        at_place = np.bincount(from_middle[mine], load[mine])
+        middle = np.cumsum(at_place) - at_place / 2
+        region[mine] += middle[from_middle[mine]] > at_place.sum() / 2
+    refuse_empty_regions(region, count)
+    return region
+
+
+def _profile(
+    position: NDArray[np.float64], name: str, load: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Place and load of pairs, by which they are divided."""
+    position = checks.array("position", position, ("pairs", 2))
+    load = checks.array(name, load, position.shape[:1], at_least=0)
+    if not load.any():
+        raise ValueError(f"{name} is zero on every pair: no part of it can be equal to another")
+    return position, load
+
+
+def _ranks(distance: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Order of distances, the same for those that differ only by rounding."""
+    order = np.argsort(distance, kind="stable")
+    rank = np.empty(order.size, dtype=np.int64)
+    rank[order] = np.cumsum(np.diff(distance[order], prepend=distance[order[:1]]) > _SAME_PLACE)
+    return rank
+
+
+def refuse_empty_regions(region: NDArray[np.int64], count: int) -> None:
+    if np.unique(region).size != count:
+        raise ValueError(f"{region.size} pairs do not divide into {count} regions along the bar")

@@ -1,0 +1,83 @@
+"""Regions of a contact surface as clusters of contact pairs that move alike."""
+
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.cluster.vq import ClusterError, kmeans2
+
+from boltjoint import checks
+from boltjoint.joint.model import Joint
+from boltjoint.joint.slip_states import SlipStates, find_slip_states, stiffness_at_points
+
+
+def regions_of_like_motion(joint: Joint, count: int, *, resonances: int = 1) -> NDArray[np.int64]:
+    """Gather the pairs that move alike while a resonance passes from stick to slip.
+
+    The stiffness that regions lose is that of the springs under the scatter of the motion in each
+    region. So pairs are clustered by their relative displacement in the modes of the joint, stuck,
+    without contact, and with the pairs of least load let go in between: by Ward's method, which
+    merges what adds least to the scatter, and from there by k-means.
+
+    Parameters
+    ----------
+    joint
+        Node-to-node joint.
+    count
+        Number of regions.
+    resonances
+        Number of resonances whose modes count, from the first.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, in the order of their centres from the clamped end, shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer pairs than regions, or fewer modes than resonances.
+    """
+    checks.instance("joint", joint, Joint)
+    return MotionClusters(joint, find_slip_states(joint, resonances)).regions(count)
+
+
+class MotionClusters:
+    """Clusters of the points of a joint, for any count from one tree."""
+
+    def __init__(self, joint: Joint, states: SlipStates) -> None:
+        self._position = joint.position
+        # scaled so that scatter is the loss of squared frequency, relative, of each mode
+        modes = (states.mode / states.frequency[..., None]).reshape(
+            -1, joint.natural_frequency.size
+        )
+        self._motion = np.hstack(
+            [
+                np.sqrt(k)[:, None] * (B @ modes.T)
+                for B, k in zip(joint.rows, stiffness_at_points(joint), strict=True)
+            ]
+        )
+        self._tree = linkage(self._motion, "ward")
+
+    def regions(self, count: int) -> NDArray[np.int64]:
+        points = len(self._motion)
+        if not 1 <= checks.whole("count", count) <= points:
+            raise ValueError(f"{points} pairs do not divide into {count} regions")
+        # the first merges of the tree, by their order: equal heights would merge too many at once
+        merges = np.arange(points - 1, dtype=float)
+        found = fcluster(self._tree, points - count - 1, "monocrit", monocrit=merges) - 1
+        centres = _centres(self._motion, found)
+        # k-means may empty a region where pairs move the same: then the tree's stay
+        with suppress(ClusterError):
+            found = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
+        first = np.lexsort(_centres(self._position, found).T[::-1])
+        rank = np.empty(count, dtype=np.int64)
+        rank[first] = np.arange(count)
+        return rank[found]
+
+
+def _centres(values: NDArray[np.float64], region: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Mean of every column of values over each region, shape (regions, columns)."""
+    size = np.bincount(region)
+    return np.column_stack([np.bincount(region, column) / size for column in values.T])

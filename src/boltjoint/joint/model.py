@@ -1,0 +1,190 @@
+"""Contact points with their modal rows and friction elements: the joint as every solver sees it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.law import FrictionLaw
+from boltjoint.friction.variable import VariableLoad
+
+#: relative difference of squared frequencies below which modes are any combination of each other
+_SAME_FREQUENCY = 1e-9
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A structure in modal coordinates and the friction elements that act on it.
+
+    Parameters
+    ----------
+    natural_frequency
+        Of the structure without contact [Hz], shape (modes,).
+    excitation_mode, response_mode
+        Mass-normalised modes at the excited and the observed point [kg^-1/2], shape (modes,).
+    tangential_mode
+        Relative modal displacement, side A minus side B, along the bar at every contact point
+        [kg^-1/2], shape (points, modes): u = tangential_mode @ q.
+    position
+        Of every contact point [m], shape (points, 3).
+    law
+        The friction elements and which point each acts on.
+    element_position
+        Of every element [m], shape (elements, 3): its contact pair, or its region's centre.
+    normal_mode
+        As ``tangential_mode``, across the contact and positive when closing, where the law needs
+        it: v = normal_mode @ q.
+
+    Raises
+    ------
+    ValueError
+        If an entry is not a finite number, a natural frequency is negative, the shapes do not fit
+        each other, or an element sits on a point that does not exist.
+    """
+
+    natural_frequency: NDArray[np.float64]
+    excitation_mode: NDArray[np.float64]
+    response_mode: NDArray[np.float64]
+    tangential_mode: NDArray[np.float64]
+    position: NDArray[np.float64]
+    law: ConstantLoad | VariableLoad | AlternatingFrequencyTime
+    element_position: NDArray[np.float64]
+    normal_mode: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit each other."""
+        checks.instance("law", self.law, FrictionLaw)
+        frequency = checks.array(
+            "natural_frequency", self.natural_frequency, ("modes",), at_least=0
+        )
+        position = checks.array("position", self.position, ("points", 3))
+        on = self.law.point_of_element
+        modes, points, elements = frequency.size, len(position), on.size
+        expected = {
+            "natural_frequency": (modes,),
+            "excitation_mode": (modes,),
+            "response_mode": (modes,),
+            "tangential_mode": (points, modes),
+            "position": (points, 3),
+            "element_position": (elements, 3),
+        }
+        if modes == 0:
+            raise ValueError("natural_frequency is empty: a structure has at least one mode")
+        needs_normal = "normal" in self.law.directions
+        if needs_normal != (self.normal_mode is not None):
+            verb = "needs" if needs_normal else "has no use for"
+            raise ValueError(f"the law {self.law.name!r} {verb} a normal mode")
+        if needs_normal:
+            expected["normal_mode"] = (points, modes)
+        for name, shape in expected.items():
+            object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
+        if elements == 0 or on.max() >= points:
+            raise ValueError(
+                f"point_of_element of the law: elements must sit on points 0 to {points - 1}"
+            )
+
+    @property
+    def points(self) -> int:
+        """Number of contact points."""
+        return len(self.position)
+
+    @property
+    def rows(self) -> tuple[NDArray[np.float64], ...]:
+        """Modal rows of each direction the law needs, each (points, modes)."""
+        if self.normal_mode is None:
+            return (self.tangential_mode,)
+        return self.tangential_mode, self.normal_mode
+
+    def stuck_stiffness(self) -> NDArray[np.float64]:
+        """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
+        stiffness = self.law.stuck_stiffness(self.points)
+        return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
+
+    def check_resonance(self, resonance: int) -> int:
+        """The number of a resonance, from 1, refused where there are not as many modes."""
+        return checks.whole("resonance", resonance, at_least=1, at_most=self.natural_frequency.size)
+
+    def check_excitation(self, resonance: int) -> None:
+        """Refuse a resonance that the force does not excite, and a response that is zero.
+
+        The participation ``phi . excitation_mode`` of the stuck mode phi is compared with the modes
+        at the excited and at the observed point, whichever are larger: across the width of a
+        symmetric structure, or in its clamp, it is nothing but rounding.
+
+        Parameters
+        ----------
+        resonance
+            Which resonance is followed, from 1.
+
+        Raises
+        ------
+        ValueError
+            If the force does not excite it, or the observed point moves in no mode.
+        """
+        resonance = self.check_resonance(resonance)
+        excited, observed = map(np.linalg.norm, (self.excitation_mode, self.response_mode))
+        rounding = checks.ROUNDING_OF_MODES * max(excited, observed)
+        stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
+        squared, vectors = np.linalg.eigh(stiffness)
+        own = squared[resonance - 1]
+        alike = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
+        participation = np.linalg.norm(self.excitation_mode @ alike)
+        if participation <= rounding:
+            raise ValueError(
+                "this force does not excite the modes asked for: excitation_mode has a share of "
+                f"{participation:.1g} kg^-1/2 in resonance {resonance}"
+            )
+        if observed <= rounding:
+            raise ValueError(
+                "the observed point does not move in the modes asked for: response_mode is at "
+                f"most {abs(self.response_mode).max():.1g} kg^-1/2"
+            )
+
+
+def merge_points(
+    joint: Joint, region: NDArray[np.int64], weight: NDArray[np.float64] | None = None
+) -> Joint:
+    """Let the points of a region move as one artificial point, their mean (eq. 3.1, 3.2).
+
+    Every element stays; those of a region all see the displacement of its point.
+
+    Parameters
+    ----------
+    joint
+        A joint with any number of points.
+    region
+        Region of every point, from 0 without gaps, shape (points,).
+    weight
+        Of every point in the mean of its region, shape (points,); alike by default.
+
+    Raises
+    ------
+    ValueError
+        If the regions do not fit the points, a number is left out, or a weight is negative or all
+        weights of a region are zero.
+    """
+    checks.instance("joint", joint, Joint)
+    region = checks.indices("region", region, (joint.points,))
+    size = np.bincount(region)
+    if np.any(size == 0):
+        raise ValueError(f"region must count from 0 without gaps: no point has {np.argmin(size)}")
+    if weight is None:
+        share = 1 / size[region]
+    else:
+        weight = checks.array("weight", weight, region.shape, at_least=0)
+        total = np.bincount(region, weight)
+        if np.any(total == 0):
+            raise ValueError(f"weight is zero in all of region {np.argmin(total)}")
+        share = weight / total[region]
+    mean = np.zeros((size.size, joint.points))
+    mean[region, np.arange(joint.points)] = share
+    return replace(
+        joint,
+        tangential_mode=mean @ joint.tangential_mode,
+        normal_mode=None if joint.normal_mode is None else mean @ joint.normal_mode,
+        position=mean @ joint.position,
+        law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
+    )

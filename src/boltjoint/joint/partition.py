@@ -1,0 +1,311 @@
+"""Partition of a contact surface into regions, and the error of the joint of regions."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.linalg import eigvalsh
+from scipy.spatial import KDTree
+
+from boltjoint import checks
+from boltjoint.dataset import quantity
+from boltjoint.joint.bands import (
+    inner_and_outer_regions,
+    refuse_empty_regions,
+    regions_of_equal_load,
+    regions_of_equal_middle_load,
+)
+from boltjoint.joint.clusters import MotionClusters
+from boltjoint.joint.model import Joint, merge_points
+from boltjoint.joint.slip_states import (
+    SlipStates,
+    check_resonances,
+    find_slip_states,
+    modal_stiffness_where,
+)
+
+#: how a contact surface is divided
+Division = Literal["equal-load", "equal-middle-load", "inner-outer", "clusters"]
+
+
+#: how a region moves: as the mean of its pairs, as that weighted by the load they carry, or as a
+#: straight line along the bar
+Motion = Literal["mean", "load-weighted", "linear"]
+
+
+def partition_regions(
+    joint: Joint,
+    preload: xr.Dataset,
+    count: int | None,
+    division: Division = "equal-load",
+    motion: Motion = "mean",
+    *,
+    tolerance: float | None = None,
+    resonances: int = 1,
+) -> Joint:
+    """Reduce a node-to-node joint to regions, each moving as one artificial point.
+
+    Parameters
+    ----------
+    joint
+        Node-to-node joint.
+    preload
+        The contact under bolt preload that it was made from (``preload.nc``).
+    count
+        Number of regions; None for the fewest within the tolerance (``choose_count``).
+    division
+        ``equal-load``: bands along the bar that carry equal shares of the normal load.
+        ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
+        width. ``inner-outer``: half as many bands as for ``equal-load``, the pairs near the middle
+        of the width apart from those near the edges. ``clusters``: pairs that move alike, wherever
+        they are.
+    motion
+        ``mean``: as the mean of the pairs (eq. 3.1, 3.2). ``load-weighted``: as their mean weighted
+        by the load they carry, which keeps the friction of a contact that slips all over; a region
+        without load moves as the mean. ``linear``: every pair on the straight line along the bar
+        that is nearest to the motion of its region; all points stay.
+    tolerance
+        As for ``choose_count``, where no number is given.
+    resonances
+        For ``clusters``, as for ``regions_of_like_motion``.
+
+    Raises
+    ------
+    ValueError
+        If there are not enough pairs for so many regions, or neither a number nor a tolerance; or
+        if division or motion are not known.
+    """
+    partition = _Partition(joint, preload, division, motion, resonances)
+    if count is None:
+        if tolerance is None:
+            raise ValueError("regions need a number, or a tolerance that chooses it")
+        count = choose_count(joint, preload, tolerance, division, motion, resonances=resonances)
+    return partition.joint(count)
+
+
+def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
+    """How far regions put the resonance from where the pairs have it, at most, over states of slip.
+
+    The states are nested: elements let go in the order of the load they carry, from none to all.
+    In each, two frequencies of the regions are compared with those of the pairs: of the joint whose
+    remaining elements stick, and the apparent one (Rayleigh's quotient with the harmonic forces of
+    all elements) in the pairs' mode, at an amplitude at which about that share of the load slips.
+
+    Parameters
+    ----------
+    joint
+        Node-to-node joint.
+    regions
+        A joint of regions with the same elements.
+    resonances
+        Number of resonances that count, from the first.
+
+    Returns
+    -------
+    float
+        The largest error of a frequency, relative.
+
+    Raises
+    ------
+    ValueError
+        If the two differ in their number of elements, or there are fewer modes than resonances.
+    """
+    for name, each in (("joint", joint), ("regions", regions)):
+        checks.instance(name, each, Joint)
+    if regions.law.point_of_element.size != joint.law.point_of_element.size:
+        raise ValueError("regions must have the elements of the joint they are compared with")
+    return _largest_error(find_slip_states(joint, resonances), joint, regions)
+
+
+def tabulate_region_errors(
+    joint: Joint,
+    preload: xr.Dataset,
+    counts: Sequence[int],
+    division: Division = "equal-load",
+    motion: Motion = "mean",
+    *,
+    resonances: int = 1,
+) -> xr.Dataset:
+    """``region_error`` against the number of regions, without solving for any response.
+
+    Parameters
+    ----------
+    joint, preload, division, motion, resonances
+        As for ``partition_regions``.
+    counts
+        Numbers of regions.
+
+    Returns
+    -------
+    Dataset
+        ``count(partition)`` and ``region_error(partition)``.
+
+    Raises
+    ------
+    ValueError
+        As for ``partition_regions``.
+    """
+    partition = _Partition(joint, preload, division, motion, resonances)
+    return xr.Dataset(
+        {
+            "count": quantity("partition", np.array(counts), "1", "number of regions"),
+            "region_error": quantity(
+                "partition",
+                np.array([partition.error(count) for count in counts]),
+                "1",
+                "largest relative error of the resonance over states of slip",
+            ),
+        },
+        attrs={"division": division, "motion": motion, "resonances": resonances},
+    )
+
+
+def choose_count(
+    joint: Joint,
+    preload: xr.Dataset,
+    tolerance: float,
+    division: Division = "equal-load",
+    motion: Motion = "mean",
+    *,
+    resonances: int = 1,
+    most: int = 64,
+) -> int:
+    """Fewest regions whose ``region_error`` is within a tolerance.
+
+    Parameters
+    ----------
+    joint, preload, division, motion, resonances
+        As for ``partition_regions``.
+    tolerance
+        Largest relative error of the resonance over states of slip.
+    most
+        Largest number of regions tried.
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not positive, or no number of regions up to ``most`` meets it.
+    """
+    tolerance = checks.number("tolerance", tolerance, above=0)
+    most = checks.whole("most", most, at_least=1)
+    partition = _Partition(joint, preload, division, motion, resonances)
+    best, at = np.inf, 0
+    for count in range(1, min(most, joint.points) + 1):
+        error = partition.error(count)
+        if error <= tolerance:
+            return count
+        if error < best:
+            best, at = error, count
+    raise ValueError(
+        f"up to {most} regions ({division}, {motion}) have an error of {best:.2g} at best, with "
+        f"{at}: more than the tolerance of {tolerance:g}"
+    )
+
+
+class _Partition:
+    """One way to divide a joint, for any number of regions."""
+
+    def __init__(
+        self,
+        joint: Joint,
+        preload: xr.Dataset,
+        division: Division,
+        motion: Motion,
+        resonances: int,
+    ) -> None:
+        checks.instance("joint", joint, Joint)
+        checks.choice("division", division, get_args(Division))
+        checks.choice("motion", motion, get_args(Motion))
+        check_resonances(joint, resonances)
+        self._joint, self._preload = joint, preload
+        self._division, self._motion, self._resonances = division, motion, resonances
+
+    @cached_property
+    def _states(self) -> SlipStates:
+        return find_slip_states(self._joint, self._resonances)
+
+    @cached_property
+    def _like_motion(self) -> MotionClusters:
+        return MotionClusters(self._joint, self._states)
+
+    def joint(self, count: int) -> Joint:
+        joint, region = self._joint, self._regions(count)
+        if self._motion == "linear":
+            return _on_lines(joint, region)
+        if self._motion == "mean":
+            return merge_points(joint, region)
+        load = self._load
+        unloaded = np.bincount(region, load)[region] == 0
+        return merge_points(joint, region, np.where(unloaded, 1.0, load))
+
+    @property
+    def _load(self) -> NDArray[np.float64]:
+        law = self._joint.law
+        return np.bincount(law.point_of_element, law.slip_force, self._joint.points)
+
+    def error(self, count: int) -> float:
+        return _largest_error(self._states, self._joint, self.joint(count))
+
+    def _regions(self, count: int) -> NDArray[np.int64]:
+        joint = self._joint
+        if self._division == "clusters":
+            return self._like_motion.regions(count)
+        if self._division in _BY_LOAD:
+            return _BY_LOAD[self._division](joint.position[:, :2], self._load, count)
+        # of all pairs, since between those that a joint has elements on the surface may be open
+        surface = checks.variable("preload", self._preload, "position", ("pair", "axis"))
+        load = checks.variable("preload", self._preload, "normal_load", ("pair",), at_least=0)
+        pressure = load / checks.variable("preload", self._preload, "area", ("pair",), above=0)
+        region = regions_of_equal_middle_load(surface[:, :2], pressure, count)
+        region = region[KDTree(surface).query(joint.position)[1]]
+        refuse_empty_regions(region, count)
+        return region
+
+
+#: divisions by position and load alone
+_BY_LOAD = {"equal-load": regions_of_equal_load, "inner-outer": inner_and_outer_regions}
+
+
+def _on_lines(joint: Joint, region: NDArray[np.int64]) -> Joint:
+    """All points, each moving with the straight line along the bar nearest to its region."""
+    moved = [np.empty_like(B) for B in joint.rows]
+    for mine in (region == each for each in range(region.max() + 1)):
+        x = joint.position[mine, 0]
+        line = np.column_stack([np.ones(x.size), x - x.mean()])
+        for B, on_line in zip(joint.rows, moved, strict=True):
+            on_line[mine] = line @ np.linalg.lstsq(line, B[mine], rcond=None)[0]
+    names = ("tangential_mode", "normal_mode")
+    return replace(joint, **dict(zip(names, moved, strict=False)))
+
+
+def _largest_error(states: SlipStates, joint: Joint, regions: Joint) -> float:
+    """Largest relative error of a frequency in any state, and of the apparent frequency."""
+    resonances = states.frequency.shape[1]
+    errors = []
+    for i, stuck in enumerate(states.sticks):
+        square = eigvalsh(
+            modal_stiffness_where(regions, stuck), subset_by_index=[0, resonances - 1]
+        )
+        errors.extend(np.sqrt(square) / states.frequency[i] - 1)
+        for r in range(resonances):
+            q = states.amplitude[i, r] * states.mode[i, r]
+            errors.append(_apparent_frequency(regions, q) / _apparent_frequency(joint, q) - 1)
+    return float(np.max(np.abs(errors)))
+
+
+def _apparent_frequency(joint: Joint, q: NDArray[np.float64]) -> float:
+    """Rayleigh's quotient of the harmonic motion q sin(wt) [rad/s]."""
+    components = joint.law.components
+    sin = components.index("sin")
+    rows = joint.rows
+    motion = np.zeros((joint.points, len(rows), len(components)))
+    for d, B in enumerate(rows):
+        motion[:, d, sin] = B @ q
+    force = joint.law.force(motion.reshape(joint.points, -1)).reshape(motion.shape)
+    work = np.sum(force[..., sin] * motion[..., sin])
+    elastic = np.sum((2 * np.pi * joint.natural_frequency * q) ** 2)
+    return float(np.sqrt((elastic + work) / np.sum(q**2)))

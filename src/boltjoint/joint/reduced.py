@@ -1,0 +1,146 @@
+"""Joints with few friction elements, or one table, in the place of the many of a region."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from boltjoint import checks
+from boltjoint.dataset import quantity
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.tabulated import TabulatedLoad
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.joint.fit_loops import fit_elements
+from boltjoint.joint.masing import Method, check_fit_options, loop_error, unloading_branch
+from boltjoint.joint.model import Joint
+
+#: points along each loop at which forces are compared, evenly in phase over half a period
+_SAMPLES = 64
+
+
+def fit_reduced_joint(
+    joint: Joint,
+    count: int,
+    *,
+    method: Method = "loops",
+    load_fractions: Sequence[float] = (0.3, 0.6, 0.9),
+    starts: int = 16,
+) -> tuple[Joint, xr.Dataset]:
+    """Replace the elements of every region by ``count`` fitted ones.
+
+    Loops are those of constant normal load, whatever the law: elements that carry no load in the
+    assembled state do not take part.
+
+    Parameters
+    ----------
+    joint
+        A joint of regions.
+    count, method, load_fractions, starts
+        As for ``fit_elements``.
+
+    Raises
+    ------
+    ValueError
+        If a region has fewer elements under load than ``count``, or as for ``fit_elements``.
+
+    Returns
+    -------
+    joint : Joint
+        On the same points, with ``count`` elements each.
+    fit : Dataset
+        Cost, loop errors, amplitudes and the loops of region and fit, by point.
+    """
+    checks.instance("joint", joint, Joint)
+    checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
+    count = checks.whole("count", count, at_least=1)
+    load_fractions = check_fit_options(method, load_fractions, starts)
+    law = joint.law
+    fits, errors, of_region, of_fit, displacement = [], [], [], [], []
+    phase = np.linspace(0, np.pi, _SAMPLES)
+    for point in range(joint.points):
+        mine = (law.point_of_element == point) & (law.slip_force > 0)
+        k, s = law.tangential_stiffness[mine], law.slip_force[mine]
+        if k.size < count:
+            raise ValueError(
+                f"cannot fit {count} elements to region {point + 1}, which has {k.size} under "
+                "load: ask for fewer elements or fewer regions"
+            )
+        fit = fit_elements(k, s, count, method=method, load_fractions=load_fractions, starts=starts)
+        fits.append(fit)
+        errors.append(loop_error(k, s, fit.tangential_stiffness, fit.slip_force))
+        u = np.outer(fit.amplitude, np.cos(phase))
+        displacement.append(u)
+        of_region.append(
+            [unloading_branch(a, v, k, s) for a, v in zip(fit.amplitude, u, strict=True)]
+        )
+        of_fit.append(
+            [
+                unloading_branch(a, v, fit.tangential_stiffness, fit.slip_force)
+                for a, v in zip(fit.amplitude, u, strict=True)
+            ]
+        )
+    loop = ("point", "loop", "sample")
+    dataset = xr.Dataset(
+        {
+            "fit_cost": quantity("point", [f.cost for f in fits], "N2", "cost of eq. 3.3"),
+            "largest_loop_error": quantity(
+                "point",
+                [e.largest for e in errors],
+                "1",
+                "largest force difference of all loops over the slip force",
+            ),
+            "rms_loop_error": quantity(
+                "point",
+                [e.rms for e in errors],
+                "1",
+                "mean force difference of loops at all amplitudes over the slip force",
+            ),
+            "loop_amplitude": quantity(
+                ("point", "loop"), [f.amplitude for f in fits], "m", "amplitude of a compared loop"
+            ),
+            "loop_displacement": quantity(
+                loop, np.array(displacement), "m", "displacement along the unloading branch"
+            ),
+            "loop_force_of_region": quantity(
+                loop, np.array(of_region), "N", "force of all elements of the region"
+            ),
+            "loop_force_of_fit": quantity(
+                loop, np.array(of_fit), "N", "force of the fitted elements"
+            ),
+        }
+    )
+    point_of_element = np.repeat(np.arange(joint.points), count)
+    reduced = replace(
+        joint,
+        law=law.replaced_by(
+            point_of_element,
+            np.concatenate([f.tangential_stiffness for f in fits]),
+            np.concatenate([f.slip_force for f in fits]),
+        ),
+        element_position=joint.position[point_of_element],
+    )
+    return reduced, dataset
+
+
+def tabulate_joint(joint: Joint) -> Joint:
+    """The same elements, with forces from a table: as fast as with one element a point.
+
+    Parameters
+    ----------
+    joint
+        A joint of regions, or any other under constant normal load.
+
+    Raises
+    ------
+    ValueError
+        If the normal load varies: the force is then no function of one amplitude.
+    """
+    checks.instance("joint", joint, Joint)
+    law = joint.law
+    if not isinstance(law, ConstantLoad):
+        raise ValueError(
+            f"the law {law.name!r} of the joint cannot be tabulated: only constant normal load can"
+        )
+    elements = law.point_of_element, law.tangential_stiffness, law.slip_force
+    return replace(joint, law=TabulatedLoad(*elements))

@@ -1,0 +1,276 @@
+"""Figures of the contact surface: normal loads, regions, contact states."""
+
+from itertools import pairwise
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from boltjoint.friction import contact_states
+from boltjoint.joint.io import joint_from_dataset
+from boltjoint.report.figures.drawing import ContactSurface
+from boltjoint.report.figures.style import (
+    BLANK_COLOUR,
+    MM,
+    REGION_COLOURS,
+    UM,
+    fill_shapes,
+    positions_of,
+    share_in_percent,
+    styled,
+)
+
+#: contact states in their order, in the source's red, blue, cyan and green; their lightness differs
+#: enough to tell them apart without seeing red or green
+_STATES = ("#b8242f", "#2f5aa8", "#5cc4e8", "#7cc267")
+
+
+@styled
+def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
+    """Pressure, normal load and gap over the contact, and the load along the middle of its width.
+
+    Every contact pair is drawn as the area that belongs to it.
+
+    Parameters
+    ----------
+    assembly
+        As ``structure.mesh`` builds it.
+    preload
+        As ``structure.statics`` finds it, of that assembly.
+
+    Raises
+    ------
+    ValueError
+        If the two do not hold the same contact pairs.
+    """
+    surface = ContactSurface.of(assembly)
+    if not np.array_equal(surface.position, positions_of(preload, "position", "pair")):
+        raise ValueError("assembly and preload hold different contact pairs")
+    load, gap = preload["normal_load"].to_numpy(), preload["gap"].to_numpy()
+    loaded = load > 0
+    figure = Figure(figsize=(8, 7.6), layout="compressed")
+    panels = figure.subplots(4, 1, sharex=True, height_ratios=[1, 1, 1, 1.2])
+    maps = (
+        ("pressure (MPa)", load / assembly["area"].to_numpy() / 1e6, loaded, "magma_r"),
+        ("normal load (N)", load, loaded, "magma_r"),
+        ("gap (μm)", gap * UM, ~loaded, "GnBu"),
+    )
+    for axes, (label, value, shown, name) in zip(panels, maps, strict=False):
+        colours = _part_of_map(name, 0.08, 1.0)
+        norm = Normalize(0, value[shown].max(initial=0) or 1)
+        cells = [surface.area_of([pair]) for pair in np.flatnonzero(shown)]
+        fill_shapes(axes, [surface.area_of(np.flatnonzero(~shown))], facecolors=BLANK_COLOUR)
+        fill_shapes(
+            axes, cells, facecolors=colours(norm(value[shown])), edgecolors="face", linewidths=0.2
+        )
+        figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=label, pad=0.01, aspect=8)
+        _plan_view(axes, surface)
+    total = f"{load.sum() / 1e3:.2f} kN"
+    panels[0].set_title(f"{loaded.sum()} pairs carry {total} together; open pairs are grey")
+    panels[2].set_title(f"{(~loaded).sum()} pairs are open; pairs that carry load are grey")
+    axes = panels[3]
+    _profile(axes, surface, load)
+    axes.set(xlabel="x (mm)", ylabel="normal load (N)")
+    axes.set_title("pairs along the middle of the width", loc="left")
+    return figure
+
+
+@styled
+def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
+    """Where the regions of a joint lie, with the number of elements and the share of load of each.
+
+    Where the normal load varies, open pairs have elements as well and are drawn pale. The pressure
+    along the middle of the width, by which such joints may be divided, is then shown with the
+    part of each region.
+
+    Parameters
+    ----------
+    assembly
+        As ``structure.mesh`` builds it.
+    joint
+        A joint of regions (``joint.nc``) on that assembly.
+
+    Raises
+    ------
+    ValueError
+        If an element lies on no contact pair of the assembly.
+    """
+    surface = ContactSurface.of(assembly)
+    pair = surface.pairs_at(joint)
+    law = joint_from_dataset(joint).law
+    region, loaded = law.point_of_element, law.slip_force > 0
+    load_varies = "normal" in law.directions
+    count, under_load = np.bincount(region), np.bincount(region, loaded).astype(int)
+    # friction is the same everywhere, so slip forces stand to each other as normal loads do
+    share = 100 * np.bincount(region, law.slip_force) / law.slip_force.sum()
+    figure = Figure(figsize=(8, 6.6 if load_varies else 4.2), layout="compressed")
+    panels = figure.subplots(3 if load_varies else 2, 1, sharex=True)
+    plan, bars = panels[:2]
+    without = np.setdiff1d(np.arange(len(surface.position)), pair)
+    fill_shapes(plan, [surface.area_of(without)], facecolors=BLANK_COLOUR)
+    areas = [surface.area_of(pair[region == number]) for number in range(count.size)]
+    extents = np.array([area.get_extents().intervalx for area in areas])
+    middle = extents.mean(axis=1)
+    width = 0.8 * np.diff(np.sort(middle)).min(initial=np.ptp(surface.corner[:, 0]))
+    many = count.size > 10
+    for number, (x, percent) in enumerate(zip(middle, share, strict=True)):
+        look = {"color": REGION_COLOURS[number % len(REGION_COLOURS)], "linewidth": 0}
+        fill_shapes(plan, [areas[number]], **look)
+        above = {"ha": "center", "va": "bottom"}
+        plan.text(x, surface.corner[:, 1].max() + 1, number + 1, weight="bold", **above)
+        bars.bar(x, percent, width, **look)
+        elements = f"{under_load[number]} of {count[number]}" if load_varies else f"{count[number]}"
+        text = f" {elements}, {percent:.1f} %" if many else f"{elements}\n{percent:.1f} %"
+        bars.text(x, percent, text, rotation=90 if many else 0, **above)
+    _plan_view(plan, surface)
+    bars.set_ylabel("share of the\nnormal load (%)")
+    # room for the texts on the bars
+    bars.set_ylim(0, share.max() * (1.5 if not many else 3.2 if load_varies else 1.9))
+    elements = "elements under load of all elements" if load_varies else "number of elements"
+    bars.set_title(f"{elements} and share of the normal load of each region")
+    if load_varies:
+        fill_shapes(plan, [surface.area_of(pair[~loaded])], facecolors="white", alpha=0.6)
+        load = np.zeros(len(surface.position))
+        load[pair] = np.maximum(law.normal_load, 0.0)
+        pressure = load / assembly["area"].to_numpy() / 1e6
+        _divide_profile(panels[2], surface, pressure, (extents[1:, 0] + extents[:-1, 1]) / 2)
+        _profile(panels[2], surface, pressure)
+        panels[2].set_ylabel("pressure (MPa)")
+        panels[2].set_title("pairs along the middle of the width", loc="left")
+        patches = [Patch(color=REGION_COLOURS[0], linewidth=0, alpha=alpha) for alpha in (1.0, 0.4)]
+        where = {"loc": "outside upper center", "ncols": 2}
+        figure.legend(patches, ["pairs under load", "open pairs"], **where)
+    panels[-1].set_xlabel("x (mm)")
+    return figure
+
+
+@styled
+def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -> Figure:
+    """Contact state of every pair at the peak of every force level, in plan view.
+
+    Above each panel stand the shares of the elements. A level without a peak is hatched.
+
+    Parameters
+    ----------
+    assembly
+        As ``structure.mesh`` builds it.
+    joint
+        A joint on that assembly whose elements sit on contact pairs (``joint.nc``).
+    response
+        Its response, as ``response.solve_response`` gives it.
+
+    Raises
+    ------
+    ValueError
+        If an element lies on no contact pair of the assembly, or joint and response differ in
+        their number of elements.
+    """
+    surface = ContactSurface.of(assembly)
+    pair = surface.pairs_at(joint)
+    state = response["contact_state"].transpose("force", "element").to_numpy()
+    if state.shape[1] != pair.size:
+        raise ValueError(f"the joint has {pair.size} elements, the response {state.shape[1]}")
+    without = surface.area_of(np.setdiff1d(np.arange(len(surface.position)), pair))
+    columns = min(2, len(state))
+    rows = -(-len(state) // columns)
+    length, width, _ = np.ptp(surface.position, axis=0)
+    each = 0.4 + 7.2 / columns * width / length
+    figure = Figure(figsize=(8, 0.9 + rows * each), layout="compressed")
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    patches = [Patch(color=colour, linewidth=0) for colour in (*_STATES, BLANK_COLOUR)]
+    names = [*contact_states.MEANINGS, "no element"]
+    for axes, found, force, frequency in zip(
+        panels.flat,
+        state,
+        response["force_level"].to_numpy(),
+        response["peak_frequency"].to_numpy(),
+        strict=False,
+    ):
+        fill_shapes(axes, [without], facecolors=BLANK_COLOUR)
+        for number, colour in enumerate(_STATES):
+            fill_shapes(axes, [surface.area_of(pair[found == number])], facecolors=colour)
+        unknown = surface.area_of(pair[found == contact_states.UNKNOWN])
+        fill_shapes(axes, [unknown], facecolors="white", edgecolors="0.6", hatch="////")
+        _plan_view(axes, surface)
+        axes.label_outer()
+        if np.isnan(frequency):
+            axes.set_title(f"{force:g} N: no peak found", loc="left")
+            continue
+        axes.set_title(f"{force:g} N, {frequency:.1f} Hz", loc="left")
+        share = {number: np.mean(found == number) for number in np.unique(found)}
+        axes.legend(
+            [patches[number] for number in share],
+            [share_in_percent(part) for part in share.values()],
+            loc="lower right",
+            bbox_to_anchor=(1, 1),
+            borderpad=0,
+            ncols=len(share),
+            handlelength=0.8,
+            handletextpad=0.4,
+            columnspacing=0.8,
+        )
+    for axes in panels.flat[len(state) :]:
+        axes.set_axis_off()
+        panels[-2, 1].tick_params(labelbottom=True)
+    figure.supxlabel("x (mm)", fontsize=9)
+    shown = list(np.unique(state[state != contact_states.UNKNOWN]))
+    if len(pair) < len(surface.position):
+        shown.append(len(_STATES))
+    figure.legend(
+        [patches[number] for number in shown],
+        [names[number] for number in shown],
+        title="contact state at the peak of every force",
+        loc="outside upper center",
+        ncols=len(shown),
+    )
+    return figure
+
+
+def _part_of_map(name: str, low: float, high: float) -> Colormap:
+    return ListedColormap(matplotlib.colormaps[name](np.linspace(low, high, 256)))
+
+
+def _profile(axes: Axes, surface: "ContactSurface", value: NDArray[np.float64]) -> None:
+    """Draw what the pairs along the middle of the width have, open ones hollow at zero."""
+    edges = surface.edges_along_middle()
+    x = surface.position[:, 0] * MM
+    lines = [np.c_[x[edge], value[edge]] for edge in edges]
+    axes.add_collection(LineCollection(lines, colors="0.6", linewidths=0.9))
+    loaded = value > 0
+    for state, colour, label in ((loaded, "black", "loaded"), (~loaded, "white", "open")):
+        pairs = np.intersect1d(edges, np.flatnonzero(state))
+        look = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
+        axes.plot(x[pairs], value[pairs], "o", **look, markeredgewidth=0.6, label=label)
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
+    axes.grid(True)
+
+
+def _divide_profile(
+    axes: Axes, surface: "ContactSurface", value: NDArray[np.float64], cuts: NDArray[np.float64]
+) -> None:
+    """Colour the parts of regions under the profile, which runs straight across the holes."""
+    pairs = np.unique(surface.edges_along_middle())
+    pairs = pairs[np.argsort(surface.position[pairs, 0])]
+    x = surface.position[pairs, 0] * MM
+    ends = np.concatenate([x[:1], cuts, x[-1:]])
+    for number, (begin, end) in enumerate(pairwise(ends)):
+        part = np.unique(np.clip(x, begin, end))
+        colour = REGION_COLOURS[number % len(REGION_COLOURS)]
+        height = np.interp(part, x, value[pairs])
+        axes.fill_between(part, height, color=colour, alpha=0.45, linewidth=0)
+
+
+def _plan_view(axes: Axes, surface: ContactSurface) -> None:
+    x, y = (surface.position[:, :2] * MM).T
+    axes.set_aspect("equal")
+    axes.set_xlim(x.min() - 1, x.max() + 1)
+    axes.set_ylim(y.min() - 1, y.max() + 1)
+    axes.set_yticks([y.min(), (y.min() + y.max()) / 2, y.max()])
+    axes.set_ylabel("y (mm)")

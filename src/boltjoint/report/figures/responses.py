@@ -1,0 +1,224 @@
+"""Figures of frequency responses and backbones."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from boltjoint.names import joint_in_words
+from boltjoint.report.figures.style import (
+    BREAK_MARK,
+    MM,
+    MODEL_LINE,
+    REFERENCE_LINE,
+    add_legends,
+    label_decades,
+    level_colours,
+    method_in_words,
+    styled,
+)
+
+_PEAK = {"marker": "o", "markeredgecolor": "white", "markeredgewidth": 0.6, "linestyle": "none"}
+
+
+_HIDDEN = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
+
+
+#: response over its peak down to which a curve is kept in view
+_FLANK = 1 / 2
+
+
+#: what is shown on both sides of that, over its width and at least over the frequency
+_MARGIN, _LEAST_MARGIN = 0.25, 0.02
+
+
+#: response over the lowest peak down to which antiresonances are followed
+_DEPTH = 1 / 30
+
+
+@styled
+def plot_response(
+    response: xr.Dataset, joint: str, coordinates: str, reference: xr.Dataset | None = None
+) -> Figure:
+    """Response over frequency at all force levels, divided by the force.
+
+    Shown are the frequencies around those at which some response is half its peak or more. Dashed
+    are solutions that a slow sweep of the frequency passes over, up and down.
+
+    Parameters
+    ----------
+    response
+        As ``response.solve_response`` gives it.
+    joint
+        Name of the joint that was solved, such as ``regions=6/elements=7``.
+    coordinates
+        What it was solved in, ``linear`` or ``rdnm-N``.
+    reference
+        Response of the node-to-node joint in linear modes at the same forces, to compare with.
+
+    Raises
+    ------
+    ValueError
+        If the reference was solved at other forces.
+    """
+    forces = response["force_level"].to_numpy()
+    if reference is not None and not np.array_equal(forces, reference["force_level"].to_numpy()):
+        raise ValueError("response and reference were solved at different forces")
+    is_reference = (joint, coordinates) == ("node-to-node", "linear")
+    layers = {
+        method_in_words(joint, coordinates): (
+            response,
+            REFERENCE_LINE if is_reference else MODEL_LINE,
+        )
+    }
+    if reference is not None:
+        layers = {method_in_words("node-to-node", "linear"): (reference, REFERENCE_LINE)} | layers
+    levels = [f"{force:g} N" for force in forces]
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    axes = figure.subplots()
+    shown, marks = [], {"peak": _PEAK}
+    for name, (solved, style) in layers.items():
+        size = 0.6 if style is REFERENCE_LINE and not is_reference else 1.0
+        curves = _curves(solved)
+        for index, (curve, colour) in enumerate(
+            zip(curves, level_colours(forces.size), strict=True)
+        ):
+            x, y = curve.frequency, curve.amplitude
+            label = f"{name}, {forces[index]:g} N"
+            axes.semilogy(x, np.where(curve.hidden, np.nan, y), color=colour, label=label, **style)
+            if curve.hidden.any():
+                aside = _or_beside(curve.hidden)
+                axes.plot(x, np.where(aside, y, np.nan), color=colour, **style, **_HIDDEN)
+                marks["not shown by slow sweeps"] = {**REFERENCE_LINE, **_HIDDEN}
+            if curve.peak is not None:
+                at = [curve.peak]
+                axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK)
+            if curve.broken_off:
+                axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **BREAK_MARK)
+                marks["branch breaks off"] = BREAK_MARK
+                levels[index] += f"\n{'reference ' if solved is reference else ''}{curve.end}"
+            if curve.fell_back:
+                levels[index] += "\nlinear modes instead"
+        shown += curves
+    _keep_in_view(axes, shown)
+    axes.set(xlabel="frequency (Hz)", ylabel="response / force (mm/N)")
+    axes.grid(True)
+    add_legends(axes, {name: style for name, (_, style) in layers.items()}, "force", levels, marks)
+    return figure
+
+
+@styled
+def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float]) -> Figure:
+    """Natural frequency and damping ratio over amplitude, by joint.
+
+    Parameters
+    ----------
+    backbones
+        ``backbone.nc`` by joint.
+    forces
+        Excitations [N] whose peaks are marked.
+    """
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    panels = figure.subplots(2, sharex=True)
+    for (joint, backbone), colour in zip(
+        backbones.items(), level_colours(len(backbones)), strict=True
+    ):
+        amplitude = backbone["response_amplitude"].to_numpy() * MM
+        rising = np.argsort(backbone["peak_force"].to_numpy())
+        force = backbone["peak_force"].to_numpy()[rising]
+        reached = [each for each in forces if force.size and force[0] <= each <= force[-1]]
+        shares = np.log(force), np.log(amplitude[rising])
+        peaks = np.exp(np.interp(np.log(reached), *shares)) if reached else np.zeros(0)
+        for axes, name, scale in zip(
+            panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
+        ):
+            values = backbone[name].to_numpy() * scale
+            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=joint_in_words(joint))
+            if peaks.size:
+                at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
+                axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)
+    panels[0].set_ylabel("natural frequency (Hz)")
+    panels[1].set_ylabel("damping ratio (%)")
+    panels[1].set_yscale("log")
+    label_decades(panels[1])
+    panels[1].set_xlabel("amplitude of the observed point (mm)")
+    panels[0].legend()
+    for axes in panels:
+        axes.set_xscale("log")
+        axes.grid(True)
+    return figure
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """Response at one force level: frequency [Hz] and amplitude over force [mm/N], where solved.
+
+    ``hidden`` are solutions that no slow sweep shows; ``peak`` is the index of the located peak,
+    None where the branch shows none.
+    """
+
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    hidden: NDArray[np.bool_]
+    peak: int | None
+    broken_off: bool
+    fell_back: bool
+
+    @property
+    def end(self) -> str:
+        if self.frequency.size == 0:
+            return "no solution found"
+        return f"breaks off at {self.frequency[-1]:.1f} Hz"
+
+
+def _curves(response: xr.Dataset) -> list[_Curve]:
+    curves = []
+    for level in range(response.sizes["force"]):
+        at = response.isel(force=level)
+        force = float(at["force_level"])
+        mine = (response["excitation_force"] == force) & (response["converged"] == 1)
+        solved = response.isel(solution=np.flatnonzero(mine))
+        amplitude = solved["response_amplitude"].to_numpy() * MM / force
+        peak = np.flatnonzero(solved["response_amplitude"] == at["peak_amplitude"])
+        curves.append(
+            _Curve(
+                frequency=solved["frequency"].to_numpy(),
+                amplitude=amplitude,
+                hidden=(solved["on_sweep_up"] + solved["on_sweep_down"]).to_numpy() == 0,
+                peak=int(peak[0]) if peak.size else None,
+                broken_off=not at["complete"],
+                fell_back=bool(at["fell_back"]),
+            )
+        )
+    return curves
+
+
+def _or_beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether a place or one next to it is marked."""
+    return np.convolve(mask, [1, 1, 1], "same") > 0
+
+
+def _keep_in_view(axes: Axes, curves: Sequence[_Curve]) -> None:
+    """Cut both axes to where some curve is near its peak, or breaks off."""
+    curves = [curve for curve in curves if curve.frequency.size]
+    if not curves:
+        return
+    near = np.concatenate([c.frequency[c.amplitude >= _FLANK * c.amplitude.max()] for c in curves])
+    ends = [c.frequency[-1] for c in curves if c.broken_off]
+    low, high = min([near.min(), *ends]), max([near.max(), *ends])
+    margin = max(_MARGIN * (high - low), _LEAST_MARGIN * high)
+    solved = np.concatenate([c.frequency for c in curves])
+    if solved.min() < solved.max():
+        low, high = max(low - margin, solved.min()), min(high + margin, solved.max())
+    else:
+        low, high = low - margin, high + margin
+    axes.set_xlim(low, high)
+    in_view = np.concatenate(
+        [c.amplitude[(c.frequency >= low) & (c.frequency <= high)] for c in curves]
+    )
+    lowest = max(in_view.min() / 1.3, _DEPTH * min(c.amplitude.max() for c in curves))
+    axes.set_ylim(lowest, in_view.max() * 1.5)

@@ -1,0 +1,1 @@
+"""The contact-adapted basis: candidates, snapshots and their proper orthogonal decomposition."""

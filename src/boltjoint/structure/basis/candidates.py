@@ -1,0 +1,270 @@
+"""Candidate vectors of a contact-adapted basis: attachment modes of the contact and free modes."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import cho_factor, cho_solve, eigh
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from boltjoint import checks
+from boltjoint.structure.constraints import factorise, relative_displacements
+from boltjoint.structure.symmetry import SymmetricHalf
+
+Array = NDArray[np.float64]
+
+
+#: right sides solved for at a time: enough for the factors to be read seldom, few enough to be held
+_BLOCK = 64
+
+
+#: candidates, or snapshots, whose share of the largest is below this depend on the others
+DEPENDENT_SHARE = 1e-12
+
+
+@dataclass(frozen=True)
+class BasisOptions:
+    """What an enriched basis is made for.
+
+    Parameters
+    ----------
+    contact_stiffness
+        Of each contact pair, along the bar and across the contact [N/m].
+    friction_coefficient
+        mu [-]: decides whether pairs slip before they open.
+    loss_factor
+        Of the structure [-]: friction counts by what it adds to that.
+    free_modes
+        Symmetric modes without contact among the candidates.
+    resonances
+        The resonances whose motion the basis is to hold, from the first.
+    levels
+        Steps by which the load that slips grows from none to all of it.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not positive, modes, resonances or levels are not whole numbers, or there
+        are fewer free modes than resonances.
+    """
+
+    contact_stiffness: float = 1e8
+    friction_coefficient: float = 0.1
+    loss_factor: float = 0.002
+    free_modes: int = 12
+    resonances: int = 2
+    levels: int = 14
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that make no basis."""
+        for name, value in vars(self).items():
+            if name in ("free_modes", "resonances", "levels"):
+                checks.whole(name, value, above=0)
+            else:
+                checks.number(name, value, above=0)
+        if self.free_modes < self.resonances:
+            raise ValueError(
+                f"free_modes is {self.free_modes}: it must be at least resonances, "
+                f"which is {self.resonances}"
+            )
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Motions from which a basis is chosen, in coordinates a in which K is the unit matrix.
+
+    Pairs are those on one side of the plane of symmetry and on it.
+
+    Attributes
+    ----------
+    vector
+        Modes and static shapes, shape (unknowns, vectors).
+    coordinate
+        What turns a into shares of the vectors, shape (vectors, candidates).
+    mass
+        M in these coordinates, shape (candidates, candidates).
+    tangential, normal
+        Relative displacement of the pairs along x and z, shape (pairs, candidates).
+    weight
+        2 for a pair that stands for its mirror image too, else 1, shape (pairs,).
+    normal_load, gap
+        Of the pairs after tightening [N], [m].
+    pressure
+        [Pa].
+    position
+        [m], shape (pairs, 3).
+    bolt_position
+        [m], shape (bolts, 3).
+    """
+
+    vector: Array
+    coordinate: Array
+    mass: Array
+    tangential: Array
+    normal: Array
+    weight: Array
+    normal_load: Array
+    gap: Array
+    pressure: Array
+    position: Array
+    bolt_position: Array
+
+    @cached_property
+    def rows(self) -> Array:
+        """Tangential rows, then normal ones, shape (2 * pairs, candidates)."""
+        return np.concatenate([self.tangential, self.normal])
+
+    @cached_property
+    def flexibility(self) -> Array:
+        """Relative displacements for unit forces [m/N], shape (2 * pairs, 2 * pairs)."""
+        return self.rows @ self.rows.T
+
+    @property
+    def loaded(self) -> NDArray[np.bool_]:
+        """The pairs that carry load."""
+        return self.normal_load > 0
+
+
+class SpringContact:
+    """The candidates with a linear spring on each pair.
+
+    Parameters
+    ----------
+    candidates
+        The motions.
+    tangential, normal
+        Stiffness of the pairs along x and z [N/m], shape (pairs,).
+    """
+
+    def __init__(self, candidates: Candidates, tangential: Array, normal: Array) -> None:
+        self.candidates = candidates
+        stiffness = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
+        # springs that are weak against all others only spoil the condition of what follows
+        acting = np.flatnonzero(stiffness > 1e-6 * stiffness.max(initial=0.0))
+        self._acting = acting
+        self._stiffness, self._rows = stiffness[acting], candidates.rows[acting]
+
+    @cached_property
+    def _factors(self) -> tuple[Array, bool]:
+        """Of the compliance of the springs and what is between them, if any is asked for."""
+        compliance = self.candidates.flexibility[np.ix_(self._acting, self._acting)]
+        compliance[np.diag_indices(self._acting.size)] += 1 / self._stiffness
+        return cho_factor(compliance, overwrite_a=True)
+
+    def displacement(self, force: Array) -> Array:
+        """(1 + R^T D R)^-1 times a force, by Woodbury's formula over the springs that act."""
+        if not (self._acting.size and force.any()):
+            return force
+        return force - self._rows.T @ cho_solve(self._factors, self._rows @ force)
+
+    def modes(self, count: int, start: Array) -> tuple[Array, Array]:
+        """Squared frequencies and modes of unit strain energy, from a first guess."""
+        n = len(self.candidates.mass)
+        stiffness = LinearOperator(
+            (n, n),
+            lambda a: a + self._rows.T @ (self._stiffness * (self._rows @ a)),
+            dtype=float,
+        )
+        inverse = LinearOperator((n, n), self.displacement, dtype=float)
+        # low modes have the largest ratio of mass to stiffness
+        ratio, a = eigsh(
+            self.candidates.mass,
+            k=count,
+            M=stiffness,
+            Minv=inverse,
+            v0=start,
+            ncv=min(n, 2 * count + 8),
+        )
+        order = np.argsort(-ratio)
+        return 1 / ratio[order], a[:, order]
+
+
+def find_candidates(
+    assembly: xr.Dataset, preload: xr.Dataset, half: SymmetricHalf, free_modes: int
+) -> Candidates:
+    """Modes without contact and the static shapes of unit forces on every pair along x and z.
+
+    The shapes make the contact's flexibility exact, the modes the inertia at low frequency.
+
+    Parameters
+    ----------
+    assembly, preload
+        As from ``build_assembly`` and ``apply_preload``.
+    half
+        From ``symmetric_half``.
+    free_modes
+        Number of modes.
+
+    Raises
+    ------
+    ValueError
+        If the datasets do not hold the same pairs, or no pair carries load.
+    """
+    position = assembly["position"].to_numpy()
+    if not np.array_equal(position, preload["position"].to_numpy()):
+        raise ValueError("assembly and preload have different contact pairs")
+    if not np.any(preload["normal_load"] > 0):
+        raise ValueError("no contact pair carries load")
+    across = 1e-9 * np.ptp(position[:, 1])
+    pair = np.flatnonzero(position[:, 1] > -across)
+    K, M = half.stiffness, half.mass
+    C = (relative_displacements(assembly) @ half.displacement).tocsr()
+    C = C[np.concatenate([3 * pair, 3 * pair + 2])]
+
+    factors = factorise(K)
+    squared, mode = half.modes(factors, K, free_modes)
+    vector = np.empty((K.shape[0], free_modes + C.shape[0]), order="F")
+    vector[:, :free_modes] = mode
+    for first in range(0, C.shape[0], _BLOCK):
+        force = C[first : first + _BLOCK].T.toarray()
+        vector[:, free_modes + first :][:, : force.shape[1]] = factors.solve(force)
+
+    # K times a static shape is its force, and modes are orthogonal
+    moved = C @ vector
+    stiffness = np.empty((vector.shape[1], vector.shape[1]))
+    stiffness[:free_modes, :free_modes] = np.diag(squared)
+    stiffness[free_modes:] = moved
+    stiffness[:free_modes, free_modes:] = moved[:, :free_modes].T
+    stiffness, mass = _symmetric(stiffness), _projected(M, vector)
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    share, turn = eigh(scale[:, None] * stiffness * scale)
+    independent = share > DEPENDENT_SHARE * share[-1]
+    coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
+    tangential, normal = np.split(moved @ coordinate, 2)
+    load = preload["normal_load"].to_numpy()[pair]
+    return Candidates(
+        vector=vector,
+        coordinate=coordinate,
+        mass=_symmetric(coordinate.T @ mass @ coordinate),
+        tangential=tangential,
+        normal=normal,
+        weight=np.where(position[pair, 1] > across, 2.0, 1.0),
+        normal_load=load,
+        gap=preload["gap"].to_numpy()[pair],
+        pressure=load / assembly["area"].to_numpy()[pair],
+        position=position[pair],
+        bolt_position=assembly["bolt_position"].to_numpy(),
+    )
+
+
+def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
+    """V^T A V of symmetric A, a block of columns at a time, since A V is as large as V."""
+    count = vector.shape[1]
+    found = np.zeros((count, count))
+    for first in range(0, count, _BLOCK):
+        block = slice(first, first + _BLOCK)
+        found[: first + _BLOCK, block] = vector[:, : first + _BLOCK].T @ (matrix @ vector[:, block])
+    upper = np.triu(found)
+    return upper + np.triu(upper, 1).T
+
+
+def _symmetric(matrix: Array) -> Array:
+    return (matrix + matrix.T) / 2
+
+
+def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: float) -> Array:
+    """Springs on all loaded pairs along x, then along z [N/m]."""
+    return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)

@@ -1,0 +1,173 @@
+"""Modes and contact of an assembly beside those of CalculiX."""
+
+import logging
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.structure.constraints import assemble_assembly
+
+logger = logging.getLogger(__name__)
+
+
+Array = NDArray[np.float64]
+
+
+#: what the comparison has to keep: relative differences, and the least likeness
+FREQUENCY_BOUND, LOAD_BOUND = 3e-3, 1e-3
+
+
+SHAPE_BOUND, CORRELATION_BOUND = 0.99, 0.999
+
+
+def compare_with_calculix(
+    assembly: xr.Dataset,
+    modes: xr.Dataset,
+    preload: xr.Dataset,
+    other_modes: xr.Dataset,
+    other_preload: xr.Dataset,
+) -> pd.DataFrame:
+    """Natural frequencies and contact of an assembly from both programs, and how they differ.
+
+    A mode is compared with the one of CalculiX that is most like it (modal assurance criterion,
+    weighted by mass), since modes of other families lie between.
+
+    Parameters
+    ----------
+    assembly, modes, preload
+        As from ``build_assembly``, ``find_modes`` and ``apply_preload``.
+    other_modes, other_preload
+        As from ``read_modes`` and ``read_preload``.
+
+    Returns
+    -------
+    DataFrame
+        A row for each quantity: both values, their difference, the likeness of the fields behind
+        them and what it is measured by; the bound and whether it holds, where there is one.
+    """
+    rows = [
+        *_compare_modes(assembly, modes, other_modes),
+        *_compare_contact(preload, other_preload),
+    ]
+    table = pd.DataFrame(rows)
+    broken = table.loc[table["holds"].eq(False), "quantity"]
+    if len(broken):
+        logger.warning("CalculiX differs by more than the bound in: %s", ", ".join(broken))
+    return table
+
+
+def _compare_modes(
+    assembly: xr.Dataset, modes: xr.Dataset, other: xr.Dataset
+) -> Iterator[dict[str, object]]:
+    _, M = assemble_assembly(assembly)
+    ours, theirs = (
+        each["mode_shape"].to_numpy().reshape(M.shape[0], -1) for each in (modes, other)
+    )
+    own, others = (np.einsum("im,im->m", each, M @ each) for each in (ours, theirs))
+    assurance = (ours.T @ M @ theirs) ** 2 / np.outer(own, others)
+    for mode, like in enumerate(np.argmax(assurance, axis=1)):
+        yield _row(
+            f"natural frequency of bending mode {mode + 1}",
+            "Hz",
+            modes["natural_frequency"][mode],
+            other["natural_frequency"][like],
+            likeness=assurance[mode, like],
+            measure="MAC of the shapes",
+            most_difference=FREQUENCY_BOUND,
+            least_likeness=SHAPE_BOUND,
+        )
+
+
+def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[str, object]]:
+    load, other_load = (each["normal_load"].to_numpy() for each in (preload, other))
+    gap, other_gap = (each["gap"].to_numpy() for each in (preload, other))
+    friction, other_friction = (
+        each["friction_force"].transpose("pair", "plane").to_numpy() for each in (preload, other)
+    )
+    yield _row(
+        "normal load of all pairs",
+        "N",
+        load.sum(),
+        other_load.sum(),
+        most_difference=LOAD_BOUND,
+    )
+    yield _row(
+        "largest normal load of a pair",
+        "N",
+        load.max(),
+        other_load.max(),
+        likeness=_correlation(load, other_load),
+        measure="correlation of the pairs",
+        least_likeness=CORRELATION_BOUND,
+    )
+    yield _row(
+        "pairs in contact",
+        "",
+        np.count_nonzero(load > 0),
+        np.count_nonzero(other_load > 0),
+        likeness=np.mean((load > 0) == (other_load > 0)),
+        measure="share of pairs in the same state",
+    )
+    yield _row(
+        "largest gap of a pair",
+        "µm",
+        1e6 * gap.max(),
+        1e6 * other_gap.max(),
+        likeness=_correlation(gap, other_gap),
+        measure="correlation of the pairs",
+    )
+    if friction.any():
+        yield _row(
+            "friction force of all pairs, without direction",
+            "N",
+            np.linalg.norm(friction, axis=1).sum(),
+            np.linalg.norm(other_friction, axis=1).sum(),
+            likeness=_correlation(friction, other_friction),
+            measure="correlation of the pairs",
+        )
+    yield _row(
+        "mean shortening of the shanks",
+        "µm",
+        1e6 * preload["shank_shortening"].mean(),
+        1e6 * other["shank_shortening"].mean(),
+    )
+
+
+def _row(
+    name: str,
+    unit: str,
+    ours: float,
+    theirs: float,
+    *,
+    likeness: float | None = None,
+    measure: str = "",
+    most_difference: float | None = None,
+    least_likeness: float | None = None,
+) -> dict[str, object]:
+    ours, theirs = float(ours), float(theirs)
+    difference = theirs / ours - 1
+    bounds, holds = [], True
+    if most_difference is not None:
+        bounds.append(f"difference within {100 * most_difference:g} %")
+        holds &= abs(difference) <= most_difference
+    if least_likeness is not None:
+        bounds.append(f"likeness above {least_likeness:g}")
+        holds &= float(likeness) > least_likeness
+    return {
+        "quantity": name,
+        "unit": unit,
+        "boltjoint": ours,
+        "calculix": theirs,
+        "difference_percent": 100 * difference,
+        "likeness": None if likeness is None else float(likeness),
+        "measured_by": measure,
+        "bound": ", ".join(bounds),
+        "holds": bool(holds) if bounds else None,
+    }
+
+
+def _correlation(ours: Array, theirs: Array) -> float:
+    return float(np.corrcoef(ours.ravel(), theirs.ravel())[0, 1])

@@ -1,0 +1,211 @@
+"""CalculiX input decks of an assembly: free modes and bolt preload."""
+
+import os
+import subprocess
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
+
+#: CalculiX needs some tension [Pa] between open surfaces, which smooths its law where they meet
+_TENSION = 1e3
+
+
+def write_modes_deck(assembly: xr.Dataset, number: int, path: str | Path) -> None:
+    """Write the search for the first modes without contact.
+
+    Parameters
+    ----------
+    assembly
+        As from ``build_assembly``.
+    number
+        Modes to find, of whatever family.
+    path
+        The file to write, ending in ``.inp``; its folder is made.
+
+    Raises
+    ------
+    ValueError
+        If the number is not a positive whole one.
+    """
+    number = checks.whole("number", number, at_least=1)
+    step = ["*STEP", "*FREQUENCY", f"{number}", "*NODE PRINT, NSET=ALL", "U", "*END STEP"]
+    _write(path, [*_structure(assembly), *step])
+
+
+def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -> None:
+    """Write the tightening of all bolts, with frictional contact between the bars.
+
+    Parameters
+    ----------
+    assembly
+        As from ``build_assembly``.
+    preload
+        Tension of each bolt [N].
+    path
+        The file to write, ending in ``.inp``; its folder is made.
+
+    Raises
+    ------
+    ValueError
+        If the preload is not positive.
+    """
+    preload = checks.number("preload", preload, above=0)
+    side_a, side_b = assembly["pair_node"].to_numpy().T
+    penalty = assembly["contact_penalty"].item()
+    rubbing = assembly["friction_coefficient"].item()
+    # the nodes of the surface that is named first meet faces of the second
+    contact = [
+        *_set("SIDE_A", side_a),
+        *_set("SIDE_B", side_b),
+        *_surface("BAR_A", faces_among_nodes(assembly, side_a)),
+        *_surface("BAR_B", faces_among_nodes(assembly, side_b)),
+        "*SURFACE INTERACTION, NAME=CONTACT",
+        "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
+        _fields(penalty, _TENSION),
+        *(["*FRICTION", _fields(rubbing, penalty)] if rubbing > 0 else []),
+        "*CONTACT PAIR, INTERACTION=CONTACT, TYPE=NODE TO SURFACE, SMALL SLIDING",
+        "BAR_A, BAR_B",
+    ]
+    # only what is reached at the end is printed, however many increments lead there
+    step = [
+        "*STEP",
+        "*STATIC",
+        "1., 1.",
+        "*CLOAD",
+        *(f"{node}, 1, {preload:.12e}" for node in _tightening_nodes(assembly)),
+        *(
+            line
+            for name in ("SIDE_A", "SIDE_B", "TIGHTENING")
+            for line in (f"*NODE PRINT, NSET={name}, FREQUENCY=1000", "U")
+        ),
+        "*CONTACT PRINT, FREQUENCY=1000",
+        "CSTR",
+        "*END STEP",
+    ]
+    _write(path, [*_structure(assembly), *_sections(assembly), *contact, *step])
+
+
+def run(deck: str | Path, log: str | Path) -> None:
+    """Have CalculiX solve a deck; what it prints is beside it, ending in ``.dat``.
+
+    Parameters
+    ----------
+    deck
+        A file ending in ``.inp``.
+    log
+        File for what CalculiX tells about its progress.
+
+    Raises
+    ------
+    RuntimeError
+        If CalculiX is not installed, or stops before the end.
+    """
+    deck, log = Path(deck), Path(log)
+    log.parent.mkdir(parents=True, exist_ok=True)
+    # one thread: sums in another order would change the last digits from machine to machine
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    command = ["ccx", "-i", deck.stem]
+    try:
+        with log.open("w") as told:
+            done = subprocess.run(
+                command, cwd=deck.parent, env=environment, stdout=told, stderr=subprocess.STDOUT
+            )
+    except FileNotFoundError:
+        raise RuntimeError("there is no program ccx: install CalculiX") from None
+    if done.returncode:
+        raise RuntimeError(f"CalculiX could not solve {deck}, see {log}")
+
+
+def _structure(assembly: xr.Dataset) -> list[str]:
+    """Mesh, material and clamp, the sections closed: the nodes that face there are one node."""
+    nut_side, head_side = assembly["section_node"].to_numpy().T
+    node = np.arange(assembly.sizes["node"])
+    node[head_side] = nut_side
+    connectivity = node[assembly["connectivity"].to_numpy()]
+    used = np.unique(connectivity)
+    coordinate = assembly["coordinate"].to_numpy()[used]
+    modulus, ratio, density = (
+        assembly[name].item() for name in ("youngs_modulus", "poissons_ratio", "density")
+    )
+    return [
+        "*NODE, NSET=ALL",
+        *(
+            f"{label}, {_fields(*point)}"
+            for label, point in zip(_labels(used), coordinate, strict=True)
+        ),
+        # its corners are in the order of VTK
+        "*ELEMENT, TYPE=C3D8I, ELSET=ALL",
+        *(
+            ", ".join(map(str, [element, *_labels(corners)]))
+            for element, corners in enumerate(connectivity, start=1)
+        ),
+        *_set("CLAMPED", assembly["clamped_node"].to_numpy()),
+        "*MATERIAL, NAME=STEEL",
+        "*ELASTIC",
+        _fields(modulus, ratio),
+        "*DENSITY",
+        _fields(density),
+        "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL",
+        "*BOUNDARY",
+        "CLAMPED, 1, 3",
+    ]
+
+
+def _sections(assembly: xr.Dataset) -> Iterator[str]:
+    """Where CalculiX cuts the shanks: through the nodes on top of the elements of the nut's side.
+
+    The displacement of a bolt's own node along x is the shortening, the force on it the tension,
+    if the normal points away from the elements that the surface belongs to.
+    """
+    nut_side = assembly["section_node"].sel(section_side="nut").to_numpy()
+    bolt = assembly["section_bolt"].to_numpy()
+    for b, label in enumerate(_tightening_nodes(assembly)):
+        position = _fields(*assembly["bolt_position"].to_numpy()[b])
+        yield from ("*NODE, NSET=TIGHTENING", f"{label}, {position}")
+        # in the mesh of the assembly the sections are open, so only one side has these nodes
+        yield from _surface(f"SECTION_{b + 1}", faces_among_nodes(assembly, nut_side[bolt == b]))
+        yield f"*PRE-TENSION SECTION, SURFACE=SECTION_{b + 1}, NODE={label}"
+        yield "0., 0., 1."
+
+
+def _tightening_nodes(assembly: xr.Dataset) -> range:
+    """Labels of the nodes that stand for the tightening of a bolt: those after the mesh."""
+    first = assembly.sizes["node"] + 1
+    return range(first, first + assembly.sizes["bolt"])
+
+
+def faces_among_nodes(assembly: xr.Dataset, node: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Faces of hexahedra with all corners among the nodes, shape (faces, 2): element, face."""
+    among = np.zeros(assembly.sizes["node"], dtype=bool)
+    among[node] = True
+    corners = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES]
+    return np.argwhere(among[corners].all(axis=2))
+
+
+def _set(name: str, node: NDArray[np.integer]) -> list[str]:
+    return [f"*NSET, NSET={name}", *(f"{label}," for label in _labels(node))]
+
+
+def _surface(name: str, face: NDArray[np.integer]) -> list[str]:
+    # faces of CalculiX are numbered as those of HEXAHEDRON_FACES
+    return [f"*SURFACE, NAME={name}", *(f"{e}, S{f}" for e, f in (face + 1).tolist())]
+
+
+def _labels(node: NDArray[np.integer]) -> list[int]:
+    return (np.asarray(node) + 1).tolist()
+
+
+def _fields(*number: float) -> str:
+    # CalculiX reads twenty characters of a number and ignores the rest without a word
+    return ", ".join(f"{value:.12e}" for value in number)
+
+
+def _write(path: str | Path, lines: Iterable[str]) -> None:
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")

@@ -1,0 +1,1 @@
+"""Plan and mesh of half-lap assemblies."""

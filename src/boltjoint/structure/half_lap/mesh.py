@@ -1,0 +1,373 @@
+"""What is the finite-element model of a half-lap assembly? Hexahedra, contact pairs, named nodes.
+
+Two bars and their bolts are plan views drawn up along z and joined node by node. Bar A is the
+lower, clamped one and has the lower half of the lap; bar B is the upper one with the free end. They
+meet at z = 0 in pairs of nodes at the same place. Heads and nuts are tied to the bars: they share
+nodes. In the middle of a shank the nodes are double, for the bolt to be tightened there.
+"""
+
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.dataset import quantity
+from boltjoint.structure.half_lap.plan import (
+    BoltRadii,
+    CellDivisions,
+    LapPlan,
+    Plan,
+    bolt_plan,
+    glue,
+    lap_plan,
+    rectangle_plan,
+)
+
+if TYPE_CHECKING:
+    from boltjoint.config.assembly import Assembly
+
+logger = logging.getLogger(__name__)
+
+#: parts of the assembly; the bolts follow the bars
+BAR_A, BAR_B, FIRST_BOLT = 0, 1, 2
+
+#: corners of the six faces of a hexahedron in the order of VTK, seen from outside
+HEXAHEDRON_FACES = np.array(
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+)
+
+_MM = 1e-3
+_GPA = 1e9
+
+
+def build_assembly(assembly: "Assembly") -> xr.Dataset:
+    """Finite-element model of a half-lap assembly, as ``assembly.nc`` holds it.
+
+    It has everything the later stages need: mesh, contact pairs, pretension sections, clamped,
+    excited and observed nodes, material and static contact. Pairs are ordered by x, then by y.
+
+    Parameters
+    ----------
+    assembly
+        Dimensions, material and mesh divisions.
+
+    Returns
+    -------
+    Dataset
+        ``coordinate`` (node, axis) [m]; ``connectivity`` (element, corner) in the order of VTK;
+        ``part`` (element); ``pair_node`` (pair, side); ``position`` (pair, axis) [m]; ``area``
+        (pair) [m2]; ``section_node`` (section_pair, section_side); ``section_bolt``
+        (section_pair); ``bolt_position`` (bolt, axis) [m]; ``clamped_node`` (clamped);
+        ``excitation_node`` and ``response_node`` with their direction; material and contact.
+
+    Raises
+    ------
+    ValueError
+        If bolts, cells and lap do not fit together, if an odd number of elements across the width
+        leaves no nodes on the plane of symmetry, or if no node is near the excited or observed
+        point.
+    """
+    bar, mesh = assembly.bar, assembly.mesh
+    if mesh.ring_cells_across_width % 2:
+        raise ValueError(
+            f"ring_cells_across_width is {mesh.ring_cells_across_width}: it must be even, so that "
+            "nodes lie on the plane of symmetry"
+        )
+    axes = _MM * np.array(assembly.bolts.positions_from_lap_start_mm)
+    lap = lap_plan(
+        axes,
+        length=_MM * bar.lap_mm,
+        width=_MM * bar.width_mm,
+        cell_length=_MM * mesh.bolt_cell_length_mm,
+        radii=_radii(assembly),
+        divisions=_divisions(assembly),
+        columns_between=mesh.columns_between_bolt_cells,
+        columns_at_ends=mesh.columns_at_each_lap_end,
+    )
+    blocks = _Blocks()
+    bars = _add_bars(blocks, assembly, lap)
+    sections = [
+        _add_bolt(blocks, assembly, bars, lap.under_head[b], axis, FIRST_BOLT + b)
+        for b, axis in enumerate(axes)
+    ]
+    coordinate, hexahedron, part, label = blocks.joined()
+
+    pair = label[np.stack([bars.lap_a.label[-1], bars.lap_b.label[0]], axis=-1)]
+    # to a picometre: nodes on one line across the bar have the same x but for rounding
+    along, across, _ = np.round(coordinate[pair[:, 0]], 12).T
+    order = np.lexsort([across, along])
+    pair = pair[order]
+    section = label[np.concatenate(sections)]
+    bolt_position = np.zeros((len(axes), 3))
+    bolt_position[:, 0] = _MM * bar.free_length_mm[0] + axes
+
+    dataset = xr.Dataset(
+        {
+            "coordinate": quantity(("node", "axis"), coordinate, "m", "position of the node"),
+            "connectivity": quantity(
+                ("element", "corner"), hexahedron, "1", "nodes of the hexahedron, order of VTK"
+            ),
+            "part": _part_variable(part, len(axes)),
+            "pair_node": quantity(("pair", "side"), pair, "1", "nodes that touch"),
+            "position": quantity(
+                ("pair", "axis"), coordinate[pair[:, 0]], "m", "position of the contact pair"
+            ),
+            "area": quantity(
+                "pair", tributary_area(lap.plan)[order], "m2", "tributary area of the contact pair"
+            ),
+            "clamped_node": quantity(
+                "clamped", np.sort(label[bars.clamped]), "1", "nodes that are held"
+            ),
+            "section_node": quantity(
+                ("section_pair", "section_side"), section, "1", "nodes of the pretension sections"
+            ),
+            "section_bolt": quantity(
+                "section_pair",
+                np.repeat(np.arange(len(axes)), len(sections[0])),
+                "1",
+                "bolt of the section pair, counted from 0",
+            ),
+            "bolt_position": quantity(
+                ("bolt", "axis"), bolt_position, "m", "where the bolt's axis crosses the contact"
+            ),
+            **_points(assembly, coordinate, hexahedron[part < FIRST_BOLT]),
+            **_properties(assembly),
+        },
+        coords={"axis": ["x", "y", "z"], "side": ["A", "B"], "section_side": ["nut", "head"]},
+    )
+    logger.info(
+        "mesh: %d nodes, %d hexahedra, %d contact pairs",
+        len(coordinate),
+        len(hexahedron),
+        len(pair),
+    )
+    return dataset
+
+
+def tributary_area(plan: Plan) -> NDArray[np.float64]:
+    """Area of each node [m2], shape (points,): its shape function integrated over the plan.
+
+    A uniform pressure times these areas is its consistent nodal force.
+
+    Raises
+    ------
+    ValueError
+        If the plan is none.
+    """
+    checks.instance("plan", plan, Plan)
+    corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    area = np.zeros(len(plan.point))
+    for gauss in corner / np.sqrt(3):
+        factor = 1 + corner * gauss
+        slope = corner * factor[:, ::-1] / 4
+        jacobian = np.linalg.det(np.einsum("qci,cj->qij", plan.point[plan.quad], slope))
+        share = np.outer(jacobian, factor.prod(axis=1) / 4)
+        area += np.bincount(plan.quad.ravel(), share.ravel(), minlength=len(area))
+    return area
+
+
+def extrude(plan: Plan, levels: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+    """Draw a plan up along z.
+
+    Parameters
+    ----------
+    plan
+        Nodes and quadrilaterals.
+    levels
+        Ascending z of the nodes [m].
+
+    Returns
+    -------
+    tuple
+        Nodes (levels * points, 3) [m], level by level, and hexahedra (hexahedra, 8) in the order
+        of VTK.
+
+    Raises
+    ------
+    ValueError
+        If the plan is none, or there are not two or more levels that ascend.
+    """
+    checks.instance("plan", plan, Plan)
+    levels = checks.ascending("levels", levels)
+    n = len(plan.point)
+    point = np.column_stack([np.tile(plan.point, (len(levels), 1)), np.repeat(levels, n)])
+    below = n * np.arange(len(levels) - 1)[:, None, None] + plan.quad
+    return point, np.concatenate([below, below + n], axis=-1).reshape(-1, 8)
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Labels of the nodes of an extruded plan, shape (levels, points)."""
+
+    label: NDArray[np.int64]
+
+
+class _Blocks:
+    """Extruded plans one behind another, and which of their nodes are one and the same."""
+
+    def __init__(self) -> None:
+        self._point, self._hexahedron, self._part = [], [], []
+        self._kept, self._given_up = [], []
+        self._nodes = 0
+
+    def add(self, part: int, plan: Plan, levels: NDArray[np.float64]) -> _Block:
+        point, hexahedron = extrude(plan, levels)
+        label = self._nodes + np.arange(len(point)).reshape(len(levels), -1)
+        self._point.append(point)
+        self._hexahedron.append(self._nodes + hexahedron)
+        self._part.append(np.full(len(hexahedron), part, dtype=np.int8))
+        self._nodes += len(point)
+        return _Block(label)
+
+    def join(self, kept: NDArray[np.int64], given_up: NDArray[np.int64]) -> None:
+        self._kept.append(kept.ravel())
+        self._given_up.append(given_up.ravel())
+
+    def joined(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """Coordinates, hexahedra, parts, and the final label of every label given so far."""
+        point = np.concatenate(self._point)
+        label, remaining = glue(point, np.concatenate(self._kept), np.concatenate(self._given_up))
+        hexahedron = label[np.concatenate(self._hexahedron)]
+        return point[remaining], hexahedron, np.concatenate(self._part), label
+
+
+@dataclass(frozen=True)
+class _Bars:
+    """The halves of the lap, and the labels of the clamped nodes."""
+
+    lap_a: _Block
+    lap_b: _Block
+    clamped: NDArray[np.int64]
+
+
+def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
+    bar, mesh = assembly.bar, assembly.mesh
+    lower, upper = _levels(assembly)
+    full_height = np.concatenate([lower, upper[1:]])
+    y = _MM * np.linspace(-bar.width_mm / 2, bar.width_mm / 2, mesh.ring_cells_across_width + 1)
+    lap_start = _MM * bar.free_length_mm[0]
+    lap_end = lap_start + _MM * bar.lap_mm
+
+    in_lap = lap.plan.moved(lap_start)
+    lap_a = blocks.add(BAR_A, in_lap, lower)
+    lap_b = blocks.add(BAR_B, in_lap, upper)
+    # the end of a bar in the lap touches the other bar's shoulder and has nodes of its own
+    elements = [int(number) for number in assembly.elements_outside_lap]
+    x_a = np.linspace(0.0, lap_start, elements[0] + 1)
+    x_b = np.linspace(lap_end, lap_end + _MM * bar.free_length_mm[1], elements[1] + 1)
+    free_a = blocks.add(BAR_A, rectangle_plan(x_a, y), full_height)
+    free_b = blocks.add(BAR_B, rectangle_plan(x_b, y), full_height)
+    blocks.join(lap_a.label[:, lap.first], free_a.label[: len(lower), -len(y) :])
+    blocks.join(lap_b.label[:, lap.last], free_b.label[-len(upper) :, : len(y)])
+    return _Bars(lap_a, lap_b, clamped=free_a.label[:, : len(y)].ravel())
+
+
+def _add_bolt(
+    blocks: _Blocks,
+    assembly: "Assembly",
+    bars: _Bars,
+    under_head: NDArray[np.int64],
+    axis: float,
+    part: int,
+) -> NDArray[np.int64]:
+    """Add a bolt and return the labels of its pretension section, shape (pairs, 2)."""
+    bolts, layers = assembly.bolts, assembly.mesh.layers_in_head
+    plan = bolt_plan(_radii(assembly), _divisions(assembly))
+    x = _MM * assembly.bar.free_length_mm[0] + axis
+    head_plan, shank_plan = plan.head.moved(x), plan.shank.moved(x)
+    lower, upper = _levels(assembly)
+
+    shank_a = blocks.add(part, shank_plan, lower)
+    shank_b = blocks.add(part, shank_plan, upper)
+    nut_levels = np.linspace(lower[0] - _MM * bolts.nut_height_mm, lower[0], layers + 1)
+    head_levels = np.linspace(upper[-1], upper[-1] + _MM * bolts.head_height_mm, layers + 1)
+    nut = blocks.add(part, head_plan, nut_levels)
+    head = blocks.add(part, head_plan, head_levels)
+
+    in_shank = len(shank_plan.point)
+    blocks.join(shank_a.label[0], nut.label[-1, :in_shank])
+    blocks.join(shank_b.label[-1], head.label[0, :in_shank])
+    blocks.join(bars.lap_a.label[0, under_head], nut.label[-1, plan.under_head])
+    blocks.join(bars.lap_b.label[-1, under_head], head.label[0, plan.under_head])
+    return np.stack([shank_a.label[-1], shank_b.label[0]], axis=-1)
+
+
+def _radii(assembly: "Assembly") -> BoltRadii:
+    bolts = assembly.bolts
+    return BoltRadii(
+        shank=_MM * bolts.shank_diameter_mm / 2,
+        hole=_MM * bolts.hole_diameter_mm / 2,
+        head=_MM * bolts.head_diameter_mm / 2,
+    )
+
+
+def _divisions(assembly: "Assembly") -> CellDivisions:
+    mesh = assembly.mesh
+    return CellDivisions(
+        across=mesh.ring_cells_across_width,
+        along=mesh.ring_cells_along_bar,
+        rings_in_shank=mesh.rings_in_shank,
+        rings_under_head=mesh.rings_under_head,
+        rings_head_to_edge=mesh.rings_head_to_cell_edge,
+    )
+
+
+def _levels(assembly: "Assembly") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Levels along z of the lower and of the upper half of the height."""
+    half, layers = _MM * assembly.bar.height_mm / 2, assembly.mesh.layers_per_half_height
+    return np.linspace(-half, 0.0, layers + 1), np.linspace(0.0, half, layers + 1)
+
+
+def _part_variable(part: NDArray[np.int8], bolts: int) -> xr.Variable:
+    meanings = ["bar_A", "bar_B", *(f"bolt_{b + 1}" for b in range(bolts))]
+    attributes = {
+        "flag_values": np.arange(len(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(meanings),
+    }
+    variable = quantity("element", part, "1", "part of the assembly the element belongs to")
+    variable.attrs.update(attributes)
+    return variable
+
+
+def _points(
+    assembly: "Assembly", coordinate: NDArray[np.float64], hexahedron: NDArray[np.int64]
+) -> dict[str, xr.Variable]:
+    """Nodes of the bars nearest to where the force acts and where the response is observed."""
+    candidates = np.unique(hexahedron)
+    size = assembly.mesh.element_length_free_mm
+    variables = {}
+    for name, point in (
+        ("excitation", assembly.excitation_point),
+        ("response", assembly.response_point),
+    ):
+        wanted = _MM * np.array([point.x_mm, point.y_mm, point.z_mm])
+        distance = np.linalg.norm(coordinate[candidates] - wanted, axis=1)
+        if distance.min() > _MM * size:
+            raise ValueError(
+                f"no node within {size:g} mm (one element) of the {name} point "
+                f"({point.x_mm:g}, {point.y_mm:g}, {point.z_mm:g}) mm: "
+                f"the nearest one is {distance.min() / _MM:.3g} mm away"
+            )
+        node = quantity((), candidates[np.argmin(distance)], "1", f"node of the {name}")
+        node.attrs["direction"] = point.direction
+        variables[f"{name}_node"] = node
+    return variables
+
+
+def _properties(assembly: "Assembly") -> dict[str, xr.Variable]:
+    material, contact = assembly.material, assembly.contact
+    return {
+        "youngs_modulus": quantity((), _GPA * material.youngs_modulus_GPa, "Pa", "Young's modulus"),
+        "poissons_ratio": quantity((), float(material.poissons_ratio), "1", "Poisson's ratio"),
+        "density": quantity((), float(material.density_kg_per_m3), "kg/m3", "density"),
+        "contact_penalty": quantity(
+            (), float(contact.penalty_N_per_m3), "N/m3", "static contact stiffness per area"
+        ),
+        "friction_coefficient": quantity(
+            (), float(contact.friction_coefficient), "1", "Coulomb friction between the bars"
+        ),
+    }

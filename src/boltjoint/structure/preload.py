@@ -1,0 +1,376 @@
+"""How do the bars touch when the bolts are tight? Normal load and gap of every contact pair.
+
+Each shank is cut in its middle and its ends are drawn over one another until the bolt carries its
+preload. The bars touch node to node, push but do not pull, and rub (Coulomb). Both laws are made
+single-valued by a stiff penalty, and the equilibrium is found by the semismooth Newton method, for
+which an open, a sticking and a slipping pair are just three branches of one piecewise smooth law
+(Alart and Curnier, Comput. Methods Appl. Mech. Engng 92, 1991).
+"""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.optimize import brentq
+from scipy.sparse.linalg import LinearOperator, SuperLU, gmres
+from scipy.spatial import ConvexHull
+from threadpoolctl import threadpool_limits
+
+from boltjoint import checks
+from boltjoint.dataset import quantity
+from boltjoint.structure.bolts import yield_warning
+from boltjoint.structure.constraints import (
+    assemble_assembly,
+    factorise,
+    free_displacements,
+    relative_displacements,
+)
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+#: reduction of the linear residual in one Newton correction; the next correction mends the rest
+_LINEAR_TOLERANCE = 1e-4
+#: solutions with old factors that cost about as much as new factors
+_MOST_LINEAR_ITERATIONS = 60
+
+
+@dataclass(frozen=True)
+class ContactEquilibrium:
+    """Equilibrium of an elastic body with frictional contact, or how far the search came.
+
+    ``unknown`` (unknowns,); ``relative`` (pairs, 3) [m] and ``force`` (pairs, 3) [N] of the contact
+    along x, y and the normal; ``residual`` (iterations + 1,): largest unbalanced force before each
+    correction and after the last, relative to the largest applied one.
+    """
+
+    unknown: Array
+    relative: Array
+    force: Array
+    residual: Array
+    converged: bool
+
+
+# one thread: sums in another order would change the last digits from machine to machine
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def apply_preload(
+    assembly: xr.Dataset,
+    preload: float,
+    *,
+    tolerance: float = 1e-10,
+    maximum_iterations: int = 40,
+) -> xr.Dataset:
+    """Tighten all bolts and find what every contact pair carries, as ``preload.nc`` holds it.
+
+    Parameters
+    ----------
+    assembly
+        As from ``build_assembly``.
+    preload
+        Tension of each bolt [N].
+    tolerance
+        Largest unbalanced force relative to the preload.
+    maximum_iterations
+        Newton corrections after which the search ends.
+
+    Returns
+    -------
+    Dataset
+        ``normal_load`` (pair) [N], 0 where open; ``gap`` (pair) [m], 0 where closed;
+        ``friction_force`` (pair, plane) [N] on side B; ``position`` (pair, axis) [m]; ``area``
+        (pair) [m2]; ``shank_shortening`` (bolt) [m]; ``displacement`` (node, axis) [m];
+        ``residual`` (iterate) and ``iterations``.
+
+    Raises
+    ------
+    ValueError
+        If preload, tolerance or iterations are not positive numbers, or the assembly is none.
+    RuntimeError
+        If no equilibrium is found.
+    """
+    preload = checks.number("preload", preload, above=0)
+    T = free_displacements(assembly, tightened=True)
+    K, _ = assemble_assembly(assembly)
+    C = relative_displacements(assembly) @ T
+    modulus = assembly["youngs_modulus"].item()
+    if sentence := yield_warning(preload, _shank_area(assembly), modulus):
+        logger.warning(sentence)
+    bolts = assembly.sizes["bolt"]
+    force = np.zeros(T.shape[1])
+    # the work of the bolt force on the shortening of its shank
+    force[-bolts:] = preload
+
+    area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
+    found = solve_contact(
+        (T.T @ K @ T).tocsc(),
+        C,
+        assembly["contact_penalty"].item() * area,
+        assembly["friction_coefficient"].item(),
+        force,
+        tolerance=tolerance,
+        maximum_iterations=maximum_iterations,
+    )
+    if not found.converged:
+        # all forces grow with the preload, so that another one would not help
+        raise RuntimeError(
+            f"preload {preload:g} N: no equilibrium after {len(found.residual) - 1} corrections, "
+            f"the largest unbalanced force is {found.residual[-1]:.1e} of the preload: choose "
+            "contact.penalty_N_per_m3 of the assembly nearer to 1e15, or the material nearer to "
+            "steel, since stiffnesses too far apart are lost in rounding"
+        )
+    normal_load = found.force[:, 2]
+    logger.info(
+        "preload %g N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
+        preload,
+        len(found.residual) - 1,
+        found.residual[-1],
+        np.count_nonzero(normal_load),
+        len(normal_load),
+        normal_load.sum(),
+    )
+    return xr.Dataset(
+        {
+            "normal_load": quantity("pair", normal_load, "N", "normal load of the contact pair"),
+            "gap": quantity("pair", np.maximum(-found.relative[:, 2], 0.0), "m", "opening"),
+            "friction_force": quantity(
+                ("pair", "plane"), found.force[:, :2], "N", "friction force on side B"
+            ),
+            "position": assembly["position"].variable,
+            "area": assembly["area"].variable,
+            "shank_shortening": quantity(
+                "bolt", found.unknown[-bolts:], "m", "shortening of the shank by tightening"
+            ),
+            "displacement": quantity(
+                ("node", "axis"), (T @ found.unknown).reshape(-1, 3), "m", "displacement"
+            ),
+            "residual": quantity(
+                "iterate", found.residual, "1", "largest unbalanced force over preload"
+            ),
+            "iterations": quantity((), len(found.residual) - 1, "1", "Newton corrections"),
+        },
+        coords={"axis": assembly["axis"].variable, "plane": ["x", "y"]},
+        attrs={"preload_N": float(preload)},
+    )
+
+
+def solve_contact(
+    K: sparse.csc_array,
+    C: sparse.csr_array,
+    stiffness: Array,
+    friction_coefficient: float,
+    force: Array,
+    *,
+    tolerance: float = 1e-10,
+    maximum_iterations: int = 40,
+) -> ContactEquilibrium:
+    """Equilibrium of an elastic body with unilateral, frictional node-to-node contact.
+
+    Finds q with ``K q + C^T g(C q) = force``, g the ``contact_force``, by the semismooth Newton
+    method with a line search, starting with all pairs closed and sticking. The linear equations of
+    the later corrections are solved by GMRES with the factors of the first, since they differ by
+    the few pairs that open or slip; the factors are renewed when that takes too long.
+
+    Parameters
+    ----------
+    K
+        Stiffness without contact, shape (unknowns, unknowns), positive definite.
+    C
+        Relative displacements of the pairs along x, y and the normal (closing positive), pair by
+        pair, shape (3 * pairs, unknowns).
+    stiffness
+        Penalty of the pairs, shape (pairs,) [N/m]; the same along the normal and in the plane.
+    friction_coefficient
+        mu [-].
+    force
+        Applied forces, shape (unknowns,).
+    tolerance
+        Largest unbalanced force relative to the largest applied one.
+    maximum_iterations
+        Newton corrections after which the search ends.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit each other, a number is out of range, or no force is applied.
+    """
+    force = checks.array("force", force, ("unknowns",))
+    if not force.any():
+        raise ValueError("force is zero: there is nothing to be in equilibrium with")
+    stiffness = checks.array("stiffness", stiffness, ("pairs",), above=0)
+    friction_coefficient = checks.number("friction_coefficient", friction_coefficient, at_least=0)
+    tolerance = checks.number("tolerance", tolerance, above=0)
+    maximum_iterations = checks.whole("maximum_iterations", maximum_iterations, at_least=1)
+    for name, matrix, rows in (("K", K, force.size), ("C", C, 3 * stiffness.size)):
+        if matrix.shape != (rows, force.size):
+            raise ValueError(f"{name} has shape {matrix.shape}, expected {(rows, force.size)}")
+        checks.array(f"data of {name}", matrix.data)
+    pairs = len(stiffness)
+    q = np.zeros(len(force))
+    relative = np.zeros((pairs, 3))
+    contact, tangent = _closed_and_sticking(stiffness, friction_coefficient)
+    residual: list[float] = []
+    factors = None
+    while True:
+        unbalanced = force - K @ q - C.T @ contact.ravel()
+        residual.append(float(abs(unbalanced).max() / abs(force).max()))
+        finite = np.isfinite(residual[-1])
+        if residual[-1] <= tolerance or not finite or len(residual) > maximum_iterations:
+            break
+        J = (K + C.T @ _block_diagonal(tangent) @ C).tocsc()
+        correction, factors = _solve_with_old_factors(J, unbalanced, factors)
+        step = (C @ correction).reshape(pairs, 3)
+        q = q + correction * _step_length(
+            correction @ (force - K @ q),
+            correction @ (K @ correction),
+            relative,
+            step,
+            lambda at: _contact_force(at, stiffness, friction_coefficient)[0],
+        )
+        relative = (C @ q).reshape(pairs, 3)
+        contact, tangent = _contact_force(relative, stiffness, friction_coefficient)
+        logger.debug("correction %d: residual was %.2e", len(residual), residual[-1])
+    return ContactEquilibrium(
+        q, relative, contact, np.array(residual), converged=residual[-1] <= tolerance
+    )
+
+
+def contact_force(
+    relative: Array, stiffness: Array, friction_coefficient: float
+) -> tuple[Array, Array]:
+    """Force of each contact pair and its derivative by the relative displacement.
+
+    With u in the plane, v along the normal (closing positive), k the penalty::
+
+        n = k max(v, 0)
+        t = k u                where k |u| <= mu n  (stick)
+        t = mu n u / |u|       elsewhere            (slip)
+
+    Parameters
+    ----------
+    relative
+        Shape (pairs, 3): along x, y and the normal [m].
+    stiffness
+        k, shape (pairs,) [N/m].
+    friction_coefficient
+        mu [-].
+
+    Returns
+    -------
+    tuple
+        Force (pairs, 3) [N] and its derivative (pairs, 3, 3) [N/m].
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit each other, or a number is out of range.
+    """
+    relative = checks.array("relative", relative, ("pairs", 3))
+    stiffness = checks.array("stiffness", stiffness, relative.shape[:1], above=0)
+    mu = checks.number("friction_coefficient", friction_coefficient, at_least=0)
+    return _contact_force(relative, stiffness, mu)
+
+
+def _contact_force(
+    relative: Array, stiffness: Array, friction_coefficient: float
+) -> tuple[Array, Array]:
+    k, mu = stiffness, friction_coefficient
+    u, v = relative[:, :2], relative[:, 2]
+    distance = np.linalg.norm(u, axis=1)
+    closed = v > 0
+    slip = closed & (distance > mu * v)
+    stick = closed & ~slip
+
+    force = np.zeros((len(k), 3))
+    force[:, 2] = np.where(closed, k * v, 0.0)
+    force[stick, :2] = k[stick, None] * u[stick]
+    direction = u[slip] / distance[slip, None]
+    force[slip, :2] = mu * force[slip, 2:] * direction
+
+    derivative = np.zeros((len(k), 3, 3))
+    derivative[closed, 2, 2] = k[closed]
+    derivative[stick, 0, 0] = derivative[stick, 1, 1] = k[stick]
+    turning = np.eye(2) - direction[:, :, None] * direction[:, None, :]
+    derivative[slip, :2, :2] = (mu * force[slip, 2] / distance[slip])[:, None, None] * turning
+    derivative[slip, :2, 2] = mu * k[slip, None] * direction
+    return force, derivative
+
+
+def _shank_area(assembly: xr.Dataset) -> float:
+    """Cross-section of the first shank [m2], by the nodes of its pretension section."""
+    of_first = assembly["section_bolt"].to_numpy() == 0
+    node = assembly["section_node"].to_numpy()[of_first, 0]
+    # what the hull of points in the plane calls volume is its area
+    return float(ConvexHull(assembly["coordinate"].to_numpy()[node, :2]).volume)
+
+
+def _closed_and_sticking(stiffness: Array, friction_coefficient: float) -> tuple[Array, Array]:
+    """Where the search begins: no force yet, every pair ready to carry in all directions."""
+    in_plane = stiffness if friction_coefficient > 0 else np.zeros_like(stiffness)
+    derivative = np.stack([in_plane, in_plane, stiffness], axis=-1)[:, :, None] * np.eye(3)
+    return np.zeros((len(stiffness), 3)), derivative
+
+
+def _step_length(
+    force: float,
+    stiffness: float,
+    relative: Array,
+    step: Array,
+    contact: Callable[[Array], Array],
+) -> float:
+    """Share of a Newton step to take: all of it, or to where its work vanishes.
+
+    Weak friction turns round when a step overshoots, and full steps may then go to and fro for
+    ever. So where the unbalanced force at the end of the step works back by more than half of
+    what it did at the start, the step ends where that work is zero (Matthies and Strang, Int. J.
+    Numer. Meth. Engng 14, 1979). Along the step the elastic forces are linear, which leaves the
+    contact to be evaluated.
+
+    Parameters
+    ----------
+    force, stiffness
+        Work of the elastic and applied forces on the step, s ahead: ``force - s stiffness``.
+    relative, step
+        Relative displacements before the step and their change, shape (pairs, 3).
+    contact
+        Contact forces from relative displacements.
+    """
+
+    def work(s: float) -> float:
+        return force - s * stiffness - np.sum(contact(relative + s * step) * step)
+
+    start, end = work(0.0), work(1.0)
+    # works that are no numbers tell nothing either
+    if not (start > 0 and end < -start / 2):
+        return 1.0
+    return float(brentq(work, 0.0, 1.0, xtol=1e-3))
+
+
+def _block_diagonal(blocks: Array) -> sparse.bsr_array:
+    n = len(blocks)
+    return sparse.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(3 * n, 3 * n))
+
+
+def _solve_with_old_factors(
+    J: sparse.csc_array, right_side: Array, factors: SuperLU | None
+) -> tuple[Array, SuperLU]:
+    """Solve J x = b by GMRES on J P^-1, P the matrix of the factors, or with new factors."""
+    if factors is not None:
+        through_factors = LinearOperator(J.shape, lambda y: J @ factors.solve(y), dtype=float)
+        y, failed = gmres(
+            through_factors,
+            right_side,
+            rtol=_LINEAR_TOLERANCE,
+            restart=_MOST_LINEAR_ITERATIONS,
+            maxiter=1,
+        )
+        if not failed:
+            return factors.solve(y), factors
+        # two sets of factors at once would double the peak of memory
+        del through_factors, factors
+    factors = factorise(J)
+    return factors.solve(right_side), factors

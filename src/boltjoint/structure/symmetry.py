@@ -1,0 +1,122 @@
+"""The symmetric half of an assembly, which its bending in the plane of the bar needs only."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.spatial import cKDTree
+
+from boltjoint.structure.constraints import assemble_assembly, check_held, free_displacements
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SymmetricHalf:
+    """An assembly whose motion is symmetric about the width, without contact.
+
+    Attributes
+    ----------
+    displacement
+        T of ``u = T q`` from the unknowns to all nodes, shape (3 * nodes, unknowns).
+    stiffness, mass
+        K and M of the unknowns, for the whole assembly.
+    """
+
+    displacement: sparse.csc_array
+    stiffness: sparse.csc_array
+    mass: sparse.csc_array
+
+    def unknowns(self, displacement: Array) -> Array:
+        """The unknowns of symmetric displacements, shape (3 * nodes, motions)."""
+        first = self.displacement.indptr[:-1]
+        sign = self.displacement.data[first]
+        return sign[:, None] * displacement[self.displacement.indices[first]]
+
+    def modes(
+        self, factors: SuperLU, stiffness: sparse.csc_array, count: int
+    ) -> tuple[Array, Array]:
+        """The first modes with a stiffness and its factors: squared frequencies and vectors.
+
+        Raises
+        ------
+        RuntimeError
+            If one of the frequencies is no number or zero within rounding.
+        """
+        # a fixed start that no mode is orthogonal to repeats the result
+        start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
+        inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
+        squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
+        check_held(squared, stiffness, self.mass)
+        order = np.argsort(squared)
+        return squared[order], q[:, order]
+
+
+def symmetric_half(assembly: xr.Dataset) -> SymmetricHalf:
+    """The assembly in unknowns that move both halves of its width alike.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0.
+    """
+    T = symmetric_displacements(assembly)
+    K, M = assemble_assembly(assembly)
+    return SymmetricHalf(T, (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc())
+
+
+def symmetric_displacements(assembly: xr.Dataset) -> sparse.csc_array:
+    """The matrix T of ``u = T q`` whose motions are symmetric about the width.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0.
+    """
+    T = free_displacements(assembly, tightened=False)
+    return (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc()
+
+
+def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:
+    """The node on the other side of y = 0 of every node."""
+    coordinate = assembly["coordinate"].to_numpy()
+    part = assembly["part"].to_numpy().astype(np.int64)
+    connectivity = assembly["connectivity"].to_numpy()
+    # nodes at one place belong to different bodies, or to the two sides of a pretension section
+    body = np.full(len(coordinate), part.max() + 1)
+    np.minimum.at(body, connectivity, part[:, None])
+    body[assembly["section_node"].to_numpy()[:, 1]] += part.max() + 1
+    mirrored = np.empty(len(coordinate), dtype=np.int64)
+    for each in np.unique(body):
+        node = np.flatnonzero(body == each)
+        distance, nearest = cKDTree(coordinate[node]).query(coordinate[node] * [1, -1, 1])
+        if distance.max() > 1e-9 * np.ptp(coordinate[:, 1]):
+            raise ValueError("the mesh is not symmetric about y = 0")
+        mirrored[node] = node[nearest]
+    return mirrored
+
+
+def _symmetric_unknowns(T: sparse.csc_array, mirrored_node: NDArray[np.int64]) -> sparse.csc_array:
+    """The matrix that takes unknowns of symmetric motion to those of ``u = T q``."""
+    displacement = T.indices[T.indptr[:-1]]
+    node, axis = np.divmod(displacement, 3)
+    # every displacement follows one unknown; those that are held follow none and are not asked for
+    follows = np.zeros(T.shape[0], dtype=np.int64)
+    follows[T.indices] = np.repeat(np.arange(T.shape[1]), np.diff(T.indptr))
+    image = follows[3 * mirrored_node[node] + axis]
+    sign = np.where(axis == 1, -1.0, 1.0)
+    own = np.arange(T.shape[1])
+    # on the plane of symmetry nothing moves along y
+    kept = np.flatnonzero((own < image) | ((own == image) & (sign > 0)))
+    column = np.arange(kept.size)
+    two = image[kept] != kept
+    return sparse.csc_array(
+        (
+            np.concatenate([np.ones(kept.size), sign[kept][two]]),
+            (np.concatenate([kept, image[kept][two]]), np.concatenate([column, column[two]])),
+        ),
+        shape=(T.shape[1], kept.size),
+    )

@@ -1,0 +1,1 @@
+"""What a study consists of on disk, and the tables made of it."""

@@ -1,0 +1,304 @@
+"""How far is an answer from a converged one? By samples of a period, and by vectors of a basis."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import get_args
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from boltjoint import checks
+from boltjoint.dynamics.epmc import Backbone, EPMCEquations
+from boltjoint.dynamics.frequency_response import Branch, frequency_window, solve_branch
+from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.model import Joint
+from boltjoint.joint.partition import Division, partition_regions, region_error
+from boltjoint.names import parse_modes
+from boltjoint.solvers.equations import StepControl
+from boltjoint.structure.patterns import resonances_in
+from boltjoint.verification.multi_harmonic import largest_response
+
+logger = logging.getLogger(__name__)
+
+#: size of the motion, over that at the peak, between which a response is followed; the next where
+#: the peak is not inside
+_AROUND_PEAK = (0.9, 0.6, 0.3)
+
+
+def tabulate_sampling(
+    solved: Mapping[str, tuple[Joint, xr.Dataset]],
+    samples: Sequence[int] = (64, 128, 256, 512, 1024),
+) -> pd.DataFrame:
+    """Error of sampled forces against the exact ones, at the largest response to each force.
+
+    Parameters
+    ----------
+    solved
+        Joint and ``response.nc`` of each case by its name, solved with exact forces.
+    samples
+        Samples a period.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``case, law, samples, force_N, error_relative``: the error of the forces on all
+        points in the Euclidean norm, relative to the exact ones.
+
+    Raises
+    ------
+    ValueError
+        If there are too few samples for a harmonic, or friction is sampled already.
+    """
+    samples = [checks.whole("samples", count, at_least=3) for count in samples]
+    rows = []
+    for case, (joint, response) in solved.items():
+        for force, motion in _largest_motions(joint, response).items():
+            exact = joint.law.force(motion)
+            for count in samples:
+                sampled = AlternatingFrequencyTime(joint.law, samples=count).force(motion)
+                rows.append(
+                    {
+                        "case": case,
+                        "law": joint.law.name,
+                        "samples": count,
+                        "force_N": force,
+                        "error_relative": np.linalg.norm(sampled - exact) / np.linalg.norm(exact),
+                    }
+                )
+    return pd.DataFrame(rows, columns=["case", "law", "samples", "force_N", "error_relative"])
+
+
+def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarray]:
+    """Motion of the contact points where the response to each force is largest, by force."""
+    found = {}
+    for force in response["force_level"].to_numpy():
+        if largest := largest_response(response, force):
+            q = largest[1].in_components(joint.law.components).T
+            found[float(force)] = np.hstack([row @ q for row in joint.rows])
+    return found
+
+
+def peaks_near(
+    joint: Joint,
+    forces: Sequence[float],
+    loss_factor: float,
+    resonance: int = 1,
+    control: StepControl | None = None,
+) -> pd.DataFrame:
+    """Peaks of the response that is followed only near where the joint's backbone expects them.
+
+    The response rebuilt from the backbone tells where to begin and end; the solutions between are
+    those of ``solve_branch`` in linear modes, and so is the maximum located among them. Where the
+    backbone shows no peak, or the response none near it, all of the response is followed.
+
+    Parameters
+    ----------
+    joint, loss_factor, resonance, control
+        As for ``response.solve_branch``.
+    forces
+        Amplitudes of the excitation [N].
+
+    Returns
+    -------
+    DataFrame
+        Columns ``force_N, peak_frequency_Hz, peak_mm_per_N``, by force; NaN where the response
+        shows no peak.
+
+    Raises
+    ------
+    ValueError
+        As for ``response.solve_branch``.
+    """
+    forces = checks.numbers("forces", forces)
+    checks.instance("joint", joint, Joint)
+    joint.check_excitation(resonance)
+    window = frequency_window(joint, resonance=resonance)
+    mode = EPMCEquations(joint, loss_factor, resonance)
+    backbone = Backbone(mode, mode.amplitudes_for(forces, window), control)
+    rows = []
+    for force in forces:
+        branch = _near_peak(backbone, force, window, resonance, control)
+        if branch is None:
+            logger.info("%g N: no peak where the backbone expects it", force)
+            branch = solve_branch(
+                joint,
+                force,
+                loss_factor=loss_factor,
+                window=window,
+                resonance=resonance,
+                control=control,
+            )
+        row = {"force_N": force, "peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
+        if branch.peak is not None:
+            row["peak_frequency_Hz"] = branch.frequency[branch.peak]
+            row["peak_mm_per_N"] = 1e3 * branch.amplitude[branch.peak] / force
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def tabulate_basis_peaks(peaks: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Peaks of the same joint in several bases, against those in the last of them.
+
+    Parameters
+    ----------
+    peaks
+        As from ``peaks_near``, of the same forces, by the name of the basis, the largest last.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``basis, vectors, force_N, peak_frequency_Hz, peak_mm_per_N,
+        peak_frequency_error_percent, peak_amplitude_error_percent``.
+    """
+    table = pd.concat(peaks, names=["basis"]).reset_index(level="basis")
+    table.insert(1, "vectors", table["basis"].map(parse_modes))
+    return _against(table, peaks[list(peaks)[-1]])
+
+
+def tabulate_divisions(
+    joint: Joint,
+    preload: xr.Dataset,
+    counts: Sequence[int],
+    reference: pd.DataFrame,
+    loss_factor: float,
+    division: Division = "equal-load",
+    control: StepControl | None = None,
+) -> pd.DataFrame:
+    """Peaks of a joint's regions against those of its pairs, for several ways to make regions.
+
+    Bands of the division given, moving as the mean of their pairs, as that weighted by load, and as
+    straight lines; bands divided across the width; and clusters.
+
+    Parameters
+    ----------
+    joint, preload
+        Node-to-node joint and the contact it was made from.
+    counts
+        Numbers of regions; one that a division cannot have is left out.
+    reference
+        Peaks of the joint, as from ``peaks_near``: the forces are its own.
+    loss_factor, control
+        As for ``peaks_near``.
+    division
+        As for ``partition.partition_regions``.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``division, motion, regions, region_error_percent, force_N, peak_frequency_Hz,
+        peak_mm_per_N, peak_frequency_error_percent, peak_amplitude_error_percent``.
+
+    Raises
+    ------
+    ValueError
+        If the division is not known, no division has such a number of regions, or as for
+        ``peaks_near``.
+    """
+    checks.instance("joint", joint, Joint)
+    checks.choice("division", division, get_args(Division))
+    counts = [checks.whole("counts", count, at_least=1) for count in counts]
+    parts = []
+    ways = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
+    for how, motion in [*ways, ("inner-outer", "mean"), ("clusters", "mean")]:
+        for count in counts:
+            try:
+                regions = partition_regions(joint, preload, count, how, motion)
+            except ValueError as error:
+                logger.info("%s, %s: %s", how, motion, error)
+                continue
+            made = {
+                "division": how,
+                "motion": motion,
+                "regions": count,
+                "region_error_percent": 100 * region_error(joint, regions),
+            }
+            peaks = peaks_near(regions, reference["force_N"], loss_factor, control=control)
+            parts.append(pd.DataFrame({**made, **peaks}))
+    if not parts:
+        raise ValueError(f"counts are {counts}: no division has as many regions")
+    return _against(pd.concat(parts), reference)
+
+
+def _against(table: pd.DataFrame, reference: pd.DataFrame) -> pd.DataFrame:
+    """The table with the errors of its peaks [%] against those at the same forces."""
+    truth = reference.set_index("force_N").loc[table["force_N"]]
+    for what, of_peak in (("frequency", "peak_frequency_Hz"), ("amplitude", "peak_mm_per_N")):
+        ratio = table[of_peak].to_numpy() / truth[of_peak].to_numpy()
+        table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)
+    return table.reset_index(drop=True)
+
+
+def tabulate_patterns(modes: Mapping[str, xr.Dataset], patterns: xr.Dataset) -> pd.DataFrame:
+    """Resonances of bases while parts of the contact stick, against those of the full model.
+
+    Parameters
+    ----------
+    modes
+        ``modes.nc`` by the name of the basis.
+    patterns
+        As from ``structure.patterns.resonances``, for the same pairs.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``basis, vectors, springs, pattern, resonance`` (from 1), ``frequency_Hz,
+        error_percent``.
+    """
+    rows = []
+    for basis, of_basis in modes.items():
+        found = resonances_in(of_basis, patterns)
+        for pattern in found["pattern"].to_numpy():
+            for springs in found["springs"].to_numpy():
+                at = found.sel(pattern=pattern, springs=springs)
+                for i, (frequency, error) in enumerate(
+                    zip(at["frequency"].to_numpy(), at["error"].to_numpy(), strict=True)
+                ):
+                    rows.append(
+                        {
+                            "basis": basis,
+                            "vectors": of_basis.sizes["mode"],
+                            "springs": springs,
+                            "pattern": pattern,
+                            "resonance": i + 1,
+                            "frequency_Hz": frequency,
+                            "error_percent": 100 * error,
+                        }
+                    )
+    return pd.DataFrame(rows)
+
+
+def _near_peak(
+    backbone: Backbone,
+    force: float,
+    window: tuple[float, float],
+    resonance: int,
+    control: StepControl | None,
+) -> Branch | None:
+    """The response around the expected peak; None where it does not show the peak."""
+    expected = synthesise_response(backbone, force, window)
+    if expected.peak is None:
+        return None
+    balance = backbone.equations.balance
+    size = np.linalg.norm(expected.modal_coordinate, axis=1)
+    for share in _AROUND_PEAK:
+        outside = np.flatnonzero(size <= share * size[expected.peak])
+        before, after = outside[outside < expected.peak], outside[outside > expected.peak]
+        if not (before.size and after.size):
+            return None
+        first, last = before[-1], after[0]
+        if not expected.frequency[first] < expected.frequency[last]:
+            return None
+        branch = solve_branch(
+            balance.joint,
+            force,
+            loss_factor=balance.loss_factor,
+            window=(expected.frequency[first], expected.frequency[last]),
+            resonance=resonance,
+            control=control,
+            start=expected.modal_coordinate[first],
+        )
+        if branch.complete and branch.peak is not None:
+            return branch
+    return None

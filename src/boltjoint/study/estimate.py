@@ -1,0 +1,274 @@
+"""Memory and time that a study needs, from the sizes in its configuration alone.
+
+Nothing is built: a mesh that no machine can hold is counted in no time. The constants are fitted to
+peaks of memory measured on one machine (``benchmarks/memory.py``; four_bolt took no part in it):
+
+==============  =====  ===================  ==================  ===================
+GiB measured,   nodes  tightening of the    free-4              vectors of enriched
+GiB estimated          bolts                                    bases
+==============  =====  ===================  ==================  ===================
+coarse           6952  0.36, 0.36           0.33, 0.33          0.31, 0.31
+medium          14790  0.76, 0.76           0.63, 0.66          0.61, 0.64
+``three_bolt``  30706  1.68, 1.79           1.38, 1.53          1.66, 1.65
+``four_bolt``   39916  2.22, 2.49                               2.42, 2.40
+fine            59520  4.08, 4.15           3.26, 3.49          4.45, 4.43
+==============  =====  ===================  ==================  ===================
+
+Memory is right within an eighth there, within a third for more modes than are found in the whole
+model, and within a factor of two for the responses. Time is right within a factor of two for the
+finite elements, and of three for a study on a machine that does nothing else.
+"""
+
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from boltjoint.config.assembly import Assembly
+from boltjoint.config.study import Study
+from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE
+from boltjoint.names import is_enriched, parse_coordinates, parse_modes
+from boltjoint.structure.bolts import yield_warning
+from boltjoint.study import layout
+
+_GIB = 2**30
+_NUMBER = 8
+
+#: Python with what the finite elements, and what the responses import [byte]
+_PROCESS, _SOLVER = 137e6, 250e6
+#: factors of the stiffness of all nodes, with contact and without: these times nodes^(4/3), the
+#: fill of a body in space [byte]
+_FACTORS, _FACTORS_FREE = 1860, 1500
+#: factors of its symmetric half over those of the whole: (1/2)^(4/3)
+_HALF = 0.4
+#: modes without contact that are looked for in the whole; more, in its symmetric half
+_MOST_OF_WHOLE = 12
+#: vectors of all displacements that a search for modes holds for each mode it meets
+_VECTORS_PER_MODE = 6
+#: what is as large as the candidates of enriched bases, over them, and their square matrices
+_CANDIDATES, _SQUARES = 1.3, 14
+#: tangents of the contact points, and Jacobians, that a correction of the balance holds
+_TANGENTS, _JACOBIANS = 3, 4
+#: components of 201 harmonics of constant and of variable load, and samples of their balance
+_MANY, _SAMPLES = {"constant": 202, "variable": 403}, 1024
+
+#: time of the finite elements, of nodes^2 [s]; modes in the symmetric half: for every fourth one
+_TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 4.6e-8, 1.4e-8, 8e-8, 3.2e-8
+#: of a response, its timing, check, figure and tables, as processes; and of a force level of it, of
+#: the pairs [s]
+_PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
+#: of a force at which a joint is marched in time and balanced with many harmonics, of the pairs [s]
+_PER_MARCH = 0.03
+#: samples that take as long as the closed form; the tangents of this many harmonics as the samples
+_SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
+#: more than any machine can count: sizes beyond it would overflow
+_COUNTLESS = 1e30
+
+
+class MeshSize(NamedTuple):
+    """Nodes, elements and contact pairs of the mesh of an assembly."""
+
+    nodes: int
+    elements: int
+    pairs: int
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a study needs.
+
+    Attributes
+    ----------
+    memory
+        Of the job that needs most [byte].
+    key
+        File and key by which that job is made smaller.
+    job
+        What that job does.
+    seconds
+        Of one core [s], for the finite elements, the responses and the marches in time; fits, peaks
+        with more harmonics and the tables of ``convergence`` come on top.
+    responses
+        Frequency responses.
+    """
+
+    memory: float
+    key: str
+    job: str
+    seconds: float
+    responses: int
+
+
+class _Job(NamedTuple):
+    memory: float
+    seconds: float
+    key: str
+    does: str
+
+
+def mesh_size(assembly: Assembly) -> MeshSize:
+    """Size of the mesh of an assembly, by counting its divisions."""
+    mesh = assembly.mesh
+    across, along, layers = (
+        mesh.ring_cells_across_width,
+        mesh.ring_cells_along_bar,
+        mesh.layers_per_half_height,
+    )
+    bolts = len(assembly.bolts.positions_from_lap_start_mm)
+    around = 2 * (across + along)
+    pairs = assembly.contact_pairs
+    free = sum(int(min(count, _COUNTLESS)) for count in assembly.elements_outside_lap)
+    columns = (bolts - 1) * mesh.columns_between_bolt_cells + 2 * mesh.columns_at_each_lap_end
+    rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
+
+    shank_points = (across + 1) * (along + 1) + mesh.rings_in_shank * around
+    head_points = shank_points + (mesh.rings_under_head + 1) * around
+    shank_quads = across * along + mesh.rings_in_shank * around
+    head_quads = shank_quads + (mesh.rings_under_head + 1) * around
+    in_heads = 2 * mesh.layers_in_head
+
+    # nodes are shared where a free bar meets its half of the lap, and a head its shank and its bar
+    free_nodes = (free + 2) * (across + 1) * (2 * layers + 1) - 2 * (across + 1) * (layers + 1)
+    shank_nodes = 2 * shank_points * (layers + 1)
+    head_nodes = in_heads * head_points
+    return MeshSize(
+        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * (shank_nodes + head_nodes),
+        elements=2 * layers * (bolts * around * rings + columns * across)
+        + 2 * layers * across * free
+        + bolts * (2 * layers * shank_quads + in_heads * head_quads),
+        pairs=pairs,
+    )
+
+
+def estimate(study: Study) -> Estimate:
+    """What a study needs: memory of its largest job, and time of all jobs."""
+    jobs = list(_jobs(study))
+    largest = max(jobs, key=lambda job: job.memory)
+    return Estimate(
+        memory=largest.memory,
+        key=largest.key,
+        job=largest.does,
+        seconds=sum(job.seconds for job in jobs),
+        responses=sum(len(list(case.solved())) for case in study.cases.values()),
+    )
+
+
+def machine_memory() -> float:
+    """Memory of this machine, or what its control group (cgroup v2) may have of it [byte]."""
+    memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    limit = Path("/sys/fs/cgroup/memory.max")
+    if limit.is_file() and (text := limit.read_text().strip()) != "max":
+        memory = min(memory, float(text))
+    return memory
+
+
+def shortage(needed: Estimate, memory: float) -> str | None:
+    """A line that says which key asks for more memory than there is [byte]; None if none does."""
+    if needed.memory <= memory:
+        return None
+    return (
+        f"{needed.key}: needs some {needed.memory / _GIB:.3g} GiB of memory {needed.job}, and this "
+        f"machine has {memory / _GIB:.3g} GiB: must be smaller"
+    )
+
+
+def summary(needed: Estimate, memory: float, cores: int) -> str:
+    """A line on what a study needs beside what there is: memory [byte], cores."""
+    minutes = needed.seconds / cores / 60
+    time = f"{minutes:.0f} minutes" if minutes < 100 else f"{minutes / 60:.0f} hours"
+    return (
+        f"Estimate: {needed.responses} frequency responses in some {time} on {cores} cores if "
+        f"nothing of it is there yet; up to {needed.memory / _GIB:.2g} GiB of memory a job "
+        f"({needed.job}), of {memory / _GIB:.3g} GiB"
+    )
+
+
+def overstrained(study: Study) -> list[str]:
+    """A line for each preload that strains the shanks of an assembly beyond yield."""
+    given = [
+        (f"{CASE_FOLDER}/{name}.yaml", study.assemblies[case.assembly], case.preload_N)
+        for name, case in study.cases.items()
+    ]
+    used = {case.assembly for case in study.cases.values()}
+    given += [
+        (f"{ASSEMBLY_FOLDER}/{name}.yaml", found, found.preload_N)
+        for name, found in study.assemblies.items()
+        if name not in used and found.preload_N is not None
+    ]
+    lines = []
+    for file, found, preload in given:
+        area = math.pi / 4 * (1e-3 * found.bolts.shank_diameter_mm) ** 2
+        if sentence := yield_warning(preload, area, 1e9 * found.material.youngs_modulus_GPa):
+            lines.append(f"{file}: preload_N: {sentence}")
+    return lines
+
+
+def _jobs(study: Study) -> Iterator[_Job]:
+    for name in study.assemblies:
+        yield from _of_assembly(study, name)
+    for name in study.cases:
+        yield from _of_case(study, name)
+
+
+def _of_assembly(study: Study, name: str) -> Iterator[_Job]:
+    """Jobs on the finite elements."""
+    size, key = mesh_size(study.assemblies[name]), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
+    nodes = min(size.nodes, _COUNTLESS)
+    vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
+    factors, factors_of_half = _FACTORS_FREE * fill, _HALF * _FACTORS_FREE * fill
+    for assembly, _ in layout.preloads(study):
+        if assembly == name:
+            yield _Job(_PROCESS + _FACTORS * fill, _TIGHTEN * square, key, "to tighten the bolts")
+    compared = study.convergence.bases if name in layout.compared_assemblies(study) else ()
+    bases = dict.fromkeys([*layout.families(study), *compared])
+    for number in (parse_modes(basis) for basis in bases if not is_enriched(basis)):
+        of_half = number > _MOST_OF_WHOLE
+        # of three modes about one bends in the plane
+        met = _VECTORS_PER_MODE * (3 * number + 2) * vector
+        memory = _PROCESS + (factors_of_half if of_half else factors) + met
+        seconds = _MODES * square * (number / 4 if of_half else 1)
+        yield _Job(memory, seconds, key, f"to find {number} modes")
+    if any(map(is_enriched, bases)):
+        # pairs of one half of the width, along x and z
+        candidates = min(size.pairs + study.contact_adapted_basis.free_modes, _COUNTLESS)
+        memory = (
+            _PROCESS
+            + factors_of_half
+            + _CANDIDATES * candidates * vector / 2
+            + _SQUARES * _NUMBER * candidates**2
+            + 3 * min(study.contact_adapted_basis.most, candidates) * vector
+        )
+        yield _Job(memory, _PRINCIPAL * square, key, "to find the vectors of enriched bases")
+    if compared:
+        yield _Job(_PROCESS + factors_of_half, _PATTERNS * square, key, "to find resonances")
+
+
+def _of_case(study: Study, name: str) -> Iterator[_Job]:
+    """Jobs on the joints."""
+    case, solver = study.cases[name], study.solver
+    pairs = min(study.assemblies[case.assembly].contact_pairs, _COUNTLESS)
+    harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.samples))
+    variable = case.contact.law == "variable"
+    directions = 2 if variable else 1
+    components = 1 + 2 * harmonics if variable else harmonics + 1
+    effort = 1.0
+    if solver.sampling is not None:
+        effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
+    for modes, _, coordinates, _ in case.solved():
+        unknowns = components * (parse_coordinates(coordinates).count or parse_modes(modes))
+        memory = _SOLVER + _NUMBER * (
+            _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
+        )
+        seconds = _PER_RESPONSE + _PER_LEVEL * effort * len(case.forces_N) * pairs
+        key = f"{CONFIG_FILE}: solver.harmonics"
+        yield _Job(memory, seconds, key, f"to solve responses of {name}")
+    if name in layout.marched(study):
+        modes, components = parse_modes(layout.marched(study)[name][0]), _MANY[case.contact.law]
+        memory = _SOLVER + _NUMBER * (
+            _SAMPLES * components * modes**2 + (1 + _JACOBIANS) * (components * modes) ** 2
+        )
+        seconds = _PER_MARCH * len(case.verification_forces_N) * pairs
+        key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
+        yield _Job(memory, seconds, key, "to balance 201 harmonics")

@@ -1,0 +1,121 @@
+"""Tables of the errors of joints and coordinates against a reference."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.names import REFERENCE
+from boltjoint.study.tables.measures import PEAK_ERRORS, curve_error, peak_errors, peak_of_level
+
+
+def tabulate_accuracy(
+    responses: Mapping[tuple[str, str, int], xr.Dataset],
+    checks: Mapping[tuple[str, str, int], pd.DataFrame],
+) -> pd.DataFrame:
+    """Every response of a case against the node-to-node joint in linear modes.
+
+    Parameters
+    ----------
+    responses
+        ``response.nc`` by joint, coordinates and resonance.
+    checks
+        ``check.csv`` of those that were marched in time.
+
+    Returns
+    -------
+    DataFrame
+        A row for each response and force level. Errors are empty where there is no reference, or
+        it or the branch broke off before the window's end; ``reason`` then says why.
+        ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
+        all solutions; estimated errors are those of the response file, without any reference;
+        ``residual_in_time`` is the largest, and lies at ``worst_in_time_Hz``.
+    """
+    rows = []
+    for (joint, coordinates, resonance), response in responses.items():
+        reference = responses.get((*REFERENCE, resonance))
+        for level, force in enumerate(response["force_level"].to_numpy()):
+            row = peak_of_level(response, level)
+            row |= dict.fromkeys((*PEAK_ERRORS, "curve_error_dB"), np.nan)
+            if (
+                reference is not None
+                and row["complete"]
+                and peak_of_level(reference, level)["complete"]
+            ):
+                row |= peak_errors(response, reference, level)
+                curves = _curve(response, level), _curve(reference, level)
+                row["curve_error_dB"] = curve_error(*curves)
+            mine = (response["excitation_force"] == force) & (response["converged"] == 1)
+            for name in ("energy_error", "residual"):
+                row[name] = float(abs(response[name].where(mine)).to_series().max())
+            row |= _trust(response.isel(force=level))
+            where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+            rows.append({**where, "force_N": force, **row})
+    table = pd.DataFrame(rows)
+    marched = [
+        check[["force_N", "residual_in_time", "frequency_Hz"]]
+        .rename(columns={"frequency_Hz": "worst_in_time_Hz"})
+        .assign(joint=joint, coordinates=coordinates, resonance=resonance)
+        for (joint, coordinates, resonance), check in checks.items()
+    ]
+    if marched:
+        on = ["joint", "coordinates", "resonance", "force_N"]
+        table = table.merge(pd.concat(marched), how="left", on=on)
+    return table[[name for name in table if name != "reason"] + ["reason"]]
+
+
+def tabulate_models(
+    responses: Mapping[tuple[str, str, str, int], xr.Dataset],
+    timings: Mapping[tuple[str, str, str, int], pd.DataFrame],
+    converged: tuple[str, str, str, int],
+) -> pd.DataFrame:
+    """Every response of a case, in any basis, against the converged one, beside what it costs.
+
+    Parameters
+    ----------
+    responses, timings
+        ``response.nc`` and ``timing.csv`` by modal basis, joint, coordinates and resonance.
+    converged
+        Which of them the others are compared with.
+
+    Returns
+    -------
+    DataFrame
+        A row for each response and force level: errors of its peak, empty where the branch broke
+        off, and the median processor time.
+    """
+    rows = []
+    for which, response in responses.items():
+        timing = timings[which]
+        cost = timing[timing["jacobian"] == "analytic"].groupby("force_N")["cpu_s"].median()
+        for level, force in enumerate(response["force_level"].to_numpy()):
+            rows.append(
+                {
+                    **dict(zip(("modes", "joint", "coordinates", "resonance"), which, strict=True)),
+                    "force_N": force,
+                    "complete": peak_of_level(response, level)["complete"],
+                    **peak_errors(response, responses[converged], level),
+                    "cpu_s": cost.get(force, np.nan),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def _trust(at: xr.Dataset) -> dict[str, object]:
+    """What a response says of itself at a force level: its estimated errors and its folds."""
+    return {
+        "estimated_peak_error_percent": 100 * float(at["peak_error_estimate"]),
+        "estimated_largest_error_percent": 100 * float(at["largest_error_estimate"]),
+        "wrong": bool(at["wrong"]),
+        "fell_back": bool(at["fell_back"]),
+        "turning_points": int(at["turning_points"]),
+        "folded_from_Hz": float(at["folded_from"]),
+        "folded_to_Hz": float(at["folded_to"]),
+    }
+
+
+def _curve(response: xr.Dataset, level: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    mine = response["excitation_force"].to_numpy() == float(response["force_level"][level])
+    return response["frequency"].to_numpy()[mine], response["response_amplitude"].to_numpy()[mine]

@@ -1,0 +1,74 @@
+"""Tables of natural frequencies and contact beside the published ones."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from boltjoint.study.published import Published
+
+
+def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) -> pd.DataFrame:
+    """Natural frequencies of the bending modes without contact, by assembly.
+
+    Parameters
+    ----------
+    modes
+        ``modes.nc`` of each assembly by its name.
+    published
+        The source's tables.
+    """
+    ours = pd.concat(
+        pd.DataFrame(
+            {
+                "assembly": name,
+                "bending_mode": np.arange(1, dataset.sizes["mode"] + 1),
+                "frequency_Hz": dataset["natural_frequency"].to_numpy(),
+            }
+        )
+        for name, dataset in modes.items()
+    )
+    printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
+    table = ours.merge(printed, how="left", on=["assembly", "bending_mode"])
+    table["difference_percent"] = 100 * (table["frequency_Hz"] / table["published_Hz"] - 1)
+    return table
+
+
+def tabulate_contact(
+    preloads: Mapping[tuple[str, float], xr.Dataset], published: Published
+) -> pd.DataFrame:
+    """What the bolts do to the contact surface, by assembly and preload per bolt [N].
+
+    Parameters
+    ----------
+    preloads
+        ``preload.nc`` of each pair of assembly name and preload.
+    published
+        The source's tables.
+    """
+    printed = published.contact_nodes().set_index(["assembly", "contact_law"])["contact_nodes"]
+    rows = []
+    for (assembly, newton), dataset in preloads.items():
+        load = dataset["normal_load"].to_numpy()
+        bolts = newton * dataset.sizes["bolt"]
+        pressure = load / dataset["area"].to_numpy()
+        rows.append(
+            {
+                "assembly": assembly,
+                "preload_N": newton,
+                "pairs": load.size,
+                "published_pairs": printed.get((assembly, "variable")),
+                "loaded_pairs": int(np.count_nonzero(load)),
+                "published_loaded_pairs": printed.get((assembly, "constant")),
+                "normal_load_N": load.sum(),
+                "bolt_load_N": bolts,
+                "load_difference_relative": load.sum() / bolts - 1,
+                "largest_load_N": load.max(),
+                "largest_pressure_MPa": pressure.max() / 1e6,
+                "largest_gap_um": dataset["gap"].to_numpy().max() * 1e6,
+                "shank_shortening_um": float(dataset["shank_shortening"].mean()) * 1e6,
+                "newton_iterations": int(dataset["iterations"]),
+            }
+        )
+    return pd.DataFrame(rows)

@@ -1,0 +1,84 @@
+"""How long does a frequency response take? Wall and processor time, repeated."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+from typing import get_args
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from boltjoint import checks
+from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.linear_modes import Jacobian
+from boltjoint.joint.model import Joint
+from boltjoint.solvers.equations import StepControl
+
+
+def time_solver(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    jacobians: Sequence[Jacobian],
+    repeats: int = 3,
+    time_budget_s: float = 0.5,
+    **options: object,
+) -> pd.DataFrame:
+    """Time the frequency response at every force level, on one thread.
+
+    A short run beforehand leaves compilation out of the measurement; levels alternate within a
+    repeat, so that a slow moment of the machine does not fall on one level alone.
+
+    Parameters
+    ----------
+    joint, forces, **options
+        As for ``response.solve_response``.
+    jacobians
+        Ways to the Jacobian, each of them timed.
+    repeats
+        How often each force level is solved at most.
+    enough_s
+        It is not solved again once all solutions of it took so long [s].
+
+    Returns
+    -------
+    DataFrame
+        Columns ``force_N, repeat, wall_s, cpu_s, solutions, iterations, jacobian, complete``.
+
+    Raises
+    ------
+    ValueError
+        If there is no force, a number is out of range, a Jacobian is not known, or as for
+        ``response.solve_branch``.
+    """
+    forces = checks.numbers("forces", forces)
+    checks.whole("repeats", repeats, at_least=1)
+    checks.number("time_budget_s", time_budget_s, at_least=0)
+    for jacobian in jacobians:
+        checks.choice("jacobians", jacobian, get_args(Jacobian))
+    rows = []
+    brief = replace(options.get("control") or StepControl(), maximum_solutions=2)
+    spent = dict.fromkeys(product(jacobians, forces), 0.0)
+    with threadpool_limits(limits=1):
+        for jacobian in jacobians:
+            solve_branch(joint, forces[0], jacobian=jacobian, **options | {"control": brief})
+        for repeat in range(repeats):
+            for jacobian, force in (which for which, wall in spent.items() if wall < time_budget_s):
+                wall, cpu = time.perf_counter(), time.process_time()
+                branch = solve_branch(joint, force, jacobian=jacobian, **options)
+                cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+                spent[jacobian, force] += wall
+                rows.append(
+                    {
+                        "force_N": force,
+                        "repeat": repeat,
+                        "wall_s": wall,
+                        "cpu_s": cpu,
+                        "solutions": branch.frequency.size,
+                        "iterations": int(branch.iterations.sum()),
+                        "jacobian": jacobian,
+                        "complete": int(branch.complete),
+                    }
+                )
+    return pd.DataFrame(rows)

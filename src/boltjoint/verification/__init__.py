@@ -1,0 +1,1 @@
+"""Solutions checked by methods independent of the solvers."""
