@@ -9,7 +9,7 @@ report: "workflow/report/workflow.rst"
 include: "workflow/rules/study.smk"
 include: "workflow/rules/structure.smk"
 include: "workflow/rules/joints.smk"
-include: "workflow/rules/response.smk"
+include: "workflow/rules/responses.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
@@ -19,7 +19,22 @@ include: "workflow/rules/verify.smk"
 rule all:
     default_target: True
     input:
-        targets(study),
+        contents.files(),
+
+
+rule tables:
+    input:
+        contents.files(form="table"),
+
+
+rule figures:
+    input:
+        contents.files(form="figure"),
+
+
+rule pages:
+    input:
+        contents.files(form="page"),
 
 
 onstart:

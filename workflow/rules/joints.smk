@@ -1,65 +1,81 @@
 rule connect_nodes:
     input:
-        modes=lambda w: layout.modes_of_case(study, w.case, w.modes),
-        preload=lambda w: layout.preload_of_case(study, w.case),
+        modes=lambda w: layout.path(
+            "modes", assembly=study.case(w.case).assembly, basis=w.basis
+        ),
+        preload=lambda w: preload_of(w.case),
     output:
-        joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
+        joint=node_to_node("{case}", "{basis}"),
     log:
-        "results/logs/connect_nodes/{case}_{modes}.log",
+        "results/logs/connect_nodes/{case}_{basis}.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("connect_nodes.py"),
-        contact=lambda w: case_of(w).contact.model_dump(exclude={"law"}),
+        contact=lambda w: study.case(w.case).contact.model_dump(exclude={"law"}),
     script:
         "../scripts/connect_nodes.py"
 
 
 rule partition_regions:
     input:
-        joint="results/cases/{case}/{modes}/node-to-node/joint.nc",
-        preload=lambda w: layout.preload_of_case(study, w.case),
+        joint=node_to_node("{case}", "{basis}"),
+        preload=lambda w: preload_of(w.case),
     output:
-        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
+        joint=layout.PATHS["joint"],
     log:
-        "results/logs/partition_regions/{case}_{modes}_{regions}.log",
+        "results/logs/partition_regions/{case}_{basis}_{joint}.log",
+    wildcard_constraints:
+        joint="[a-z]+=[^/]+",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("partition_regions.py"),
-        regions=lambda w: case_of(w).partition(w.regions),
+        regions=lambda w: study.case(w.case).partition(w.joint),
     script:
         "../scripts/partition_regions.py"
 
 
 rule fit_reduced_joint:
     input:
-        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
+        joint=regions_of_joint,
     output:
-        joint="results/cases/{case}/{modes}/{regions}/{fit}/joint.nc",
-        timing="results/cases/{case}/{modes}/{regions}/{fit}/fit_timing.csv",
+        joint=layout.PATHS["joint"],
+        timing=layout.PATHS["fit_timing"],
     log:
-        "results/logs/fit_reduced_joint/{case}_{modes}_{regions}_{fit}.log",
+        "results/logs/fit_reduced_joint/{case}_{basis}_{joint}.log",
     benchmark:
-        "results/benchmarks/fit_reduced_joint/{case}_{modes}_{regions}_{fit}.tsv"
+        "results/benchmarks/fit_reduced_joint/{case}_{basis}_{joint}.tsv"
+    wildcard_constraints:
+        joint=".+/[a-z]+=.+",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("fit_reduced_joint.py"),
-        fit=lambda w: study.fitting.fit(f"{w.regions}/{w.fit}"),
+        fit=lambda w: study.fitting.fit(w.joint),
     script:
         "../scripts/fit_reduced_joint.py"
 
 
 rule tabulate_joint:
     input:
-        joint="results/cases/{case}/{modes}/{regions}/joint.nc",
+        joint=regions_of_joint,
     output:
-        joint="results/cases/{case}/{modes}/{regions}/table/joint.nc",
+        joint=layout.PATHS["joint"],
     log:
-        "results/logs/tabulate_joint/{case}_{modes}_{regions}.log",
+        "results/logs/tabulate_joint/{case}_{basis}_{joint}.log",
+    wildcard_constraints:
+        joint=".+/table",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("tabulate_joint.py"),
     script:

@@ -1,7 +1,7 @@
 rule write_overview:
     input:
-        shown=tables_of_cases("accuracy", "times", "harmonic_peaks")
-        + shown_on("overview"),
+        shown=shown_on("overview")
+        + [each.path for each in tables_of("accuracy", "times", "harmonic_peaks")],
         joints=[path for case in study.cases for path in nodes_of(case)],
         environment="results/environment.json",
         published=published,
@@ -27,7 +27,7 @@ rule write_overview:
 
 rule write_page_of_accuracy:
     input:
-        shown=shown_on("accuracy") + tables_of_cases("harmonic_peaks"),
+        shown=shown_on("accuracy") + [each.path for each in tables_of("harmonic_peaks")],
         published=published,
     output:
         page="results/report/accuracy.html",
@@ -51,7 +51,7 @@ rule write_page_of_accuracy:
 rule write_page_of_structure:
     input:
         shown=shown_on("structure"),
-        meshes=[layout.assembly(name) for name in study.assemblies],
+        meshes=[layout.path("assembly", assembly=name) for name in study.assemblies],
         published=published,
     output:
         page="results/report/structure.html",
@@ -94,7 +94,7 @@ rule write_page_of_case:
         "../envs/boltjoint.yaml"
     params:
         library=library("write_page_of_case.py"),
-        case=lambda w: case_of(w).model_dump(),
+        case=lambda w: study.case(w.case).model_dump(),
         # no more of it: other options do not stand on the page
         solver=study.solver.model_dump(include={"friction", "harmonics", "samples"}),
         cases=list(study.cases),

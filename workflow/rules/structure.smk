@@ -1,13 +1,15 @@
 rule build_assembly:
     output:
-        assembly="results/assemblies/{assembly}/assembly.nc",
-        mesh="results/assemblies/{assembly}/mesh.vtu",
+        assembly=layout.PATHS["assembly"],
+        mesh=layout.PATHS["mesh_view"],
     log:
         "results/logs/build_assembly/{assembly}.log",
     benchmark:
         "results/benchmarks/build_assembly/{assembly}.tsv"
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("build_assembly.py"),
         assembly=lambda w: study.assemblies[w.assembly].model_dump(
@@ -19,35 +21,42 @@ rule build_assembly:
 
 rule apply_preload:
     input:
-        assembly="results/assemblies/{assembly}/assembly.nc",
+        assembly=layout.PATHS["assembly"],
     output:
-        preload="results/assemblies/{assembly}/preload={newton}/preload.nc",
-        view="results/assemblies/{assembly}/preload={newton}/preload.vtu",
+        preload=layout.PATHS["preload"],
+        view=layout.PATHS["preload_view"],
     log:
-        "results/logs/apply_preload/{assembly}_{newton}.log",
+        "results/logs/apply_preload/{assembly}_{preload_N}.log",
     benchmark:
-        "results/benchmarks/apply_preload/{assembly}_{newton}.tsv"
+        "results/benchmarks/apply_preload/{assembly}_{preload_N}.tsv"
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("preload", w.assembly)["mem_mb"],
+        runtime=lambda w: resources_of("preload", w.assembly)["runtime"],
     params:
         library=library("apply_preload.py"),
-        preload=lambda w: float(w.newton),
+        preload=lambda w: float(w.preload_N),
     script:
         "../scripts/apply_preload.py"
 
 
 rule find_pod_modes:
     input:
-        assembly="results/assemblies/{assembly}/assembly.nc",
-        preload=lambda w: layout.contact_of_basis(study, w.assembly),
+        assembly=layout.PATHS["assembly"],
+        # any preload of the assembly: its contact is the same for all but for a factor
+        preload=lambda w: data("preload", assembly=w.assembly)[0],
     output:
-        principal="results/assemblies/{assembly}/principal.nc",
+        principal=layout.PATHS["pod_modes"],
     log:
         "results/logs/find_pod_modes/{assembly}.log",
     benchmark:
         "results/benchmarks/find_pod_modes/{assembly}.tsv"
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("pod_modes", w.assembly)["mem_mb"],
+        runtime=lambda w: resources_of("pod_modes", w.assembly)["runtime"],
     params:
         library=library("find_pod_modes.py"),
         contact_adapted_basis=study.contact_adapted_basis.options,
@@ -58,38 +67,46 @@ rule find_pod_modes:
 
 rule find_modes:
     input:
-        assembly="results/assemblies/{assembly}/assembly.nc",
+        assembly=layout.PATHS["assembly"],
         principal=lambda w: (
-            layout.principal(w.assembly) if is_enriched(w.modes) else []
+            layout.path("pod_modes", assembly=w.assembly)
+            if Basis(w.basis).is_contact_adapted
+            else []
         ),
     output:
-        modes="results/assemblies/{assembly}/{modes}/modes.nc",
-        view="results/assemblies/{assembly}/{modes}/modes.vtu",
+        modes=layout.PATHS["modes"],
+        view=layout.PATHS["modes_view"],
     log:
-        "results/logs/find_modes/{assembly}_{modes}.log",
+        "results/logs/find_modes/{assembly}_{basis}.log",
     benchmark:
-        "results/benchmarks/find_modes/{assembly}_{modes}.tsv"
+        "results/benchmarks/find_modes/{assembly}_{basis}.tsv"
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of(w.basis, w.assembly)["mem_mb"],
+        runtime=lambda w: resources_of(w.basis, w.assembly)["runtime"],
     params:
         library=library("find_modes.py"),
-        family="{modes}",
+        family="{basis}",
     script:
         "../scripts/find_modes.py"
 
 
 rule find_patterns:
     input:
-        assembly="results/assemblies/{assembly}/assembly.nc",
-        preload=lambda w: layout.contact_of_basis(study, w.assembly),
+        assembly=layout.PATHS["assembly"],
+        preload=lambda w: data("preload", assembly=w.assembly)[0],
     output:
-        patterns="results/assemblies/{assembly}/patterns.nc",
+        patterns=layout.PATHS["patterns"],
     log:
         "results/logs/find_patterns/{assembly}.log",
     benchmark:
         "results/benchmarks/find_patterns/{assembly}.tsv"
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("patterns", w.assembly)["mem_mb"],
+        runtime=lambda w: resources_of("patterns", w.assembly)["runtime"],
     params:
         library=library("find_patterns.py"),
         options={

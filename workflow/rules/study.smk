@@ -11,10 +11,9 @@ from snakemake.logging import logger
 from boltjoint.config.options import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.names import PAGES, REFERENCE, is_enriched
-from boltjoint.report.pages import shown as pages
+from boltjoint.names import NAME, PAGES, REFERENCE, Basis, Coordinates, JointName
 from boltjoint.study import estimate, layout
-from boltjoint.study.layout import targets
+from boltjoint.study.contents import Artefact, Contents
 from boltjoint.study.published import Published
 from boltjoint.workflow import environment
 from boltjoint.workflow.code_dependencies import source_hash
@@ -40,18 +39,16 @@ if workflow.is_main_process:
     for line in estimate.overstrained(study):
         logger.warning(line)
 
+contents = Contents(study)
+resources_of, SMALL = estimate.Resources(study).of, estimate.Resources.SMALL
+
 
 wildcard_constraints:
     assembly="|".join(study.assemblies),
     case="|".join(study.cases),
-    modes=r"[a-z]+-\d+",
-    newton=r"[0-9.e+-]+",
-    regions=r"(regions|clusters)=(\d+|auto)",
-    fit=r"(elements|harmonic)=\d+",
-    joint=r"node-to-node|(regions|clusters)=(\d+|auto)(/(elements|harmonic)=\d+|/table)?",
-    flat=r"node-to-node|(regions|clusters)=(\d+|auto)(_(elements|harmonic)=\d+|_table)?",
-    coordinates=r"linear|backbone|(complex-)?rdnm-\d+",
-    resonance=r"\d+",
+    basis=Basis.wildcard(),
+    preload_N=r"[0-9.e+-]+",
+    joint=JointName.wildcard(),
 
 
 def library(script):
@@ -63,70 +60,102 @@ def library(script):
 published = sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
 
 
-def case_of(wildcards):
-    return study.case(wildcards.case)
+def data(kind, **which):
+    """Files of a kind of data."""
+    return contents.files(kind, form="data", **which)
 
 
-def source_of(wildcards):
-    """The source's tables and figures that a case is compared with."""
-    return Published(SOURCE, case_of(wildcards).published)
+def node_to_node(case, basis):
+    return layout.path("joint", case=case, basis=basis, joint=REFERENCE[0])
 
 
-def solved(wildcards):
-    """Joint, coordinates and resonance of all responses of a case in a basis."""
-    return [
-        (joint, coordinates, resonance)
-        for modes, joint, coordinates, resonance in layout.solved(study, wildcards.case)
-        if modes == wildcards.modes
-    ]
+def preload_of(case):
+    """The contact of the assembly of a case under the preload of that case."""
+    found = study.case(case)
+    return layout.path("preload", assembly=found.assembly, preload_N=found.preload_N)
 
 
-def solved_in_linear_modes(wildcards):
-    """The joints of a case and basis that are solved in linear modes around resonance 1."""
-    return [joint for joint, *how in solved(wildcards) if how == [REFERENCE[1], 1]]
-
-
-def backbones(wildcards):
-    """The joints of a case and basis whose backbones are drawn together."""
-    return layout.backbones(
-        study, wildcards.case, wildcards.modes, int(wildcards.resonance)
+def regions_of_joint(wildcards):
+    """The joint of the same regions with all their elements."""
+    regions = JointName(wildcards.joint).regions
+    return layout.path(
+        "joint", case=wildcards.case, basis=wildcards.basis, joint=regions
     )
 
 
-def checked(wildcards):
-    """Those of them that a march in time can check."""
-    return [which for which in solved(wildcards) if layout.is_checked(study, which[1])]
+def response(case, which):
+    return layout.path("response", case=case, **which._asdict())
 
 
-def reference_of(wildcards):
-    """The node-to-node response in linear modes, where it is solved and is not the figure's own."""
-    resonance = int(wildcards.resonance)
-    reference = (wildcards.modes, *REFERENCE, resonance)
-    joint = layout.unflat(wildcards.flat)
-    own = (wildcards.modes, joint, wildcards.coordinates, resonance)
-    if own == reference or reference not in layout.solved(study, wildcards.case):
-        return []
-    return layout.response(wildcards.case, *reference)
+def problem(case, basis):
+    """A case in a basis, as ``study.solution.CaseInBasis`` takes it."""
+    found = study.case(case)
+    return {
+        "case": case,
+        "basis": basis,
+        "forces": found.forces_N,
+        "loss_factor": found.loss_factor,
+        "windows": {
+            resonance: found.window_around(resonance)
+            for resonance in found.resonances(basis)
+        },
+        "sampling": study.solver.sampling,
+        "steps": study.solver.steps,
+    }
+
+
+def reported(artefacts, subcategory):
+    """CSV files of tables, as the report of the workflow lists them."""
+    flagged = []
+    for each in artefacts:
+        how = {"labels": {"table": each.label}, "subcategory": subcategory}
+        flagged.append(report(each.path, category="4. Tables", **how))
+    return flagged
+
+
+def html_of(artefacts):
+    return [artefact.paths[1] for artefact in artefacts]
+
+
+def table(kind, subcategory, **which):
+    """CSV and HTML file of a table."""
+    artefact = Artefact(kind, "table", **which)
+    return {
+        "csv": reported([artefact], subcategory),
+        "html": html_of([artefact]),
+    }
+
+
+def tables_of(*kinds, **which):
+    return contents.select(*kinds, form="table", **which)
+
+
+TABLES_OF_BASIS = ("accuracy", "states", "times", "fits", "regions", "elements")
+references = {
+    case: found[0] for case in study.cases if (found := contents.references(case))
+}
+drawn = contents.select(form="figure", page="accuracy") + contents.select(
+    "sampling", form="figure"
+)
+drawn_tables = [
+    artefact for figure in drawn for artefact in tables_of(figure.kind, **figure.which)
+]
+
+
+def published_of(case):
+    """The source's tables and figures that a case is compared with."""
+    return Published(SOURCE, study.case(case).published)
 
 
 def shown_on(page):
     """Figures and tables of a page of the report."""
-    return pages.shown_on(page, targets(study), study.cases)
-
-
-def tables_of_cases(*kinds):
-    """Tables of these kinds on the pages of all cases."""
-    names = tuple(f"results/tables/{kind}_" for kind in kinds)
     return [
-        path
-        for case in study.cases
-        for path in shown_on(case)
-        if path.startswith(names)
+        artefact.path
+        for form in ("figure", "table")
+        for artefact in contents.select(form=form, page=page)
     ]
 
 
 def nodes_of(case):
     """The node-to-node joints of a case, one in each basis."""
-    return [
-        layout.joint(case, family, REFERENCE[0]) for family in study.case(case).bases
-    ]
+    return [node_to_node(case, basis) for basis in study.case(case).bases]

@@ -1,9 +1,9 @@
 # What CalculiX finds in an assembly, beside the library's own: made by `make verify`, not by `all`.
 
 VERIFIED = {
-    "assembly": layout.assembly("three_bolt"),
-    "modes": layout.modes("three_bolt", "free-4"),
-    "preload": layout.preload("three_bolt", 10000),
+    "assembly": layout.path("assembly", assembly="three_bolt"),
+    "modes": layout.path("modes", assembly="three_bolt", basis="free-4"),
+    "preload": layout.path("preload", assembly="three_bolt", preload_N=10000),
 }
 
 

@@ -21,17 +21,18 @@ finite elements, and of three for a study on a machine that does nothing else.
 
 import math
 import os
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import Study
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE
-from boltjoint.names import is_enriched, parse_coordinates, parse_modes
 from boltjoint.structure.bolts import yield_warning
-from boltjoint.study import layout
+from boltjoint.study.contents import Contents
 
 _GIB = 2**30
 _NUMBER = 8
@@ -102,6 +103,8 @@ class Estimate:
 
 
 class _Job(NamedTuple):
+    stage: str
+    subject: str
     memory: float
     seconds: float
     key: str
@@ -144,7 +147,7 @@ def mesh_size(assembly: Assembly) -> MeshSize:
 
 def estimate(study: Study) -> Estimate:
     """What a study needs: memory of its largest job, and time of all jobs."""
-    jobs = list(_jobs(study))
+    jobs = list(_jobs(Contents(study)))
     largest = max(jobs, key=lambda job: job.memory)
     return Estimate(
         memory=largest.memory,
@@ -205,32 +208,56 @@ def overstrained(study: Study) -> list[str]:
     return lines
 
 
-def _jobs(study: Study) -> Iterator[_Job]:
-    for name in study.assemblies:
-        yield from _of_assembly(study, name)
-    for name in study.cases:
-        yield from _of_case(study, name)
+class Resources:
+    """What the jobs of each stage need, as Snakemake is told: ``mem_mb`` and ``runtime`` [min]."""
+
+    #: of jobs that only read, tabulate or draw: measured for figures
+    SMALL = MappingProxyType({"mem_mb": 400, "runtime": 10})
+
+    def __init__(self, study: Study) -> None:
+        self._jobs: defaultdict[tuple[str, str], list[_Job]] = defaultdict(list)
+        for job in _jobs(Contents(study)):
+            self._jobs[job.stage, job.subject].append(job)
+
+    def of(self, stage: str, subject: str) -> Mapping[str, int]:
+        """Those of a stage of an assembly or case; with room for a machine of a third the speed."""
+        jobs = self._jobs[stage, subject]
+        if not jobs:
+            return self.SMALL
+        return {
+            "mem_mb": math.ceil(max(job.memory for job in jobs) / 1e6),
+            "runtime": math.ceil(10 + 3 * sum(job.seconds for job in jobs) / 60),
+        }
 
 
-def _of_assembly(study: Study, name: str) -> Iterator[_Job]:
+def _jobs(contents: Contents) -> Iterator[_Job]:
+    for name in contents.study.assemblies:
+        yield from _of_assembly(contents, name)
+    for name in contents.study.cases:
+        yield from _of_case(contents, name)
+
+
+def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the finite elements."""
+    study = contents.study
     size, key = mesh_size(study.assemblies[name]), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
     nodes = min(size.nodes, _COUNTLESS)
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors, factors_of_half = _FACTORS_FREE * fill, _HALF * _FACTORS_FREE * fill
-    for assembly, _ in layout.preloads(study):
-        if assembly == name:
-            yield _Job(_PROCESS + _FACTORS * fill, _TIGHTEN * square, key, "to tighten the bolts")
-    compared = study.convergence.bases if name in layout.compared_assemblies(study) else ()
-    bases = dict.fromkeys([*layout.families(study), *compared])
-    for number in (parse_modes(basis) for basis in bases if not is_enriched(basis)):
+    for _ in contents.select("preload", assembly=name):
+        memory = _PROCESS + _FACTORS * fill
+        yield _Job("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
+    for modes in contents.select("modes", form="data", assembly=name):
+        number = modes.basis.vectors
+        if modes.basis.is_contact_adapted:
+            continue
         of_half = number > _MOST_OF_WHOLE
         # of three modes about one bends in the plane
         met = _VECTORS_PER_MODE * (3 * number + 2) * vector
         memory = _PROCESS + (factors_of_half if of_half else factors) + met
         seconds = _MODES * square * (number / 4 if of_half else 1)
-        yield _Job(memory, seconds, key, f"to find {number} modes")
-    if any(map(is_enriched, bases)):
+        yield _Job(str(modes.basis), name, memory, seconds, key, f"to find {number} modes")
+    if contents.select("pod_modes", assembly=name):
         # pairs of one half of the width, along x and z
         candidates = min(size.pairs + study.contact_adapted_basis.free_modes, _COUNTLESS)
         memory = (
@@ -240,13 +267,16 @@ def _of_assembly(study: Study, name: str) -> Iterator[_Job]:
             + _SQUARES * _NUMBER * candidates**2
             + 3 * min(study.contact_adapted_basis.most, candidates) * vector
         )
-        yield _Job(memory, _PRINCIPAL * square, key, "to find the vectors of enriched bases")
-    if compared:
-        yield _Job(_PROCESS + factors_of_half, _PATTERNS * square, key, "to find resonances")
+        does = "to find the vectors of contact-adapted bases"
+        yield _Job("pod_modes", name, memory, _PRINCIPAL * square, key, does)
+    if contents.select("patterns", form="data", assembly=name):
+        memory = _PROCESS + factors_of_half
+        yield _Job("patterns", name, memory, _PATTERNS * square, key, "to find resonances")
 
 
-def _of_case(study: Study, name: str) -> Iterator[_Job]:
+def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the joints."""
+    study = contents.study
     case, solver = study.cases[name], study.solver
     pairs = min(study.assemblies[case.assembly].contact_pairs, _COUNTLESS)
     harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.samples))
@@ -256,19 +286,19 @@ def _of_case(study: Study, name: str) -> Iterator[_Job]:
     effort = 1.0
     if solver.sampling is not None:
         effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
-    for modes, _, coordinates, _ in case.solved():
-        unknowns = components * (parse_coordinates(coordinates).count or parse_modes(modes))
+    for response in contents.responses(name):
+        unknowns = components * (response.coordinates.count or response.basis.vectors)
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )
         seconds = _PER_RESPONSE + _PER_LEVEL * effort * len(case.forces_N) * pairs
         key = f"{CONFIG_FILE}: solver.harmonics"
-        yield _Job(memory, seconds, key, f"to solve responses of {name}")
-    if name in layout.marched(study):
-        modes, components = parse_modes(layout.marched(study)[name][0]), _MANY[case.contact.law]
+        yield _Job("responses", name, memory, seconds, key, f"to solve responses of {name}")
+    if response := contents.integrated(name):
+        modes, components = response.basis.vectors, _MANY[case.contact.law]
         memory = _SOLVER + _NUMBER * (
             _SAMPLES * components * modes**2 + (1 + _JACOBIANS) * (components * modes) ** 2
         )
         seconds = _PER_MARCH * len(case.verification_forces_N) * pairs
         key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
-        yield _Job(memory, seconds, key, "to balance 201 harmonics")
+        yield _Job("harmonics", name, memory, seconds, key, "to balance 201 harmonics")

@@ -22,7 +22,6 @@ from boltjoint.report.pages.shown import (
     menu,
     those,
 )
-from boltjoint.study import layout
 from boltjoint.study.published import BASIS, Published
 
 _DIVISIONS = {
@@ -252,7 +251,7 @@ class _Basis:
             if stage.name != "nodes":
                 for joint, body in parts.items():
                     title = capitalized(joint_in_words(joint))
-                    yield self._section(layout.flat(joint), title, body, level=3)
+                    yield self._section(joint.replace("/", "_"), title, body, level=3)
         for resonance in others:
             body = "".join(
                 self._joint(joint) + self._responses(joint, resonance)

@@ -162,7 +162,7 @@ def _identity(study: Study, name: str, family: str, shelf: Shelf) -> dict[tuple[
     }
     if any(len(each.bases) > 1 for each in study.cases.values()):
         row[("", "basis")] = family
-    nodes = layout.joint(name, family, REFERENCE[0])
+    nodes = layout.path("joint", case=name, basis=family, joint=REFERENCE[0])
     known = nodes in shelf.files
     row[("", "friction_elements")] = dataset.load(nodes).sizes["element"] if known else None
     return row

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from boltjoint.names import NAME, is_enriched
+from boltjoint.names import NAME, JointName, is_enriched
 from boltjoint.report.pages.markup import Section, drawing, number, source, table
-from boltjoint.study import layout
 from boltjoint.study.published import BASIS, Published
 from boltjoint.study.tables import files as tables
 
@@ -104,7 +103,7 @@ class Shown:
             kind=part["kind"],
             subject=part.get("subject"),
             modes=part.get("modes"),
-            joint=layout.unflat(joint) if joint else None,
+            joint=JointName(joint.replace("_", "/")) if joint else None,
             coordinates=part.get("coordinates"),
             resonance=int(resonance) if resonance else None,
             newton=float(newton) if newton else None,
@@ -179,7 +178,7 @@ def shown_on(page: str, files: Sequence[str], cases: Collection[str]) -> list[st
     page
         One of ``names.PAGES``, or the name of a case.
     files
-        Such as ``layout.targets`` lists them.
+        Such as ``study.contents`` lists them.
     cases
         Names of the study's cases.
     """

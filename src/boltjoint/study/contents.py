@@ -1,0 +1,349 @@
+"""The contents of a study: its responses and all files that are made of it, in one list."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName
+from boltjoint.study import layout
+
+if TYPE_CHECKING:
+    from boltjoint.config.study import Study
+
+#: kinds about how far models, bases and regions are from converged
+_OF_ACCURACY = ("bases", "divisions", "models", "patterns")
+
+
+_LABELS = {
+    "accuracy": "accuracy in {basis}",
+    "bases": "peaks by basis",
+    "contact": "contact under preload",
+    "divisions": "regions, by division and number",
+    "elements": "elements of {joint} in {basis}",
+    "fits": "fits of elements in {basis}",
+    "harmonic_peaks": "peaks with more harmonics, in {basis}",
+    "harmonics": "more harmonics, and time integration, in {basis}",
+    "models": "all models against the converged response",
+    "natural_frequencies": "natural frequencies of {basis}",
+    "patterns": "resonances of {assembly} by basis",
+    "regions": "{joint} in {basis}",
+    "sampling": "forces by AFT",
+    "states": "states in {basis}",
+    "times": "times in {basis}",
+}
+
+
+class Response(NamedTuple):
+    """The frequency responses of a joint around a resonance."""
+
+    basis: Basis
+    joint: JointName
+    coordinates: Coordinates
+    resonance: int
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """A file of a study.
+
+    ``kind`` is what it holds or shows; ``form`` the sort of file; the rest is what it is of, None
+    where it is of all.
+    """
+
+    kind: str
+    form: Literal["data", "figure", "table", "page"] = "data"
+    assembly: str | None = None
+    preload_N: float | None = None  # noqa: N815
+    case: str | None = None
+    basis: Basis | None = None
+    joint: JointName | None = None
+    coordinates: Coordinates | None = None
+    resonance: int | None = None
+
+    @property
+    def which(self) -> dict[str, object]:
+        """What the file is of."""
+        values = ((field.name, getattr(self, field.name)) for field in fields(self)[2:])
+        return {name: value for name, value in values if value is not None}
+
+    @property
+    def path(self) -> str:
+        """The file; of a table the CSV, of a page that which stands by itself."""
+        if self.form == "data":
+            return layout.path(self.kind, **self.which)
+        if self.form == "page":
+            return layout.page(self.kind)
+        return layout.shown(self.form, self.kind, **self.which)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """All files that are made together with it."""
+        if self.form == "table":
+            return self.path, layout.shown("html", self.kind, **self.which)
+        if self.form == "page":
+            return self.path, layout.page(self.kind, packed=True)
+        return (self.path,)
+
+    @property
+    def label(self) -> str:
+        """What a table is, beside the case or assembly."""
+        return _LABELS[self.kind].format(**self.which)
+
+    @property
+    def page(self) -> str:
+        """The page that shows it: of a case, or one of ``names.PAGES``.
+
+        The structure has what is about assemblies, the overview what is about all cases, accuracy
+        how far models are from converged.
+        """
+        if self.kind in _OF_ACCURACY:
+            return "accuracy"
+        if self.case is not None:
+            return self.case
+        return "overview" if self.kind == "sampling" else "structure"
+
+
+class Contents:
+    """Everything that a study makes.
+
+    Parameters
+    ----------
+    study
+        The study, as it is configured.
+    """
+
+    def __init__(self, study: "Study") -> None:
+        self.study = study
+        self.artefacts = tuple(dict.fromkeys([*self._data(), *self._shown(), *self._pages()]))
+
+    def select(self, *kinds: str, **which: object) -> list[Artefact]:
+        """The artefacts of these kinds, or of all, and with these values of their fields."""
+        return [
+            artefact
+            for artefact in self.artefacts
+            if (not kinds or artefact.kind in kinds)
+            and all(getattr(artefact, name) == value for name, value in which.items())
+        ]
+
+    def files(self, *kinds: str, **which: object) -> list[str]:
+        """The files of these kinds, with those made together with them."""
+        return [path for artefact in self.select(*kinds, **which) for path in artefact.paths]
+
+    def cases_and_bases(self) -> list[tuple[str, Basis]]:
+        """Every case with every basis that it is solved in."""
+        cases = self.study.cases.items()
+        return [(name, Basis(basis)) for name, case in cases for basis in case.bases]
+
+    def responses(self, case: str, basis: str | None = None) -> list[Response]:
+        """All responses of a case, or of those in one basis."""
+        found = [
+            Response(Basis(modes), JointName(joint), Coordinates(coordinates), resonance)
+            for modes, joint, coordinates, resonance in self.study.case(case).solved()
+        ]
+        return [each for each in found if basis in (None, each.basis)]
+
+    def references(self, case: str) -> list[Response]:
+        """The responses of the node-to-node joint of a case in linear modes."""
+        return [each for each in self.responses(case) if each[1:3] == REFERENCE]
+
+    def joints(self, case: str, basis: str) -> list[JointName]:
+        """The joints that are solved in a basis, and those of regions they are reduced from."""
+        solved = [JointName(joint) for joint in self.study.case(case).joints(basis)]
+        regions = [joint.regions for joint in solved if joint.division is not None]
+        return list(dict.fromkeys([REFERENCE[0], *regions, *solved]))
+
+    def fitted(self, case: str, basis: str) -> list[JointName]:
+        """The joints of a case and basis whose elements are fitted."""
+        return [joint for joint in self.joints(case, basis) if joint.elements is not None]
+
+    def integrated(self, case: str) -> Response | None:
+        """The response whose peaks are checked by time integration: the first in free modes.
+
+        Contact-adapted vectors stick at frequencies that no time integration can resolve.
+        """
+        if not self.study.case(case).verification_forces_N:
+            return None
+        found = (one for one in self.references(case) if not one.basis.is_contact_adapted)
+        return next(found, None)
+
+    def in_harmonics(self, case: str) -> list[Response]:
+        """The responses whose peaks are found with more harmonics: the lowest of each basis."""
+        if not self.study.case(case).verification_forces_N:
+            return []
+        found: dict[str, Response] = {}
+        for response in sorted(self.references(case), key=lambda one: one.resonance):
+            found.setdefault(response.basis, response)
+        return list(found.values())
+
+    def converged(self, case: str) -> Response | None:
+        """The response that comes closest to the structure: node-to-node, in the largest basis.
+
+        Of contact-adapted bases, around the first resonance.
+        """
+        found = [
+            one
+            for one in self.references(case)
+            if one.resonance == 1 and one.basis.is_contact_adapted
+        ]
+        return max(found, key=lambda one: one.basis.vectors, default=None)
+
+    def compared(self, case: str) -> list[Response]:
+        """The responses of a case around the resonance of its converged one."""
+        return [
+            one for one in self.responses(case) if one.resonance == self.converged(case).resonance
+        ]
+
+    def jacobians(self, response: Response) -> list[str]:
+        """The Jacobians that are timed: forward differences too for what the source solves."""
+        in_source = (
+            not response.basis.is_contact_adapted
+            and response.joint.division in (None, "regions")
+            and response.joint.reduction in (None, "elements")
+            and response.coordinates.kind in ("linear", "real")
+        )
+        return ["analytic", *(["forward-difference"] if in_source else [])]
+
+    def checked(self, case: str, basis: str | None = None) -> list[Response]:
+        """The responses whose residual in time is found: all equations solved, forces analytic."""
+        if self.study.solver.sampling is not None:
+            return []
+        return [one for one in self.responses(case, basis) if one.coordinates.kind == "linear"]
+
+    def bases(self) -> list[Basis]:
+        """Every basis that a case uses."""
+        return list(dict.fromkeys(basis for _, basis in self.cases_and_bases()))
+
+    def preloads(self) -> list[tuple[str, float]]:
+        """Every assembly with every preload per bolt [N] that it is tightened to.
+
+        An assembly that no case uses is tightened to its own preload.
+        """
+        used = [(case.assembly, case.preload_N) for case in self.study.cases.values()]
+        nominal = [
+            (name, found.preload_N)
+            for name, found in self.study.assemblies.items()
+            if found.preload_N is not None and all(name != assembly for assembly, _ in used)
+        ]
+        return list(dict.fromkeys(used + nominal))
+
+    def compared_assemblies(self) -> list[str]:
+        """The assemblies in whose resonances bases are compared: those of cases, if any are."""
+        used = [case.assembly for case in self.study.cases.values()]
+        return list(dict.fromkeys(used)) if self.study.convergence.bases else []
+
+    def compared_bases(self, case: str) -> list[Basis]:
+        """The bases in which only the peaks of a case are found."""
+        found = [Basis(basis) for basis in self.study.convergence.bases]
+        converged = self.converged(case)
+        if self.study.convergence.regions and converged:
+            found.append(converged.basis)
+        return found
+
+    def _data(self) -> Iterator[Artefact]:
+        yield Artefact("environment")
+        for name in self.study.assemblies:
+            compared = name in self.compared_assemblies()
+            bases = [*self.bases(), *(map(Basis, self.study.convergence.bases) if compared else ())]
+            for kind in ("assembly", "mesh_view"):
+                yield Artefact(kind, assembly=name)
+            for basis in bases:
+                for kind in ("modes", "modes_view"):
+                    yield Artefact(kind, assembly=name, basis=basis)
+            if any(basis.is_contact_adapted for basis in bases):
+                yield Artefact("pod_modes", assembly=name)
+            if compared:
+                yield Artefact("patterns", assembly=name)
+        for name, preload in self.preloads():
+            for kind in ("preload", "preload_view"):
+                yield Artefact(kind, assembly=name, preload_N=preload)
+        for case in self.study.cases:
+            yield from self._data_of_case(case)
+
+    def _data_of_case(self, case: str) -> Iterator[Artefact]:
+        for basis in self.compared_bases(case):
+            for kind in ("joint", "peaks"):
+                yield Artefact(kind, case=case, basis=basis, joint=REFERENCE[0])
+        for basis in map(Basis, self.study.case(case).bases):
+            for joint in self.joints(case, basis):
+                yield Artefact("joint", case=case, basis=basis, joint=joint)
+            for joint in self.fitted(case, basis):
+                yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
+        for response in self.responses(case):
+            which = {"case": case, **response._asdict()}
+            yield Artefact("response", **which)
+            yield Artefact("timing", **which)
+            if response in self.checked(case):
+                yield Artefact("check", **which)
+            if which.pop("coordinates").kind == "backbone":
+                yield Artefact("backbone", **which)
+
+    def _shown(self) -> Iterator[Artefact]:
+        yield Artefact("contact", "table")
+        if any(map(self.references, self.study.cases)):
+            yield from _table_and_figure("sampling")
+        for name in self.compared_assemblies():
+            yield from _table_and_figure("patterns", assembly=name)
+        for basis in self.bases():
+            if not basis.is_contact_adapted:  # its vectors are no modes of the structure
+                yield Artefact("natural_frequencies", "table", basis=basis)
+                for name in self.study.assemblies:
+                    yield Artefact("modes", "figure", assembly=name, basis=basis)
+        for name in self.study.assemblies:
+            yield Artefact("mesh", "figure", assembly=name)
+        for name, preload in self.preloads():
+            for kind in ("contact", "deformation"):
+                yield Artefact(kind, "figure", assembly=name, preload_N=preload)
+        for case in self.study.cases:
+            yield from self._shown_of_accuracy(case)
+            for basis in map(Basis, self.study.case(case).bases):
+                yield from self._shown_of_basis(case, basis)
+            if response := self.integrated(case):
+                yield Artefact("harmonics", "table", case=case, basis=response.basis)
+            for response in self.in_harmonics(case):
+                yield Artefact("harmonic_peaks", "table", case=case, basis=response.basis)
+            for response in self.responses(case):
+                which = {"case": case, **response._asdict()}
+                yield Artefact("response", "figure", **which)
+                if response.joint == REFERENCE[0] and response.coordinates.kind != "backbone":
+                    yield Artefact("states", "figure", **which)
+
+    def _shown_of_accuracy(self, case: str) -> Iterator[Artefact]:
+        if converged := self.converged(case):
+            yield from _table_and_figure("models", case=case)
+            if self.study.convergence.regions:
+                yield from _table_and_figure("divisions", case=case, basis=converged.basis)
+        if self.study.convergence.bases:
+            yield from _table_and_figure("bases", case=case)
+
+    def _shown_of_basis(self, case: str, basis: Basis) -> Iterator[Artefact]:
+        which = {"case": case, "basis": basis}
+        for kind in ("accuracy", "states", "times"):
+            yield Artefact(kind, "table", **which)
+        for resonance in self.study.case(case).resonances(basis):
+            yield Artefact("times", "figure", **which, resonance=resonance)
+            if self.backbones(case, basis, resonance):
+                yield Artefact("backbone", "figure", **which, resonance=resonance)
+        if self.fitted(case, basis):
+            yield Artefact("fits", "table", **which)
+        for joint in self.joints(case, basis):
+            if joint.elements is not None:
+                yield Artefact("elements", "table", **which, joint=joint)
+                yield Artefact("loops", "figure", **which, joint=joint)
+            if joint.division is not None and joint.reduction is None:
+                yield from _table_and_figure("regions", **which, joint=joint)
+
+    def backbones(self, case: str, basis: str, resonance: int) -> list[JointName]:
+        """The joints of a case whose backbone of a resonance is traced."""
+        return [
+            one.joint
+            for one in self.responses(case, basis)
+            if one.coordinates.kind == "backbone" and one.resonance == resonance
+        ]
+
+    def _pages(self) -> Iterator[Artefact]:
+        for name in (*PAGES, *self.study.cases):
+            yield Artefact(name, "page")
+
+
+def _table_and_figure(kind: str, **which: object) -> Sequence[Artefact]:
+    return Artefact(kind, "table", **which), Artefact(kind, "figure", **which)

@@ -1,0 +1,121 @@
+"""The responses of a case in a basis, with the joints, windows and options of its stages."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import pandas as pd
+import xarray as xr
+
+from boltjoint.dynamics.epmc import find_backbone
+from boltjoint.dynamics.frequency_response import frequency_window, solve_response
+from boltjoint.joint.io import load_joint
+from boltjoint.joint.model import Joint
+from boltjoint.names import REFERENCE
+from boltjoint.solvers.equations import StepControl
+from boltjoint.study import layout
+from boltjoint.study.contents import Response
+from boltjoint.study.timing import time_solver
+
+
+@dataclass(frozen=True)
+class CaseInBasis:
+    """A case in a basis, as its responses are solved.
+
+    Parameters
+    ----------
+    case, basis
+        Their names.
+    forces
+        Amplitudes of the excitation [N].
+    loss_factor
+        Structural damping [-].
+    windows
+        Frequencies [Hz] by resonance, None where they are chosen.
+    sampling
+        Harmonics and time samples of AFT, None for analytic forces.
+    steps
+        Fields of ``StepControl``.
+    """
+
+    case: str
+    basis: str
+    forces: Sequence[float]
+    loss_factor: float
+    windows: Mapping[int, tuple[float, float] | None]
+    sampling: Mapping[str, int] | None
+    steps: Mapping[str, float]
+
+    def solve(
+        self, responses: Sequence[Response], **options: object
+    ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
+        """The frequency responses, and the parameters of each (``solve_response``)."""
+        for response, joint, how in self._problems(responses):
+            given = {
+                "coordinates": str(response.coordinates),
+                "resonance": response.resonance,
+                "forces": self.forces,
+                "loss_factor": self.loss_factor,
+                **options,
+            }
+            yield solve_response(joint, **how, **given), self._parameters(response, given)
+
+    def time(
+        self,
+        responses: Sequence[Response],
+        jacobians: Sequence[Sequence[str]],
+        **options: object,
+    ) -> Iterator[pd.DataFrame]:
+        """The solution times of the frequency responses (``time_solver``)."""
+        for (response, joint, how), timed in zip(self._problems(responses), jacobians, strict=True):
+            yield time_solver(
+                joint,
+                **how,
+                coordinates=response.coordinates,
+                resonance=response.resonance,
+                forces=self.forces,
+                loss_factor=self.loss_factor,
+                jacobians=timed,
+                **options,
+            )
+
+    def trace_backbones(
+        self, responses: Sequence[Response]
+    ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
+        """The backbones of the joints and resonances, and the parameters of each."""
+        for response, joint, how in self._problems(responses):
+            given = {
+                "resonance": response.resonance,
+                "forces": self.forces,
+                "loss_factor": self.loss_factor,
+            }
+            yield find_backbone(joint, **how, **given), self._parameters(response, given)
+
+    def _problems(
+        self, responses: Sequence[Response]
+    ) -> Iterator[tuple[Response, Joint, dict[str, object]]]:
+        """Joint, frequency window and step-length control of each response."""
+
+        @cache
+        def load(joint: str, sampled: bool) -> Joint:
+            path = layout.path("joint", case=self.case, basis=self.basis, joint=joint)
+            return load_joint(path, self.sampling if sampled else None)
+
+        for response in responses:
+            joint = load(response.joint, True)
+            window = frequency_window(
+                load(REFERENCE[0], False),
+                joint,
+                resonance=response.resonance,
+                given=self.windows[response.resonance],
+            )
+            yield response, joint, {"window": window, "control": StepControl(**self.steps)}
+
+    def _parameters(self, response: Response, given: Mapping[str, object]) -> dict[str, object]:
+        resonance = response.resonance
+        return {
+            "window": {"resonance": resonance, "given": self.windows[resonance]},
+            "options": given,
+            "sampling": self.sampling,
+            "steps": self.steps,
+        }
