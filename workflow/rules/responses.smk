@@ -22,6 +22,11 @@ for case, basis in contents.cases_and_bases():
             library=library("solve_responses.py"),
             case=problem(case, basis),
             responses=contents.responses(case, basis),
+            backbones=[
+                each
+                for each in contents.responses(case, basis)
+                if each.coordinates.kind == "backbone"
+            ],
             options={
                 "jacobian": study.solver.jacobian,
                 "basis_update": study.solver.basis_update,

@@ -11,6 +11,6 @@ solved = case.solve(params.responses, **params.options)
 for path, (response, parameters) in zip(output.responses, solved, strict=True):
     dataset.save(response, path, parameters)
 for path, (backbone, parameters) in zip(
-    output.backbones, case.trace_backbones(params.responses), strict=True
+    output.backbones, case.trace_backbones(params.backbones), strict=True
 ):
     dataset.save(backbone, path, parameters)

@@ -7,7 +7,7 @@ from boltjoint.dynamics.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import Jacobian, LinearModes
 from boltjoint.dynamics.rdnm import BasisUpdate, LaggedRDNM, SelfConsistentRDNM
-from boltjoint.names import parse_coordinates
+from boltjoint.names import Coordinates
 
 
 def pose(
@@ -43,7 +43,8 @@ def pose(
         If the balance cannot be posed in such coordinates, there are not as many modes, or an
         option is not known.
     """
-    kind, count = parse_coordinates(name)
+    coordinates = Coordinates(name)
+    kind, count = coordinates.kind, coordinates.count
     checks.instance("balance", balance, HarmonicBalance)
     target = balance.joint.check_resonance(resonance) - 1
     check_options(jacobian, basis_update, quasi_static_correction)

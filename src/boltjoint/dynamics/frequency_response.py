@@ -19,7 +19,7 @@ from boltjoint.dynamics.load_stepping import LoadStepping
 from boltjoint.dynamics.modal_synthesis import BEGINS_ABOVE, synthesise_response
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
 from boltjoint.joint.model import Joint
-from boltjoint.names import parse_coordinates
+from boltjoint.names import Coordinates
 from boltjoint.solvers import arc_length, lagged_basis
 from boltjoint.solvers.equations import Path, StepControl
 from boltjoint.solvers.lagged_basis import LaggedEquations
@@ -149,7 +149,7 @@ def solve_branch(
     checks.instance("joint", joint, Joint)
     force = checks.number("force", force, above=0)
     loss_factor = checks.number("loss_factor", loss_factor, at_least=0)
-    parse_coordinates(coordinates)
+    Coordinates(coordinates)
     check_options(jacobian, basis_update, quasi_static_correction)
     control = StepControl() if control is None else control
     checks.instance("control", control, StepControl)

@@ -15,7 +15,7 @@ from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import Division, partition_regions, region_error
-from boltjoint.names import parse_modes
+from boltjoint.names import Basis
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
 from boltjoint.verification.multi_harmonic import largest_response
@@ -153,7 +153,7 @@ def tabulate_basis_peaks(peaks: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         peak_frequency_error_percent, peak_amplitude_error_percent``.
     """
     table = pd.concat(peaks, names=["basis"]).reset_index(level="basis")
-    table.insert(1, "vectors", table["basis"].map(parse_modes))
+    table.insert(1, "vectors", [Basis(basis).vectors for basis in table["basis"]])
     return _against(table, peaks[list(peaks)[-1]])
 
 

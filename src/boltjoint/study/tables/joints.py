@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_from_dataset
-from boltjoint.names import parse_joint
+from boltjoint.names import JointName
 from boltjoint.study.published import Published
 from boltjoint.study.tables.measures import PEAK_ERRORS, peak_errors
 
@@ -156,7 +156,7 @@ def tabulate_fits(
     rows = []
     for name, fit in fits.items():
         worst = dict.fromkeys(PEAK_ERRORS, np.nan)
-        regions = parse_joint(name).regions
+        regions = JointName(name).regions
         if name in responses and regions in responses:
             for level in range(responses[name].sizes["force"]):
                 errors = peak_errors(responses[name], responses[regions], level)
