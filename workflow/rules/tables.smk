@@ -104,11 +104,7 @@ rule integrate_in_time:
 rule balance_harmonics:
     input:
         joint=node_to_node("{case}", "{basis}"),
-        response=lambda w: [
-            response(w.case, each)
-            for each in contents.in_harmonics(w.case)
-            if each.basis == w.basis
-        ],
+        response=lambda w: response(w.case, contents.in_harmonics(w.case)[w.basis]),
     output:
         **table("harmonic_peaks", "{case}", case="{case}", basis="{basis}"),
     log:

@@ -166,14 +166,14 @@ class Contents:
         found = (one for one in self.references(case) if not one.basis.is_contact_adapted)
         return next(found, None)
 
-    def in_harmonics(self, case: str) -> list[Response]:
-        """The responses whose peaks are found with more harmonics: the lowest of each basis."""
+    def in_harmonics(self, case: str) -> dict[str, Response]:
+        """By basis, the response whose peaks are found with more harmonics: the lowest resonance."""
         if not self.study.case(case).verification_forces_N:
-            return []
+            return {}
         found: dict[str, Response] = {}
         for response in sorted(self.references(case), key=lambda one: one.resonance):
             found.setdefault(response.basis, response)
-        return list(found.values())
+        return found
 
     def converged(self, case: str) -> Response | None:
         """The response that comes closest to the structure: node-to-node, in the largest basis.
@@ -299,8 +299,8 @@ class Contents:
                 yield from self._shown_of_basis(case, basis)
             if response := self.integrated(case):
                 yield Artefact("harmonics", "table", case=case, basis=response.basis)
-            for response in self.in_harmonics(case):
-                yield Artefact("harmonic_peaks", "table", case=case, basis=response.basis)
+            for basis in self.in_harmonics(case):
+                yield Artefact("harmonic_peaks", "table", case=case, basis=basis)
             for response in self.responses(case):
                 which = {"case": case, **response._asdict()}
                 yield Artefact("response", "figure", **which)
