@@ -167,7 +167,7 @@ class Contents:
         return next(found, None)
 
     def in_harmonics(self, case: str) -> dict[str, Response]:
-        """By basis, the response whose peaks are found with more harmonics: the lowest resonance."""
+        """By basis, the response whose peaks are found with more harmonics: of the lowest mode."""
         if not self.study.case(case).verification_forces_N:
             return {}
         found: dict[str, Response] = {}
