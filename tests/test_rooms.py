@@ -7,10 +7,15 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
 #: highest first; a room imports from itself and from those after it
-ROOMS = (
-    ["report", "study", "verification", "dynamics", "structure", "joint", "config"]
-    + ["friction", "solvers", "workflow", "names", "dataset", "checks", "__init__"]
-)
+ROOMS = ["report", "study", "verification", "dynamics", "structure", "joint", "config"] + [
+    "friction",
+    "solvers",
+    "workflow",
+    "names",
+    "dataset",
+    "checks",
+    "__init__",
+]
 
 
 @pytest.mark.parametrize("file", sorted(PACKAGE.rglob("*.py")), ids=str)

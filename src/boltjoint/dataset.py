@@ -1,4 +1,4 @@
-"""How results are kept: netCDF files with units on every variable and a checksum of their content.
+"""Results as netCDF files, with units on every variable and a checksum of their content.
 
 The checksum is an attribute of the file. It covers names, dimensions, types, attributes and values
 as they are stored, so that a result that was damaged after it was written is never used.

@@ -1,4 +1,4 @@
-"""Find the peaks of the node-to-node joint with more and more harmonics."""
+"""Find the peaks of the node-to-node joint with increasing numbers of harmonics."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import load_joint

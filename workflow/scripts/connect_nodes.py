@@ -1,4 +1,4 @@
-"""Put friction elements on the contact pairs."""
+"""Connect the contact pairs by friction elements."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import joint_to_dataset

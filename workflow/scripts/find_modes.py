@@ -1,4 +1,4 @@
-"""Find a modal basis of an assembly: modes without contact, or vectors that hold the contact."""
+"""Find a basis of an assembly: modes without contact, or contact-adapted vectors."""
 
 from boltjoint import dataset
 from boltjoint.structure import modes, vtu

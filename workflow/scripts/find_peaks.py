@@ -1,4 +1,4 @@
-"""Find the peaks of a joint, following its responses only where they are expected."""
+"""Find the peaks of a joint in the windows that its backbone predicts."""
 
 from boltjoint.joint.io import load_joint
 from boltjoint.solvers.equations import StepControl

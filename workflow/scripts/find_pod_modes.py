@@ -1,4 +1,4 @@
-"""Find what the motions of an assembly have most in common while its contact sticks and slips."""
+"""Find the POD modes of snapshots of an assembly whose contact sticks, slips and opens."""
 
 from boltjoint import dataset
 from boltjoint.structure.basis.candidates import BasisOptions

@@ -1,4 +1,4 @@
-"""Fit a few elements to the many of every region."""
+"""Fit few friction elements to those of every region."""
 
 import time
 

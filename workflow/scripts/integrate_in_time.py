@@ -1,4 +1,4 @@
-"""March the node-to-node joint in time, and balance more harmonics, where it responds most."""
+"""Integrate the node-to-node joint in time at its peaks, and balance more harmonics."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import load_joint

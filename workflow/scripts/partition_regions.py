@@ -1,4 +1,4 @@
-"""Gather the pairs of the contact in regions."""
+"""Partition the contact pairs into regions."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import joint_to_dataset, load_joint

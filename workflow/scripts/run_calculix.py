@@ -1,4 +1,4 @@
-"""Have CalculiX solve a deck."""
+"""Run CalculiX on an input deck."""
 
 from boltjoint.structure.calculix.decks import run
 from boltjoint.workflow import logs

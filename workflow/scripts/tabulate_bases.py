@@ -1,4 +1,4 @@
-"""Compare the peaks of a case in several bases."""
+"""Tabulate the peaks of a case over its bases."""
 
 from boltjoint.study import convergence
 from boltjoint.study.tables import files as tables

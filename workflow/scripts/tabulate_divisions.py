@@ -1,4 +1,4 @@
-"""Compare the peaks of a joint divided in several ways with those of all its pairs."""
+"""Tabulate the errors of regions over their number and division."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import load_joint

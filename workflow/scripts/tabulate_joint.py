@@ -1,4 +1,4 @@
-"""Let a table stand for all elements of every region."""
+"""Replace the elements of every region by one table."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import joint_to_dataset, load_joint

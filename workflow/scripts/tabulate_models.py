@@ -1,4 +1,4 @@
-"""Compare all models of a case with its converged response."""
+"""Tabulate the errors and costs of all models of a case."""
 
 from boltjoint import dataset
 from boltjoint.study.tables import files as tables

@@ -1,4 +1,4 @@
-"""Compare bases with the full model by their resonances while parts of the contact stick."""
+"""Tabulate the resonances of bases while parts of the contact stick."""
 
 from boltjoint import dataset
 from boltjoint.study import convergence

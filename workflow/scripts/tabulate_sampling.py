@@ -1,4 +1,4 @@
-"""Compare forces sampled in time with the exact ones."""
+"""Tabulate the errors of forces by AFT."""
 
 from boltjoint import dataset
 from boltjoint.joint.io import load_joint
@@ -11,4 +11,6 @@ joints = map(load_joint, snakemake.input.joints)
 responses = map(dataset.load, snakemake.input.responses)
 solved = zip(snakemake.params.cases, zip(joints, responses, strict=True), strict=True)
 table = convergence.tabulate_sampling(dict(solved))
-tables.write(table, snakemake.output.csv, snakemake.output.html, "Forces sampled in time")
+tables.write(
+    table, snakemake.output.csv, snakemake.output.html, "Forces by AFT against the closed form"
+)

@@ -1,4 +1,4 @@
-"""Write what CalculiX is asked: the modes of an assembly, and its contact when tightened."""
+"""Write the CalculiX input decks of the modes and the preload of an assembly."""
 
 from boltjoint import dataset
 from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck

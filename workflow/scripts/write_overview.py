@@ -1,4 +1,4 @@
-"""Write the page that comes first."""
+"""Write the overview page."""
 
 from boltjoint.config.study import Study
 from boltjoint.report.pages import markup, overview

@@ -1,4 +1,4 @@
-"""The contents of a study: its responses and all files that are made of it, in one list."""
+"""The contents of a study: its responses, and one list of all files that it makes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields

@@ -1,4 +1,4 @@
-"""How far is an answer from a converged one? By samples of a period, and by vectors of a basis."""
+"""Convergence of forces over time samples, and of peaks over vectors and regions."""
 
 import logging
 from collections.abc import Mapping, Sequence
@@ -22,8 +22,8 @@ from boltjoint.verification.multi_harmonic import largest_response
 
 logger = logging.getLogger(__name__)
 
-#: size of the motion, over that at the peak, between which a response is followed; the next where
-#: the peak is not inside
+#: amplitude of the modal coordinates, over that at the peak, at the ends of the window of a peak;
+#: the next where the window does not hold the peak
 _AROUND_PEAK = (0.9, 0.6, 0.3)
 
 
@@ -31,12 +31,12 @@ def tabulate_sampling(
     solved: Mapping[str, tuple[Joint, xr.Dataset]],
     samples: Sequence[int] = (64, 128, 256, 512, 1024),
 ) -> pd.DataFrame:
-    """Error of sampled forces against the exact ones, at the largest response to each force.
+    """Error of forces by AFT against the closed form, at the largest response to each force.
 
     Parameters
     ----------
     solved
-        Joint and ``response.nc`` of each case by its name, solved with exact forces.
+        Joint and ``response.nc`` of each case by its name, solved with the closed form.
     samples
         Samples a period.
 
@@ -44,12 +44,12 @@ def tabulate_sampling(
     -------
     DataFrame
         Columns ``case, law, samples, force_N, error_relative``: the error of the forces on all
-        points in the Euclidean norm, relative to the exact ones.
+        points in the Euclidean norm, relative to the closed form.
 
     Raises
     ------
     ValueError
-        If there are too few samples for a harmonic, or friction is sampled already.
+        If there are too few samples for a harmonic, or the forces are those of AFT already.
     """
     samples = [checks.whole("samples", count, at_least=3) for count in samples]
     rows = []
@@ -87,11 +87,11 @@ def peaks_near(
     resonance: int = 1,
     control: StepControl | None = None,
 ) -> pd.DataFrame:
-    """Peaks of the response that is followed only near where the joint's backbone expects them.
+    """Peaks of the response, each in a narrow window that modal synthesis predicts.
 
-    The response rebuilt from the backbone tells where to begin and end; the solutions between are
+    Nonlinear modal synthesis from the joint's backbone gives the window; the solutions in it are
     those of ``solve_branch`` in linear modes, and so is the maximum located among them. Where the
-    backbone shows no peak, or the response none near it, all of the response is followed.
+    synthesis has no peak, or the response none in the window, the whole response is followed.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def peaks_near(
     for force in forces:
         branch = _near_peak(backbone, force, window, resonance, control)
         if branch is None:
-            logger.info("%g N: no peak where the backbone expects it", force)
+            logger.info("%g N: no peak in the window predicted from the backbone", force)
             branch = solve_branch(
                 joint,
                 force,
@@ -166,10 +166,10 @@ def tabulate_divisions(
     division: Division = "equal-load",
     control: StepControl | None = None,
 ) -> pd.DataFrame:
-    """Peaks of a joint's regions against those of its pairs, for several ways to make regions.
+    """Peaks of a joint's regions against those of its pairs, for several divisions.
 
-    Bands of the division given, moving as the mean of their pairs, as that weighted by load, and as
-    straight lines; bands divided across the width; and clusters.
+    Bands of the division given, with the displacement of a region as the mean of its pairs, as the
+    load-weighted mean, and as a straight line; bands divided across the width; and clusters.
 
     Parameters
     ----------
@@ -200,8 +200,8 @@ def tabulate_divisions(
     checks.choice("division", division, get_args(Division))
     counts = [checks.whole("counts", count, at_least=1) for count in counts]
     parts = []
-    ways = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
-    for how, motion in [*ways, ("inner-outer", "mean"), ("clusters", "mean")]:
+    bands = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
+    for how, motion in [*bands, ("inner-outer", "mean"), ("clusters", "mean")]:
         for count in counts:
             try:
                 regions = partition_regions(joint, preload, count, how, motion)
@@ -223,9 +223,9 @@ def tabulate_divisions(
 
 def _against(table: pd.DataFrame, reference: pd.DataFrame) -> pd.DataFrame:
     """The table with the errors of its peaks [%] against those at the same forces."""
-    truth = reference.set_index("force_N").loc[table["force_N"]]
+    expected = reference.set_index("force_N").loc[table["force_N"]]
     for what, of_peak in (("frequency", "peak_frequency_Hz"), ("amplitude", "peak_mm_per_N")):
-        ratio = table[of_peak].to_numpy() / truth[of_peak].to_numpy()
+        ratio = table[of_peak].to_numpy() / expected[of_peak].to_numpy()
         table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)
     return table.reset_index(drop=True)
 
@@ -276,28 +276,28 @@ def _near_peak(
     resonance: int,
     control: StepControl | None,
 ) -> Branch | None:
-    """The response around the expected peak; None where it does not show the peak."""
-    expected = synthesise_response(backbone, force, window)
-    if expected.peak is None:
+    """The response in a window around the predicted peak; None where the peak is not in it."""
+    predicted = synthesise_response(backbone, force, window)
+    if predicted.peak is None:
         return None
     balance = backbone.equations.balance
-    size = np.linalg.norm(expected.modal_coordinate, axis=1)
+    size = np.linalg.norm(predicted.modal_coordinate, axis=1)
     for share in _AROUND_PEAK:
-        outside = np.flatnonzero(size <= share * size[expected.peak])
-        before, after = outside[outside < expected.peak], outside[outside > expected.peak]
+        outside = np.flatnonzero(size <= share * size[predicted.peak])
+        before, after = outside[outside < predicted.peak], outside[outside > predicted.peak]
         if not (before.size and after.size):
             return None
         first, last = before[-1], after[0]
-        if not expected.frequency[first] < expected.frequency[last]:
+        if not predicted.frequency[first] < predicted.frequency[last]:
             return None
         branch = solve_branch(
             balance.joint,
             force,
             loss_factor=balance.loss_factor,
-            window=(expected.frequency[first], expected.frequency[last]),
+            window=(predicted.frequency[first], predicted.frequency[last]),
             resonance=resonance,
             control=control,
-            start=expected.modal_coordinate[first],
+            start=predicted.modal_coordinate[first],
         )
         if branch.complete and branch.peak is not None:
             return branch

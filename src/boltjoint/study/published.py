@@ -1,4 +1,10 @@
-"""What did the source study print? Its tables, found by case study and joint."""
+"""The published tables and figures of the thesis, by case study and joint.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +22,7 @@ class Published:
     Parameters
     ----------
     folder
-        With the tables and ``tables.csv``, which says what each is about.
+        With the tables and their index ``tables.csv``.
     case
         Name of the case study in the source; without one there is nothing to compare with.
 
@@ -142,7 +148,7 @@ class Published:
         return self._index("figures.csv")
 
     def figures_of(self, kind: str, **which: object) -> pd.DataFrame:
-        """The published figures that show the same as one of ours.
+        """The published figures that correspond to a figure of a study.
 
         Parameters
         ----------
@@ -193,7 +199,7 @@ _NO_TIMES = pd.DataFrame(
     }
 )
 
-#: the source's two ways to solve, by the names used here
+#: coordinates of the source by their names here
 _SOLVED_IN = {"linear": "msm", "rdnm-1": "rdnm"}
 
 

@@ -1,4 +1,4 @@
-"""The results of a study as a stage of the workflow may read them: its inputs, by what they are."""
+"""The input files of a stage of the workflow, by what they hold."""
 
 from collections.abc import Iterable
 from functools import cache

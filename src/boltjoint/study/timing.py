@@ -1,4 +1,4 @@
-"""How long does a frequency response take? Wall and processor time, repeated."""
+"""Wall and processor time of frequency responses, repeated within a time budget."""
 
 import time
 from collections.abc import Sequence
@@ -35,11 +35,11 @@ def time_solver(
     joint, forces, **options
         As for ``response.solve_response``.
     jacobians
-        Ways to the Jacobian, each of them timed.
+        Analytic, forward differences or both.
     repeats
         How often each force level is solved at most.
-    enough_s
-        It is not solved again once all solutions of it took so long [s].
+    time_budget_s
+        A force level is not repeated once its solutions took so long in sum [s].
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Which files of the library a script runs, and a hash of what they contain.
+"""Code dependencies of a script: the files of the library it imports, and a hash of their content.
 
-A workflow that sees only the script would keep a result that a change in the library has made
-stale. With this hash among the parameters of its rule, the result is made anew whenever the content
-of the script or of a module behind it differs from the one it was made with, whatever their dates.
+A workflow that sees only the script would keep results that a change in the library has made stale.
+With this hash among the parameters of its rule, a result is made anew whenever the content of the
+script or of a module it imports has changed, whatever their dates.
 """
 
 import ast

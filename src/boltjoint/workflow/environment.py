@@ -1,4 +1,4 @@
-"""What did a study run on? Machine, Python and package versions, apart from the results."""
+"""The software and machine of a study: processor, system, Python and package versions."""
 
 import os
 import platform

@@ -1,4 +1,4 @@
-"""Where a stage of the workflow says what it does, and why it failed."""
+"""Logs of the stages of the workflow: milestones, warnings and failures."""
 
 import copy
 import logging

@@ -15,20 +15,20 @@ def tabulate_accuracy(
     responses: Mapping[tuple[str, str, int], xr.Dataset],
     checks: Mapping[tuple[str, str, int], pd.DataFrame],
 ) -> pd.DataFrame:
-    """Every response of a case against the node-to-node joint in linear modes.
+    """Errors of every response of a case against the node-to-node joint in linear modes.
 
     Parameters
     ----------
     responses
         ``response.nc`` by joint, coordinates and resonance.
     checks
-        ``check.csv`` of those that were marched in time.
+        ``check.csv`` of those whose residual in time was found.
 
     Returns
     -------
     DataFrame
         A row for each response and force level. Errors are empty where there is no reference, or
-        it or the branch broke off before the window's end; ``reason`` then says why.
+        one of the two branches is not complete; ``reason`` then says why.
         ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
         all solutions; estimated errors are those of the response file, without any reference;
         ``residual_in_time`` is the largest, and lies at ``worst_in_time_Hz``.
@@ -50,19 +50,19 @@ def tabulate_accuracy(
             mine = (response["excitation_force"] == force) & (response["converged"] == 1)
             for name in ("energy_error", "residual"):
                 row[name] = float(abs(response[name].where(mine)).to_series().max())
-            row |= _trust(response.isel(force=level))
+            row |= _error_estimates(response.isel(force=level))
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)
-    marched = [
+    residuals = [
         check[["force_N", "residual_in_time", "frequency_Hz"]]
         .rename(columns={"frequency_Hz": "worst_in_time_Hz"})
         .assign(joint=joint, coordinates=coordinates, resonance=resonance)
         for (joint, coordinates, resonance), check in checks.items()
     ]
-    if marched:
+    if residuals:
         on = ["joint", "coordinates", "resonance", "force_N"]
-        table = table.merge(pd.concat(marched), how="left", on=on)
+        table = table.merge(pd.concat(residuals), how="left", on=on)
     return table[[name for name in table if name != "reason"] + ["reason"]]
 
 
@@ -71,7 +71,7 @@ def tabulate_models(
     timings: Mapping[tuple[str, str, str, int], pd.DataFrame],
     converged: tuple[str, str, str, int],
 ) -> pd.DataFrame:
-    """Every response of a case, in any basis, against the converged one, beside what it costs.
+    """Errors of all responses of a case, in any basis, against the converged one, and their cost.
 
     Parameters
     ----------
@@ -83,8 +83,8 @@ def tabulate_models(
     Returns
     -------
     DataFrame
-        A row for each response and force level: errors of its peak, empty where the branch broke
-        off, and the median processor time.
+        A row for each response and force level: errors of its peak, empty where the branch is
+        not complete, and the median processor time.
     """
     rows = []
     for which, response in responses.items():
@@ -103,8 +103,8 @@ def tabulate_models(
     return pd.DataFrame(rows)
 
 
-def _trust(at: xr.Dataset) -> dict[str, object]:
-    """What a response says of itself at a force level: its estimated errors and its folds."""
+def _error_estimates(at: xr.Dataset) -> dict[str, object]:
+    """Estimated errors and folds of a response at a force level."""
     return {
         "estimated_peak_error_percent": 100 * float(at["peak_error_estimate"]),
         "estimated_largest_error_percent": 100 * float(at["largest_error_estimate"]),

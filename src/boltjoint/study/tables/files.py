@@ -1,4 +1,4 @@
-"""How a table is written and read: CSV for programs, HTML for readers."""
+"""Tables as files: CSV for programs, HTML for readers."""
 
 import html
 from collections.abc import Mapping

@@ -50,6 +50,7 @@ def upper_branch(
 
 
 def peak_of_level(response: xr.Dataset, level: int) -> dict[str, object]:
+    """Solutions, completeness and peak of a force level."""
     at = response.isel(force=level)
     force = float(at["force_level"])
     return {
@@ -62,14 +63,15 @@ def peak_of_level(response: xr.Dataset, level: int) -> dict[str, object]:
 
 
 def peak_errors(response: xr.Dataset, reference: xr.Dataset, level: int) -> dict[str, float]:
-    """Errors of a peak against the reference's [%], where both paths are complete."""
-    found, truth = peak_of_level(response, level), peak_of_level(reference, level)
-    whole = found["complete"] and truth["complete"]
+    """Errors of a peak against the reference's [%], where both branches are complete."""
+    found, expected = peak_of_level(response, level), peak_of_level(reference, level)
+    complete = found["complete"] and expected["complete"]
     return {
-        error: percent_error(found[column], truth[column]) if whole else np.nan
+        error: percent_error(found[column], expected[column]) if complete else np.nan
         for error, column in PEAK_ERRORS.items()
     }
 
 
 def percent_error(value: float, reference: float) -> float:
+    """Error against a reference [%]."""
     return 100 * (value / reference - 1)

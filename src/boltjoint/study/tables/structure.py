@@ -38,7 +38,7 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
 def tabulate_contact(
     preloads: Mapping[tuple[str, float], xr.Dataset], published: Published
 ) -> pd.DataFrame:
-    """What the bolts do to the contact surface, by assembly and preload per bolt [N].
+    """Loads and gaps of the contact surface, by assembly and preload per bolt [N].
 
     Parameters
     ----------
