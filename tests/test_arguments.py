@@ -16,7 +16,7 @@ from small_joint import make_joint, make_preload
 from boltjoint import dataset
 from boltjoint.dynamics import branch, folds
 from boltjoint.dynamics.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.coordinates import pose
+from boltjoint.dynamics.coordinates import formulate_equations
 from boltjoint.dynamics.epmc import Backbone, EPMCEquations, find_backbone
 from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
@@ -377,13 +377,13 @@ ATTACKS = {
         lambda: responses(resonance="1"),
         lambda: backbones(resonance=-1),
         lambda: frequency_window(JOINT, resonance=True),
-        lambda: pose("linear", BALANCE, 0),
+        lambda: formulate_equations("linear", BALANCE, 0),
     ],
     "coordinates": [
         lambda: solved(coordinates="nope"),
         lambda: solved(coordinates=None),
         lambda: responses(coordinates="rdnm-0"),
-        lambda: pose("nope", BALANCE, 1),
+        lambda: formulate_equations("nope", BALANCE, 1),
         lambda: parse_coordinates(1),
     ],
     "jacobian": [
@@ -391,7 +391,7 @@ ATTACKS = {
         lambda: solved(jacobian="nope", coordinates="backbone"),
         lambda: responses(jacobian=None),
         lambda: LinearModes(BALANCE, "nope"),
-        lambda: pose("complex-rdnm-1", BALANCE, 1, "nope"),
+        lambda: formulate_equations("complex-rdnm-1", BALANCE, 1, "nope"),
     ],
     "jacobians": [lambda: time_solver(JOINT, [1.0], jacobians=["nope"], loss_factor=0.01)],
     "repeats": [
@@ -410,7 +410,7 @@ ATTACKS = {
     "fallback": [lambda: responses(fallback="nope"), lambda: responses(fallback=True)],
     "largest_error": [lambda: responses(largest_error=0.0), lambda: responses(largest_error=NAN)],
     "control": [lambda: solved(control={}), lambda: periodic(control="nope")],
-    "balance": [lambda: LinearModes(JOINT), lambda: pose("linear", JOINT, 1)],
+    "balance": [lambda: LinearModes(JOINT), lambda: formulate_equations("linear", JOINT, 1)],
     "count": [
         lambda: SelfConsistentRDNM(BALANCE, 1.0),
         lambda: regions(0, division="equal-middle-load"),

@@ -46,7 +46,7 @@ def with_one_mode(joint):
 def mode_at(backbone, amplitude):
     """The mode at an amplitude within a backbone."""
     amplitudes = [state.amplitude for state in backbone.states]
-    return backbone.between(np.searchsorted(amplitudes, amplitude) - 1, amplitude)
+    return backbone.solve_between(np.searchsorted(amplitudes, amplitude) - 1, amplitude)
 
 
 K, SLIP = 1e5, 10.0
@@ -242,7 +242,7 @@ def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
     # a mode of the complex symmetric matrix is normalised without conjugate
     phi = state.mode / np.sqrt(state.mode @ state.mode)
     share = phi @ excitation
-    distance = state.excited_by(excitation)
+    distance = state.excited_distance(excitation)
     w = np.sqrt(state.eigenvalue.real + np.sqrt(distance**2 - state.eigenvalue.imag**2))
     y = share / (state.eigenvalue - w**2)
     assert np.linalg.norm(phi * y) == pytest.approx(state.amplitude, rel=1e-12)

@@ -228,7 +228,7 @@ def test_residual_scales_with_force_slip_limit_and_motion(balance):
 def test_secant_stiffness_gives_the_force_back(balance):
     x = state(balance)
     motion = balance.motion(x)
-    stiffness = balance.secant_stiffness(x)[:, 0]
+    stiffness = balance.describing_function(x)[:, 0]
     force = stiffness * (motion[:, 0] + 1j * motion[:, 1])
     np.testing.assert_allclose(
         np.column_stack([force.real, force.imag]), balance.joint.law.force(motion), rtol=1e-12
@@ -238,7 +238,7 @@ def test_secant_stiffness_gives_the_force_back(balance):
 
 
 def test_secant_stiffness_at_rest_is_that_of_the_springs(balance):
-    at_rest = balance.secant_stiffness(np.zeros(balance.modal_force.size))
+    at_rest = balance.describing_function(np.zeros(balance.modal_force.size))
     np.testing.assert_array_equal(at_rest, balance.joint.law.stuck_stiffness(balance.joint.points))
 
 
@@ -256,7 +256,7 @@ def test_in_a_basis_the_equations_are_projected(any_balance):
         reduced.frequency_derivative(x, w), V.T @ balance.frequency_derivative(V @ x, w), rtol=1e-12
     )
     np.testing.assert_allclose(
-        reduced.secant_stiffness(x), balance.secant_stiffness(V @ x), rtol=1e-9
+        reduced.describing_function(x), balance.describing_function(V @ x), rtol=1e-9
     )
 
 
@@ -284,7 +284,7 @@ def test_work_is_what_forces_do_over_a_period(any_balance):
     forces = balance.modal_force, lost, rubbed
     # the trapezoidal rule is exact for trigonometric functions of few harmonics
     expected = [np.sum(in_time(force, of) * velocity) * 2 * np.pi / t.size for force in forces]
-    assert balance.works(x) == pytest.approx(expected, rel=1e-10)
+    assert balance.energy_per_period(x) == pytest.approx(expected, rel=1e-10)
     assert min(map(abs, expected)) > 1e-6 * max(map(abs, expected))
 
 
@@ -292,10 +292,10 @@ def test_secants_are_forces_over_displacements(any_balance):
     balance, x = any_balance, state(any_balance, 3e-5)
     motion = balance.motion(x)
     force = balance.joint.law.force(motion)
-    secant = balance.secants(motion, force)
-    np.testing.assert_array_equal(secant, balance.secant_stiffness(x))
+    secant = balance.contact.describing_function(motion, force)
+    np.testing.assert_array_equal(secant, balance.describing_function(x))
     names = balance.components
-    for d in range(len(balance.rows)):
+    for d in range(len(balance.contact.rows)):
         sin, cos = (d * len(names) + names.index(name) for name in ("sin", "cos"))
         u, f = (part[:, sin] + 1j * part[:, cos] for part in (motion, force))
         np.testing.assert_allclose(secant[:, d] * u, f, rtol=1e-12)
@@ -304,13 +304,15 @@ def test_secants_are_forces_over_displacements(any_balance):
 def test_derivative_of_the_secants_equals_differences(any_balance):
     balance = any_balance
     motion = balance.motion(state(balance, 3e-5))
-    law, directions, n = balance.joint.law, len(balance.rows), len(balance.components)
+    law, directions, n = balance.joint.law, len(balance.contact.rows), len(balance.components)
     force, tangent = law.force_and_tangent(motion)
-    exact = balance.secant_derivative(motion, balance.secants(motion, force), tangent)
+    contact = balance.contact
+    D = contact.describing_function(motion, force)
+    exact = contact.describing_function_derivative(motion, D, tangent)
     assert exact.shape == (len(motion), directions, directions, n)
 
     def secants(moved):
-        return balance.secants(moved, law.force(moved))
+        return balance.contact.describing_function(moved, law.force(moved))
 
     largest = np.abs(exact).max(axis=(1, 2, 3))
     for column in range(directions * n):
@@ -329,21 +331,20 @@ def test_secants_of_points_at_rest_do_not_change(any_balance):
     balance = any_balance
     motion = np.zeros_like(balance.motion(state(balance)))
     force, tangent = balance.joint.law.force_and_tangent(motion)
-    secant = balance.secants(motion, force)
+    secant = balance.contact.describing_function(motion, force)
     np.testing.assert_array_equal(secant, balance.joint.law.stuck_stiffness(len(motion)))
-    assert not balance.secant_derivative(motion, secant, tangent).any()
+    assert not balance.contact.describing_function_derivative(motion, secant, tangent).any()
 
 
 def test_stiffness_with_springs_is_that_of_the_modes_they_strain(any_balance):
     balance = any_balance
     L = np.diag((2 * np.pi * balance.joint.natural_frequency) ** 2)
     stuck = balance.joint.law.stuck_stiffness(balance.joint.points)
-    np.testing.assert_allclose(
-        balance.stiffness_with(stuck), L + balance.joint.stuck_stiffness(), rtol=1e-12
-    )
-    secant = balance.secant_stiffness(state(balance, 3e-5))
-    matrix = balance.stiffness_with(secant)
-    expected = L.astype(complex)
+    springs = balance.contact.spring_stiffness
+    np.testing.assert_allclose(springs(stuck), balance.joint.stuck_stiffness(), rtol=1e-12)
+    secant = balance.describing_function(state(balance, 3e-5))
+    matrix = balance.complex_stiffness + springs(secant)
+    expected = L * (1 + 1j * balance.loss_factor)
     for point in range(balance.joint.points):
         for d, B in enumerate(balance.joint.rows):
             expected += secant[point, d] * np.outer(B[point], B[point])
@@ -358,12 +359,14 @@ def test_weighted_products_say_how_the_force_of_the_secants_changes(any_balance)
     x, shape = state(balance, 3e-5), np.array([0.3, -0.8, 0.5])
     motion = balance.motion(x)
     force, tangent = balance.joint.law.force_and_tangent(motion)
-    weight = balance.secant_derivative(motion, balance.secants(motion, force), tangent).real
-    exact = balance.weighted_products(shape, weight)
+    contact = balance.contact
+    D = contact.describing_function(motion, force)
+    weight = contact.describing_function_derivative(motion, D, tangent).real
+    exact = contact.spring_force_derivative(shape, weight)
     assert exact.shape == (3, x.size)
 
     def strained(x):
-        return balance.stiffness_with(balance.secant_stiffness(x).real) @ shape
+        return balance.contact.spring_stiffness(balance.describing_function(x).real) @ shape
 
     step = 1e-10
     near = [(strained(x + h) - strained(x - h)) / (2 * step) for h in step * np.eye(x.size)]
@@ -379,7 +382,7 @@ def test_contact_that_is_given_takes_the_place_of_the_law(any_balance):
     n = len(balance.components)
     diagonal = np.repeat(springs, n, axis=1)
     tangent = diagonal[:, :, None] * np.eye(diagonal.shape[1])
-    residual, form_jacobian = balance.with_contact(x, w, diagonal * motion, tangent)
+    residual, form_jacobian = balance.assemble(x, w, diagonal * motion, tangent)
     stuck = np.kron(np.eye(n), balance.joint.stuck_stiffness())
     linear = balance.dynamic_stiffness(w) + stuck
     np.testing.assert_allclose(form_jacobian(), linear, atol=1e-12 * np.abs(linear).max())
@@ -417,7 +420,7 @@ def test_with_many_modes_the_jacobian_is_that_of_few_in_every_basis(law, harmoni
     for one, other in combinations(several, 2):
         reduced = replace(balance, basis=np.hstack([one, other]))
         V = np.kron(np.eye(len(balance.components)), reduced.basis)
-        _, projected = reduced.with_contact(V.T @ x, w, np.zeros(tangent.shape[:2]), tangent)
+        _, projected = reduced.assemble(V.T @ x, w, np.zeros(tangent.shape[:2]), tangent)
         np.testing.assert_allclose(
             V.T @ jacobian @ V, projected(), atol=1e-12 * np.abs(jacobian).max()
         )

@@ -832,9 +832,9 @@ A_JOINT = (
         ),
         (
             CONFIG,
-            "basis_update: within ",
+            "basis_update: implicit ",
             "basis_update: before ",
-            'solver.basis_update: "before" must be within or after',
+            'solver.basis_update: "before" must be implicit or lagged',
         ),
         (
             CONFIG,

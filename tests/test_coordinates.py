@@ -7,7 +7,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.coordinates import pose
+from boltjoint.dynamics.coordinates import formulate_equations
 from boltjoint.dynamics.frequency_response import solve_branch
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
@@ -91,11 +91,11 @@ def stiffness_with(joint, secants):
 @pytest.mark.parametrize(
     ("law", "coordinates", "basis_update", "force"),
     [
-        ("variable", "rdnm-3", "within", 20.0),
-        ("variable", "rdnm-3", "after", 20.0),
-        ("variable", "complex-rdnm-3", "within", 20.0),
-        ("constant", "complex-rdnm-3", "within", 1.0),
-        ("variable, three harmonics", "rdnm-3", "within", 1.0),
+        ("variable", "rdnm-3", "implicit", 20.0),
+        ("variable", "rdnm-3", "lagged", 20.0),
+        ("variable", "complex-rdnm-3", "implicit", 20.0),
+        ("constant", "complex-rdnm-3", "implicit", 1.0),
+        ("variable, three harmonics", "rdnm-3", "implicit", 1.0),
     ],
 )
 def test_all_response_dependent_modes_together_are_the_linear_ones(
@@ -130,21 +130,21 @@ def test_secant_stiffness_of_each_direction_is_its_force_over_its_displacement(v
     stuck = variable.law.stuck_stiffness(variable.points)
     for found, wrong in ((tangential, normal), (tangential, stuck[:, 0]), (normal, stuck[:, 1])):
         assert np.linalg.norm(found - wrong) > 0.1 * np.linalg.norm(found)
-    secant = balance.secant_stiffness(x)
+    secant = balance.describing_function(x)
     assert secant.shape == (variable.points, 2)
     # the same divisions in another order
     np.testing.assert_allclose(secant[:, 0], tangential, rtol=1e-10)
     np.testing.assert_allclose(secant[:, 1], normal, rtol=1e-10)
 
 
-@pytest.mark.parametrize("basis_update", ["within", "after"])
+@pytest.mark.parametrize("basis_update", ["implicit", "lagged"])
 def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
     variable, basis_update
 ):
     balance, x = moved(variable)
-    equations = pose("rdnm-3", balance, 1, basis_update=basis_update)
-    (equations.update(x, W) if basis_update == "after" else equations.accept(x))
-    basis = equations.basis if basis_update == "after" else equations.tracked
+    equations = formulate_equations("rdnm-3", balance, 1, basis_update=basis_update)
+    (equations.update(x, W) if basis_update == "lagged" else equations.accept(x))
+    basis = equations.basis if basis_update == "lagged" else equations.tracked
     tangential, normal = (k.real for k in secants(variable, x))
     matrix = stiffness_with(variable, [tangential, normal])
     projected = basis.T @ matrix @ basis
@@ -160,21 +160,21 @@ def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
 @pytest.mark.parametrize(
     ("name", "basis_update", "jacobian", "kind"),
     [
-        ("linear", "within", "analytic", LinearModes),
-        ("rdnm-2", "within", "analytic", SelfConsistentRDNM),
-        ("rdnm-2", "after", "analytic", LaggedRDNM),
-        ("rdnm-2", "within", "forward-difference", LaggedRDNM),
-        ("complex-rdnm-2", "within", "analytic", ComplexRDNM),
+        ("linear", "implicit", "analytic", LinearModes),
+        ("rdnm-2", "implicit", "analytic", SelfConsistentRDNM),
+        ("rdnm-2", "lagged", "analytic", LaggedRDNM),
+        ("rdnm-2", "implicit", "forward-difference", LaggedRDNM),
+        ("complex-rdnm-2", "implicit", "analytic", ComplexRDNM),
     ],
 )
-def test_coordinates_are_posed_by_their_name(joint, name, basis_update, jacobian, kind):
+def test_coordinates_are_given_by_their_name(joint, name, basis_update, jacobian, kind):
     balance = HarmonicBalance(joint, LOSS, 5.0)
-    assert type(pose(name, balance, 1, jacobian, basis_update)) is kind
+    assert type(formulate_equations(name, balance, 1, jacobian, basis_update)) is kind
 
 
 def test_a_backbone_is_no_balance(joint):
-    with pytest.raises(ValueError, match="not posed in backbone"):
-        pose("backbone", HarmonicBalance(joint, LOSS, 5.0), 1)
+    with pytest.raises(ValueError, match="not formulated in backbone"):
+        formulate_equations("backbone", HarmonicBalance(joint, LOSS, 5.0), 1)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -194,21 +194,20 @@ def test_jacobian_knows_that_the_modes_move(any_joint, count):
 
 
 @pytest.mark.parametrize("name", ["linear", "rdnm-1", "rdnm-2"])
-def test_derivatives_by_frequency_and_share_equal_differences(any_joint, name):
+def test_derivatives_by_frequency_and_load_factor_equal_differences(any_joint, name):
     balance, x = moved(any_joint)
-    equations = pose(name, balance, 1)
+    equations = formulate_equations(name, balance, 1)
 
-    def residual(w, share=1.0):
-        equations.share = share
-        return equations.evaluate(x, w)[0]
+    def residual(w, load_factor=1.0):
+        return equations.evaluate(x, w, load_factor)[0]
 
     # of a parabola and of a line, differences are exact but for rounding
     near = (residual(W + 0.1) - residual(W - 0.1)) / 0.2
     by_frequency = equations.parameter_derivative(x, W)
     np.testing.assert_allclose(near, by_frequency, atol=1e-9 * np.linalg.norm(near))
     near = (residual(W, 0.7) - residual(W, 0.3)) / 0.4
-    by_share = equations.share_derivative(x)
-    np.testing.assert_allclose(near, by_share, atol=1e-9 * np.linalg.norm(near))
+    by_load_factor = equations.load_factor_derivative(x)
+    np.testing.assert_allclose(near, by_load_factor, atol=1e-9 * np.linalg.norm(near))
 
 
 @pytest.mark.parametrize("count", [1, 2])
@@ -249,7 +248,7 @@ def test_modes_that_lag_approach_those_of_the_solution_itself(either):
             5.0,
             loss_factor=LOSS,
             coordinates="rdnm-1",
-            basis_update="after",
+            basis_update="lagged",
             window=(80.0, 100.0),
             control=control,
         )
@@ -268,7 +267,7 @@ def test_modes_that_lag_approach_those_of_the_solution_itself(either):
 @pytest.mark.parametrize("name", ["linear", "rdnm-1"])
 def test_a_force_is_raised_to_where_a_corrector_would_arrive(either, name):
     balance = HarmonicBalance(either, LOSS, 20.0)
-    equations = pose(name, balance, 1)
+    equations = formulate_equations(name, balance, 1)
     stuck = balance.stuck_solution(W)
     there, _ = newton(equations, stuck, W, StepControl())
     assert there.converged
@@ -285,9 +284,9 @@ def test_a_force_is_raised_to_where_a_corrector_would_arrive(either, name):
 
 
 @pytest.mark.parametrize("name", ["linear", "rdnm-1"])
-def test_loading_has_the_derivative_by_the_logarithm_of_the_share(either, name):
+def test_loading_has_the_derivative_by_the_logarithm_of_the_load_factor(either, name):
     balance, x = moved(either)
-    equations = pose(name, balance, 1)
+    equations = formulate_equations(name, balance, 1)
     whole, _ = equations.evaluate(x, W)
     loading, p, h = LoadStepping(equations, W), -1.0, 1e-4
     near = (loading.evaluate(x, p + h)[0] - loading.evaluate(x, p - h)[0]) / (2 * h)
@@ -438,7 +437,7 @@ def test_complex_modes_need_a_motion_of_one_harmonic():
 
 
 @pytest.mark.parametrize("name", ["rdnm-4", "complex-rdnm-4"])
-@pytest.mark.parametrize("basis_update", ["within", "after"])
+@pytest.mark.parametrize("basis_update", ["implicit", "lagged"])
 def test_no_more_modes_than_the_structure_has(joint, name, basis_update):
     with pytest.raises(ValueError, match="4 response-dependent modes of 3 linear ones"):
-        pose(name, HarmonicBalance(joint, LOSS, 5.0), 1, basis_update=basis_update)
+        formulate_equations(name, HarmonicBalance(joint, LOSS, 5.0), 1, basis_update=basis_update)

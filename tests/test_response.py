@@ -5,7 +5,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.dynamics.coordinates import pose
+from boltjoint.dynamics.coordinates import formulate_equations
 from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
@@ -173,13 +173,13 @@ def test_one_response_dependent_mode_is_close_while_little_slips(joint):
     ("coordinates", "basis_update", "tolerance"),
     [
         # the modes are those of the maximum itself, which is located within 1e-6 of a step
-        ("rdnm-1", "within", (1e-8, 1e-8)),
+        ("rdnm-1", "implicit", (1e-8, 1e-8)),
         # renewed at the maximum until that changes the motion by 1e-6, from steps whose lag varies
-        ("complex-rdnm-1", "within", (1e-7, 1e-6)),
+        ("complex-rdnm-1", "implicit", (1e-7, 1e-6)),
         # not repeated on the way, but renewed at the maximum all the same
-        ("complex-rdnm-1", "after", (1e-7, 1e-6)),
+        ("complex-rdnm-1", "lagged", (1e-7, 1e-6)),
         # renewed between solutions, within an arc of 1e-3, over which the mode lags behind
-        ("rdnm-1", "after", (1e-4, 1e-3)),
+        ("rdnm-1", "lagged", (1e-4, 1e-3)),
     ],
 )
 @pytest.mark.parametrize("force", [1.0, 5.0])
@@ -214,7 +214,7 @@ def test_modes_renewed_once_lag_more(joint):
     options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1"}
     within, after = (
         solve_branch(joint, 5.0, basis_update=basis_update, **options)
-        for basis_update in ("within", "after")
+        for basis_update in ("implicit", "lagged")
     )
     equations = LinearModes(HarmonicBalance(joint, LOSS, 5.0))
     left = [
@@ -270,7 +270,7 @@ def test_where_the_stuck_solution_is_too_far_the_force_is_raised(coordinates, co
     balance, w = HarmonicBalance(joint, LOSS, force), 2 * np.pi * start
     control = StepControl(largest_step=0.14, maximum_iterations=corrections)
     stuck = balance.stuck_solution(w)
-    assert not newton(pose(coordinates, balance, 1), stuck, w, control)[0].converged
+    assert not newton(formulate_equations(coordinates, balance, 1), stuck, w, control)[0].converged
     # above the start; and from below, to where the path above must begin
     raised, other = (
         solve_branch(
@@ -334,8 +334,8 @@ def test_a_path_may_start_from_a_solution_that_is_known(joint, coordinates):
     assert abs(near.frequency.size - (last - first)) <= 6
 
 
-def test_a_rebuilt_response_has_no_start(joint):
-    with pytest.raises(ValueError, match="rebuilt from the backbone has no start"):
+def test_a_synthesised_response_has_no_start(joint):
+    with pytest.raises(ValueError, match="synthesised from the backbone has no start"):
         solve_branch(joint, 1.0, loss_factor=LOSS, coordinates="backbone", start=np.zeros(6))
 
 
@@ -442,7 +442,7 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
     balance = HarmonicBalance(joint, LOSS, 5.0)
     for name in ("linear", "rdnm-2", "complex-rdnm-2"):
         analytic, differences = (
-            pose(name, balance, 1, jacobian, basis_update="after")
+            formulate_equations(name, balance, 1, jacobian, basis_update="lagged")
             for jacobian in ("analytic", "forward-difference")
         )
         x = 1e-5 * np.random.default_rng(3).normal(size=6)

@@ -39,12 +39,12 @@ class Solver(Entry):
     """Samples a period with ``friction: sampled``; they err by their inverse square."""
     jacobian: Literal["analytic", "forward-difference"] = "analytic"
     """Where the derivatives come from: analytic, or forward-difference as in the source study."""
-    basis_update: Literal["within", "after"] = "within"
-    """Modes of rdnm-N: those of the solution itself, or of the one before, as in the source study,
-    which some paths do not survive; forward differences know the latter only. Modes of
-    complex-rdnm-N: renewed until they belong to the solution, or once for each."""
+    basis_update: Literal["implicit", "lagged"] = "implicit"
+    """Response-dependent modes: implicit, those of the solution itself; lagged, updated once a
+    solution, as in the source study, where some branches are not complete. Modes of rdnm-N with
+    forward differences are always lagged."""
     quasi_static_correction: StrictBool = True
-    """Whether what the excitation does to the modes left out is added to complex-rdnm-N."""
+    """Whether complex-rdnm-N adds the quasi-static response of the residual modes."""
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-9
     """Residual at which a point is solved, relative to the modal force."""
     largest_step: Positive = 0.07

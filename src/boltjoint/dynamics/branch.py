@@ -1,9 +1,8 @@
-"""Solution branches of the frequency response, with their peaks, folds and errors.
+"""Solution branches of the frequency response, with their peaks, folds and error estimates.
 
-The errors of one-mode answers are judged by the full balance in all linear modes, which their own
-equations do not contain. What is left of it, over the excitation, says whether it holds; it weighs
-stiff modes as heavily as soft ones, so that it says little about the response. The first correction
-of Newton's method in all modes does: it is the error of the response to first order.
+Branches in RDNM or from modal synthesis are judged by the harmonic balance in all linear modes.
+Its residual over the excitation tells whether it holds, but weighs stiff modes as heavily as soft
+ones. The first Newton correction in all linear modes is the error of the response to first order.
 """
 
 from collections.abc import Sequence
@@ -20,11 +19,11 @@ from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.newton import solve
 
-#: harmonic components that the result files begin with; further ones follow as they were solved for
+#: harmonic components that the result files begin with; further ones follow in the law's order
 _COMPONENTS = ("bias", "sin", "cos")
 
-#: errors on the flanks, over the amplitude of the peak, that count as much as one at the peak:
-#: there a small error of the frequency is a large one of the amplitude
+#: ratio of the errors allowed on the flanks, over the peak amplitude, to that allowed at the peak:
+#: on the flanks a small error of the frequency is a large one of the amplitude
 _FLANKS = 10.0
 
 _TINY = np.finfo(float).tiny
@@ -34,11 +33,11 @@ _TINY = np.finfo(float).tiny
 class Branch:
     """The response at one force level, in linear modal coordinates.
 
-    ``amplitude`` [m] is that of the first harmonic at the observed point; ``modal_coordinate`` has
-    the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks local maxima
-    that were solved for; ``in_all_modes`` solutions of the full equations, also where a branch in
-    response-dependent modes needed them; ``fell_back`` tells that the branch is one in linear modes
-    because the coordinates asked for were too far off.
+    ``amplitude`` [m] is that of the first harmonic at the output point; ``modal_coordinate`` has
+    the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks located
+    local maxima; ``in_all_modes`` marks solutions of the balance in all linear modes, also where a
+    branch in response-dependent modes needed them; ``fell_back`` tells that the branch is one in
+    linear modes because that in the given coordinates was too inaccurate.
     """
 
     force: float
@@ -55,14 +54,14 @@ class Branch:
 
     @property
     def peak(self) -> int | None:
-        """Index of the largest maximum that was located; None if the branch shows none."""
+        """Index of the largest located maximum; None if there is none."""
         if not self.located.any():
             return None
         return int(np.argmax(np.where(self.located, self.amplitude, -1.0)))
 
 
-class Observed:
-    """Complex first-harmonic amplitude of the observed point [m] from modal coordinates.
+class OutputPoint:
+    """Complex first-harmonic amplitude of the output point [m] from modal coordinates.
 
     Parameters
     ----------
@@ -88,16 +87,16 @@ class Observed:
         return float((self(q).conjugate() * self(dq)).real)
 
 
-def residual(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
-    """Norm of what is left of the balance at a solution over that of the excitation."""
+def relative_residual(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
+    """Norm of the residual of the balance over that of the excitation."""
     return float(np.linalg.norm(balance.residual(x, w)) / np.linalg.norm(balance.modal_force))
 
 
-def error_estimate(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
-    """Relative error of the response amplitude, to first order in what is left of the balance.
+def estimate_solution_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
+    """Relative error of the response amplitude to first order in the residual of the balance.
 
-    The change of the observed point's complex amplitude by one correction of Newton's method in all
-    linear modes at the same frequency, over that amplitude; infinite where there is no correction.
+    The change of the output point's complex amplitude by one Newton correction in all linear modes
+    at the same frequency, over that amplitude; infinite where the Jacobian is singular.
 
     Parameters
     ----------
@@ -109,12 +108,12 @@ def error_estimate(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -
     w
         Its frequency [rad/s].
     """
-    observe = Observed(balance)
-    left, jacobian_at = balance.residual_and_jacobian(x, w)
-    correction = solve(jacobian_at(), left)
+    output = OutputPoint(balance)
+    residual, jacobian = balance.residual_and_jacobian(x, w)
+    correction = solve(jacobian(), residual)
     if correction is None:
         return np.inf
-    return abs(observe(correction)) / max(abs(observe(x)), _TINY)
+    return abs(output(correction)) / max(abs(output(x)), _TINY)
 
 
 @dataclass(frozen=True)
@@ -131,19 +130,19 @@ class BranchError:
     largest: float
 
     def exceeds(self, largest_error: float) -> bool:
-        """Whether the peak is off by more than this, or any solution by ten times as much of it."""
+        """Whether the error of the peak is larger, or any other more than ten times as large."""
         return self.of_peak > largest_error or self.largest > _FLANKS * largest_error
 
 
-def estimate_error(joint: Joint, branch: Branch, loss_factor: float) -> BranchError:
-    """Errors of a branch by the full balance in all linear modes (``error_estimate``)."""
+def estimate_branch_error(joint: Joint, branch: Branch, loss_factor: float) -> BranchError:
+    """Errors of a branch by the balance in all linear modes (``estimate_solution_error``)."""
     balance = HarmonicBalance(joint, loss_factor, branch.force)
     at = zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True)
-    errors = np.array([error_estimate(balance, x, w) for x, w in at])
+    errors = np.array([estimate_solution_error(balance, x, w) for x, w in at])
     if not errors.size:
         return BranchError(errors, np.nan, 0.0)
-    moves = branch.amplitude > 0
-    largest = np.max((errors * branch.amplitude)[moves], initial=0.0)
+    nonzero = branch.amplitude > 0
+    largest = np.max((errors * branch.amplitude)[nonzero], initial=0.0)
     if branch.peak is None:
         return BranchError(errors, np.nan, float(largest / max(branch.amplitude.max(), _TINY)))
     over_peak = largest / branch.amplitude[branch.peak]
@@ -168,7 +167,7 @@ def to_dataset(
     loss_factor
         Structural damping eta [-].
     errors
-        Of each branch; none where the branches are in linear modes.
+        Of each branch; None where the branches are in linear modes.
     largest_error
         Estimated error of a peak beyond which a branch is marked as wrong.
 
@@ -184,164 +183,111 @@ def to_dataset(
         raise ValueError(f"errors has {len(errors)} entries, branches {len(branches)}")
     if errors is None:
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
-    solved = joint.law.components
-    components = (*_COMPONENTS, *(name for name in solved if name not in _COMPONENTS))
-    modes = joint.natural_frequency.size
-    coordinates, states_at_peak, folds = [], [], []
-    unbalanced, left = [], []
+    folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
+    residuals, energy_errors, states_at_peak = [], [], []
     for branch in branches:
         balance = HarmonicBalance(joint, loss_factor, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
-        unbalanced += [_energy_error(balance, x) for x, _ in at]
-        left += [residual(balance, x, w) for x, w in at]
-        folds.append(find_folds(branch.frequency, branch.complete))
-        found = branch.modal_coordinate.reshape(-1, len(solved), modes)
-        full = np.zeros((len(found), modes, len(components)))
-        full[:, :, [components.index(name) for name in solved]] = found.transpose(0, 2, 1)
-        coordinates.append(full)
-        elements = joint.law.point_of_element.size
-        at_peak = np.full(elements, contact_states.UNKNOWN, dtype=np.int8)
+        residuals += [relative_residual(balance, x, w) for x, w in at]
+        energy_errors += [_energy_error(balance, x) for x, _ in at]
+        states = np.full(joint.law.point_of_element.size, contact_states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
-            motion = balance.motion(branch.modal_coordinate[branch.peak])
-            at_peak = joint.law.contact_state(motion)
-        states_at_peak.append(at_peak)
+            states = joint.law.contact_state(balance.motion(branch.modal_coordinate[branch.peak]))
+        states_at_peak.append(states)
+    components, modal_coordinate = _modal_coordinates(joint, branches)
+
+    def each(name: str) -> list:
+        return [getattr(branch, name) for branch in branches]
 
     def along(name: str) -> NDArray:
-        return np.concatenate([getattr(branch, name) for branch in branches])
+        return np.concatenate(each(name))
 
-    def flags(name: str) -> NDArray[np.int8]:
-        return along(name).astype(np.int8)
+    def at_peak(name: str) -> list[float]:
+        peaks = zip(each(name), each("peak"), strict=True)
+        return [np.nan if peak is None else values[peak] for values, peak in peaks]
 
-    def of_peak(name: str) -> list[float]:
-        return [
-            np.nan if branch.peak is None else getattr(branch, name)[branch.peak]
-            for branch in branches
-        ]
+    def flags(values: NDArray | list) -> NDArray[np.int8]:
+        return np.array(values).astype(np.int8)
 
-    force = [branch.force for branch in branches]
-    count = [branch.frequency.size for branch in branches]
-    excitation = np.repeat(force, count)
+    force = each("force")
+    excitation = np.repeat(force, [branch.frequency.size for branch in branches])
+    amplitude = along("amplitude")
+    error_estimate = np.concatenate([error.of_solutions for error in errors])
+    on_sweep_up = np.concatenate([fold.on_sweep_up for fold in folds])
+    on_sweep_down = np.concatenate([fold.on_sweep_down for fold in folds])
+    folded_from, folded_to = zip(*(fold.frequency_range for fold in folds), strict=True)
+    turning_points = np.array([fold.turning_points for fold in folds])
+    peak_error, largest = zip(*((error.of_peak, error.largest) for error in errors), strict=True)
+    wrong = [error.exceeds(largest_error) for error in errors]
+    of_solutions = (
+        ("excitation_force", excitation, "N", "excitation amplitude"),
+        ("frequency", along("frequency"), "Hz", "excitation frequency"),
+        ("response_amplitude", amplitude, "m", "first-harmonic amplitude of the output point"),
+        ("iterations", along("iterations"), "1", "corrector iterations"),
+        ("converged", flags(along("converged")), "1", "1 where the corrector converged"),
+        ("in_all_modes", flags(along("in_all_modes")), "1", "1 where solved in all linear modes"),
+        ("residual", residuals, "1", "residual of the balance in all linear modes over the force"),
+        ("error_estimate", error_estimate, "1", "estimated relative error of response_amplitude"),
+        ("on_sweep_up", flags(on_sweep_up), "1", "1 where a slow sweep up the frequency passes"),
+        ("on_sweep_down", flags(on_sweep_down), "1", "1 where a slow sweep down passes"),
+        ("energy_error", energy_errors, "1", "input less dissipation, over the larger of both"),
+    )
+    of_forces = (
+        ("force_level", force, "N", "excitation amplitude"),
+        ("peak_frequency", at_peak("frequency"), "Hz", "frequency of the largest maximum"),
+        ("peak_amplitude", at_peak("amplitude"), "m", "largest maximum of response_amplitude"),
+        ("peak_error_estimate", list(peak_error), "1", "error_estimate at the peak"),
+        ("largest_error_estimate", list(largest), "1", "largest error over the peak amplitude"),
+        ("turning_points", turning_points, "1", "turning points of the branch in frequency"),
+        ("folded_from", list(folded_from), "Hz", "lowest frequency with several solutions"),
+        ("folded_to", list(folded_to), "Hz", "highest frequency with several solutions"),
+        ("wrong", flags(wrong), "1", "1 where estimated errors are larger than allowed"),
+        ("fell_back", flags(each("fell_back")), "1", "1 where solved in linear modes instead"),
+        ("complete", flags(each("complete")), "1", "1 where the branch crosses the whole window"),
+        ("reason", each("reason"), "1", "why the branch ends before"),
+    )
     return xr.Dataset(
-        {
-            "excitation_force": quantity("solution", excitation, "N", "excitation amplitude"),
-            "frequency": quantity("solution", along("frequency"), "Hz", "excitation frequency"),
+        {name: quantity("solution", *row) for name, *row in of_solutions}
+        | {
             "modal_coordinate": quantity(
                 ("solution", "mode", "component"),
-                np.concatenate(coordinates),
+                modal_coordinate,
                 "kg^1/2 m",
                 "amplitude of the linear modes",
-            ),
-            "response_amplitude": quantity(
-                "solution",
-                along("amplitude"),
-                "m",
-                "first-harmonic amplitude of the observed point",
-            ),
-            "iterations": quantity("solution", along("iterations"), "1", "corrections"),
-            "converged": quantity(
-                "solution", flags("converged"), "1", "1 where the equations hold"
-            ),
-            "in_all_modes": quantity(
-                "solution", flags("in_all_modes"), "1", "1 where all linear modes were solved for"
-            ),
-            "residual": quantity(
-                "solution", left, "1", "residual of the balance in all linear modes over the force"
-            ),
-            "error_estimate": quantity(
-                "solution",
-                np.concatenate([error.of_solutions for error in errors]),
-                "1",
-                "relative change of the response amplitude by a correction in all linear modes",
-            ),
-            "on_sweep_up": quantity(
-                "solution",
-                np.concatenate([fold.on_sweep_up for fold in folds]).astype(np.int8),
-                "1",
-                "1 where a slow sweep up the frequency shows the solution",
-            ),
-            "on_sweep_down": quantity(
-                "solution",
-                np.concatenate([fold.on_sweep_down for fold in folds]).astype(np.int8),
-                "1",
-                "1 where a slow sweep down the frequency shows the solution",
-            ),
-            "energy_error": quantity(
-                "solution",
-                unbalanced,
-                "1",
-                "work of the excitation less structural loss and friction, over the larger side",
-            ),
-            "force_level": quantity("force", force, "N", "excitation amplitude"),
-            "peak_frequency": quantity(
-                "force", of_peak("frequency"), "Hz", "frequency of the largest maximum"
-            ),
-            "peak_amplitude": quantity(
-                "force", of_peak("amplitude"), "m", "largest maximum of the response amplitude"
-            ),
-            "peak_error_estimate": quantity(
-                "force", [error.of_peak for error in errors], "1", "error_estimate at the peak"
-            ),
-            "largest_error_estimate": quantity(
-                "force",
-                [error.largest for error in errors],
-                "1",
-                "largest estimated error of a solution over the amplitude of the peak",
-            ),
-            "turning_points": quantity(
-                "force",
-                np.array([fold.turning_points for fold in folds]),
-                "1",
-                "turning points of the branch in frequency",
-            ),
-            "folded_from": quantity(
-                "force",
-                [fold.frequency_range[0] for fold in folds],
-                "Hz",
-                "lowest frequency with several solutions",
-            ),
-            "folded_to": quantity(
-                "force",
-                [fold.frequency_range[1] for fold in folds],
-                "Hz",
-                "highest frequency with several solutions",
-            ),
-            "wrong": quantity(
-                "force",
-                np.array([error.exceeds(largest_error) for error in errors], dtype=np.int8),
-                "1",
-                "1 where estimated errors are larger than allowed",
-            ),
-            "fell_back": quantity(
-                "force",
-                np.array([branch.fell_back for branch in branches], dtype=np.int8),
-                "1",
-                "1 where linear modes took the place of the coordinates asked for",
-            ),
-            "complete": quantity(
-                "force",
-                np.array([branch.complete for branch in branches], dtype=np.int8),
-                "1",
-                "1 where the branch crosses the whole window",
-            ),
-            "reason": quantity(
-                "force", [branch.reason for branch in branches], "1", "why a branch broke off"
-            ),
+            )
+        }
+        | {name: quantity("force", *row) for name, *row in of_forces}
+        | {
             "contact_state": xr.Variable(
                 ("force", "element"),
                 np.array(states_at_peak),
                 {
                     "units": "1",
-                    "long_name": "contact state at the peak, -1 where the branch shows none",
+                    "long_name": "contact state at the peak, -1 without a peak",
                     "flag_values": np.arange(len(contact_states.MEANINGS), dtype=np.int8),
                     "flag_meanings": " ".join(m.replace(" ", "_") for m in contact_states.MEANINGS),
                 },
             ),
         },
-        coords={"component": list(components)},
+        coords={"component": components},
         attrs={"loss_factor": loss_factor},
     )
 
 
+def _modal_coordinates(
+    joint: Joint, branches: Sequence[Branch]
+) -> tuple[list[str], NDArray[np.float64]]:
+    """Components of the result file, and modal coordinates, (solutions, modes, components)."""
+    of_law, modes = joint.law.components, joint.natural_frequency.size
+    components = [*_COMPONENTS, *(name for name in of_law if name not in _COMPONENTS)]
+    shape = -1, len(of_law), modes
+    x = np.concatenate([branch.modal_coordinate.reshape(shape) for branch in branches])
+    found = np.zeros((len(x), modes, len(components)))
+    found[:, :, [components.index(name) for name in of_law]] = x.transpose(0, 2, 1)
+    return components, found
+
+
 def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64]) -> float:
-    driven, lost, rubbed = balance.works(x)
-    return (driven - lost - rubbed) / max(abs(driven), abs(lost + rubbed))
+    """Input energy less dissipation, over the larger of both."""
+    supplied, structural, friction = balance.energy_per_period(x)
+    return (supplied - structural - friction) / max(abs(supplied), abs(structural + friction))

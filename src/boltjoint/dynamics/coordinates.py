@@ -1,4 +1,4 @@
-"""The equations of a joint in the coordinates that are asked for by name."""
+"""The harmonic balance in coordinates by their name: linear modes, RDNM or complex RDNM."""
 
 from typing import get_args
 
@@ -10,20 +10,20 @@ from boltjoint.dynamics.rdnm import BasisUpdate, LaggedRDNM, SelfConsistentRDNM
 from boltjoint.names import Coordinates
 
 
-def pose(
+def formulate_equations(
     name: str,
     balance: HarmonicBalance,
     resonance: int,
     jacobian: Jacobian = "analytic",
-    basis_update: BasisUpdate = "within",
+    basis_update: BasisUpdate = "implicit",
     quasi_static_correction: bool = True,
 ) -> LinearModes:
-    """Pose the balance in coordinates by their name: ``linear``, ``rdnm-N``, ``complex-rdnm-N``.
+    """Equations of the balance in ``linear``, ``rdnm-N`` or ``complex-rdnm-N`` coordinates.
 
     Parameters
     ----------
     name
-        The coordinates.
+        Of the coordinates.
     balance
         The modal equations.
     resonance
@@ -31,17 +31,16 @@ def pose(
     jacobian
         As for ``LinearModes``.
     basis_update
-        Whether the modes of ``rdnm-N`` are those of the solution itself (``within``), or stay those
-        of the last one (``after``). Forward differences, as the source takes them, know the latter
-        only. As for ``ComplexRDNM`` for ``complex-rdnm-N``.
+        ``implicit``: the modes are those of the solution itself (``SelfConsistentRDNM`` and
+        ``ComplexRDNM``). ``lagged``: they are updated once a solution (``LaggedRDNM`` and
+        ``ComplexRDNM``); ``rdnm-N`` with forward differences, as in the thesis, always does so.
     quasi_static_correction
-        Of the modes left out, as for ``ComplexRDNM``.
+        Whether ``complex-rdnm-N`` adds the quasi-static response of the residual modes.
 
     Raises
     ------
     ValueError
-        If the balance cannot be posed in such coordinates, there are not as many modes, or an
-        option is not known.
+        If there are no such equations, not as many modes, or an option is not known.
     """
     coordinates = Coordinates(name)
     kind, count = coordinates.kind, coordinates.count
@@ -52,22 +51,22 @@ def pose(
         return LinearModes(balance, jacobian)
     if kind == "complex":
         return ComplexRDNM(balance, count, target, jacobian, basis_update, quasi_static_correction)
-    if kind == "real" and basis_update == "within" and jacobian == "analytic":
+    if kind == "real" and basis_update == "implicit" and jacobian == "analytic":
         return SelfConsistentRDNM(balance, count, target)
     if kind == "real":
         return LaggedRDNM(balance, count, target, jacobian)
-    raise ValueError(f"the balance is not posed in {name}")
+    raise ValueError(f"the harmonic balance is not formulated in {name}")
 
 
 def check_options(
     jacobian: Jacobian, basis_update: BasisUpdate, quasi_static_correction: bool
 ) -> None:
-    """Refuse options of coordinates that are not known, whichever coordinates have a use for them.
+    """Refuse unknown options of coordinates, also of those that are not used.
 
     Parameters
     ----------
     jacobian, basis_update, quasi_static_correction
-        As for ``pose``.
+        As for ``formulate_equations``.
     """
     checks.choice("jacobian", jacobian, get_args(Jacobian))
     checks.choice("basis_update", basis_update, get_args(BasisUpdate))

@@ -1,4 +1,14 @@
-"""Backbones by the extended periodic motion concept (EPMC)."""
+"""Backbones by the extended periodic motion concept (EPMC), with one harmonic.
+
+An artificial negative damping that balances friction and structural damping keeps the joint in a
+periodic motion without excitation. The natural frequency and modal damping ratio of this nonlinear
+mode over its modal amplitude are the backbone.
+
+References
+----------
+M. Krack: Nonlinear modal analysis of nonconservative systems: extension of the periodic motion
+concept. Computers and Structures 154 (2015) 59-71.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,21 +28,18 @@ from boltjoint.solvers.newton import newton
 #: change of the logarithm of the amplitude that counts, in arc length, as much as doubling a mode
 _SCALE = 3.0
 
-
 #: longest step along a backbone [arc length]
 _STEP = 0.1
 
+#: amplitudes at which a backbone is started, over the lowest asked for
+_FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
 
-#: amplitudes from which the mode is tried to be found, over the lowest asked for
-_LOWER = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
-
-
-#: loss factor below which amplitudes are no longer followed to where it alone limits the response
+#: loss factor below which amplitudes are not followed to where it alone limits the response
 _LEAST_LOSS_FACTOR = 1e-5
 
 
 class EPMCEquations(Equations):
-    """The mode phi and its eigenvalue at an amplitude a, as equations that can be followed.
+    """Equations of the nonlinear mode phi and its eigenvalue lambda at a modal amplitude a.
 
     With ``f(q)`` the contact's harmonic force under ``q = Im(a phi exp(iwt))`` and the bias
     ``a beta``, L, eta and the components as of ``HarmonicBalance``::
@@ -42,10 +49,9 @@ class EPMCEquations(Equations):
         phi^H phi = 1
 
     ``lambda = w^2 (1 + 2 i zeta)`` holds the frequency w and the damping ratio zeta. The mode is
-    normalised to unit modal mass with the conjugate (Krack 2015), so that a is the amplitude
-    whatever the phases of the motion. The phase of phi is arbitrary: it is held to that of the last
-    accepted solution. The unknown is that of the balance over a, then real and imaginary part of
-    lambda over that of the stuck mode; the parameter is the logarithm of a.
+    normalised to unit modal mass with the conjugate (Krack 2015). Its phase is arbitrary and held
+    to that of the last accepted solution. The unknown is that of the balance over a, then real and
+    imaginary part of lambda over that of the stuck mode; the parameter is the logarithm of a.
 
     Parameters
     ----------
@@ -54,7 +60,7 @@ class EPMCEquations(Equations):
     loss_factor
         eta [-].
     resonance
-        Which mode of the stuck structure the path starts from, from 1.
+        Number of the stuck mode at which the backbone starts, from 1.
 
     Raises
     ------
@@ -84,26 +90,26 @@ class EPMCEquations(Equations):
     def evaluate(
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual at the amplitude exp(p), and what forms its Jacobian."""
+        """Residual and Jacobian at the modal amplitude exp(p)."""
         a, modes = np.exp(p), self._modes
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
         real, imaginary = x[-2:]
-        force, jacobian_of_force = self.balance.residual_and_jacobian(a * x[:-2], 0.0)
+        force, force_jacobian = self.balance.residual_and_jacobian(a * x[:-2], 0.0)
         s_0, c_0 = self.tracked
         residual = np.append(force / (a * self.scale), [s @ s + c @ c - 1, s_0 @ c - c_0 @ s])
         residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
         residual[-2 - modes : -2] -= real * c + imaginary * s
-        return residual, lambda: self._jacobian(x, jacobian_of_force())
+        return residual, lambda: self._jacobian(x, force_jacobian())
 
     def _jacobian(
-        self, x: NDArray[np.float64], of_force: NDArray[np.float64]
+        self, x: NDArray[np.float64], force_jacobian: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """The Jacobian from that of the balance without excitation and inertia."""
         modes = self._modes
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
         real, imaginary = x[-2:]
         jacobian = np.zeros((x.size, x.size))
-        jacobian[:-2, :-2] = of_force / self.scale
+        jacobian[:-2, :-2] = force_jacobian / self.scale
 
         sin, cos = slice(-2 - 2 * modes, -2 - modes), slice(-2 - modes, -2)
         unit = np.eye(modes)
@@ -118,7 +124,7 @@ class EPMCEquations(Equations):
         return jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        """Derivative of the residual by the logarithm of the amplitude."""
+        """Derivative of the residual by the logarithm of the modal amplitude."""
         a, mode = np.exp(p), x[:-2]
         force, change = self.balance.residual_and_change(a * mode, 0.0, mode)
         return np.append((change - force / a) / self.scale, [0.0, 0.0])
@@ -130,11 +136,11 @@ class EPMCEquations(Equations):
     def amplitudes_for(
         self, forces: Sequence[float], window: tuple[float, float]
     ) -> tuple[float, float]:
-        """Amplitudes between which the responses to some forces lie in a window [kg^1/2 m].
+        """Range of modal amplitudes of the responses to forces in a window [kg^1/2 m].
 
-        From below what the smallest force can do to the stuck mode at the ends of the window [Hz]
-        to above what structural damping alone would let the largest one do. Without it nothing
-        limits the response where all contact slips: a loss factor of 1e-5 then stands for it.
+        From below that of the stuck mode under the smallest force at the ends of the window [Hz] to
+        above that which structural damping alone allows under the largest force. In full slip
+        nothing else limits the response: without structural damping, a loss factor of 1e-5 does.
         """
         forces, window = checks.numbers("forces", forces), checks.interval("window", window)
         excitation = self.balance.joint.excitation_mode
@@ -146,8 +152,8 @@ class EPMCEquations(Equations):
 
 
 @dataclass(frozen=True)
-class State:
-    """The mode of a joint at one amplitude.
+class ModalState:
+    """The nonlinear mode of a joint at one modal amplitude.
 
     ``amplitude`` a [kg^1/2 m]; ``mode`` phi, complex, phi^H phi = 1, shape (linear modes,);
     ``bias`` a beta, of the same shape, empty where the law has none; ``eigenvalue`` lambda
@@ -166,24 +172,24 @@ class State:
 
     @property
     def damping_ratio(self) -> float:
-        """Damping ratio zeta [-]."""
+        """Modal damping ratio zeta [-]."""
         return self.eigenvalue.imag / (2 * self.eigenvalue.real)
 
-    def excited_by(self, excitation: NDArray[np.float64]) -> float:
-        """Distance ``|lambda - w^2|`` at which a modal excitation holds the amplitude [rad2/s2]."""
+    def excited_distance(self, excitation: NDArray[np.float64]) -> float:
+        """Distance ``|lambda - w^2|`` at which an excitation causes the amplitude [rad2/s2]."""
         return abs(self.mode @ excitation / (self.mode @ self.mode)) / self.amplitude
 
 
 class Backbone:
-    """The path of a mode over its amplitude, and the mode at any amplitude on it.
+    """Backbone of a nonlinear mode, and the mode at any modal amplitude on it.
 
     Parameters
     ----------
     equations
-        The mode that is followed.
+        Of the nonlinear mode.
     amplitudes
-        Lowest and highest [kg^1/2 m]. Where the mode is not found at the lowest, it is followed
-        from a lower one.
+        Lowest and highest [kg^1/2 m]. Where the corrector does not converge from the stuck mode at
+        the lowest, the backbone starts at a lower one.
     control
         Tolerance and step lengths.
     """
@@ -201,10 +207,10 @@ class Backbone:
         self._control = replace(control, largest_step=_STEP)
         low, high = np.log(checks.interval("amplitudes", amplitudes))
         path = None
-        for lower in np.log(_LOWER):
-            # the stuck mode leads to where little slips, and the path from there to where more does
+        for first in np.log(_FIRST_AMPLITUDES):
+            # the stuck mode is an initial guess where little slips
             equations.tracked = equations.stuck, np.zeros_like(equations.stuck)
-            window = (low + lower, high)
+            window = (low + first, high)
             found = trace(equations, equations.start(), window, self._control, scale=_SCALE)
             if path is None or found.complete or len(path.solutions) < 2:
                 path = found
@@ -214,19 +220,19 @@ class Backbone:
         self.complete, self.reason = path.complete, path.reason
         self.states = [self._state(solution) for solution in self._solutions]
 
-    def between(self, index: int, amplitude: float) -> State:
-        """The mode at an amplitude between those of a state on the path and the next."""
+    def solve_between(self, index: int, amplitude: float) -> ModalState:
+        """The mode at an amplitude between those of a state and the next."""
         first, second = self._solutions[index : index + 2]
         p = float(np.log(amplitude))
         self.equations.accept(first.x)
-        share = (p - first.p) / (second.p - first.p)
-        guess = first.x + share * (second.x - first.x)
+        part = (p - first.p) / (second.p - first.p)
+        guess = first.x + part * (second.x - first.x)
         return self._state(newton(self.equations, guess, p, self._control)[0])
 
-    def _state(self, solution: Solution) -> State:
+    def _state(self, solution: Solution) -> ModalState:
         a, modes = np.exp(solution.p), len(self.equations.stuck)
         s, c = solution.x[-2 - 2 * modes : -2].reshape(2, -1)
-        return State(
+        return ModalState(
             amplitude=float(a),
             mode=s + 1j * c,
             bias=a * solution.x[: -2 - 2 * modes],
@@ -243,29 +249,29 @@ def find_backbone(
     resonance: int = 1,
     control: StepControl | None = None,
 ) -> xr.Dataset:
-    """Natural frequency and damping ratio of a joint over its amplitude (``backbone.nc``).
+    """Natural frequency and damping ratio of a joint over its modal amplitude (``backbone.nc``).
 
     Parameters
     ----------
     joint
         The joint and its structure.
     forces
-        Amplitudes of the excitation [N] whose responses the backbone shall reach.
+        Amplitudes of the excitation [N] whose responses the backbone covers.
     loss_factor
         Structural damping eta [-].
     window
         Lowest and highest frequency of those responses [Hz].
     resonance
-        Which mode, from 1.
+        Number of the mode, from 1.
     control
         Tolerance and step lengths.
 
     Returns
     -------
     Dataset
-        By state: ``modal_amplitude`` [kg^1/2 m], ``response_amplitude`` of the observed point [m],
-        ``natural_frequency`` [Hz], ``damping_ratio``, ``peak_force`` [N], under which the response
-        is largest at that state, ``mode_shape`` (state, mode, part); ``complete`` and ``reason``.
+        By state: ``modal_amplitude`` [kg^1/2 m], ``response_amplitude`` of the output point [m],
+        ``natural_frequency`` [Hz], ``damping_ratio``, ``peak_force`` [N] whose response has its
+        peak at that state, ``mode_shape`` (state, mode, part); ``complete`` and ``reason``.
 
     Raises
     ------
@@ -280,36 +286,25 @@ def find_backbone(
     states = backbone.states
     amplitude = np.array([state.amplitude for state in states])
     mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
-    needed = [state.eigenvalue.imag / state.excited_by(joint.excitation_mode) for state in states]
+    excitation = joint.excitation_mode
+    force = [state.eigenvalue.imag / state.excited_distance(excitation) for state in states]
+    frequency = [state.frequency for state in states]
+    damping = [state.damping_ratio for state in states]
+    response = amplitude * abs(mode @ joint.response_mode)
+    shape = np.stack([mode.real, mode.imag], axis=-1)
+    complete = np.int8(backbone.complete)
+    quantities = (
+        ("modal_amplitude", "state", amplitude, "kg^1/2 m", "modal amplitude"),
+        ("response_amplitude", "state", response, "m", "amplitude of the output point"),
+        ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
+        ("damping_ratio", "state", damping, "1", "modal damping ratio"),
+        ("peak_force", "state", force, "N", "excitation whose response has its peak here"),
+        ("mode_shape", ("state", "mode", "part"), shape, "1", "in linear modes, phi^H phi = 1"),
+        ("complete", (), complete, "1", "1 where the backbone reaches its last amplitude"),
+        ("reason", (), backbone.reason, "1", "why the backbone ends before"),
+    )
     return xr.Dataset(
-        {
-            "modal_amplitude": quantity("state", amplitude, "kg^1/2 m", "amplitude of the mode"),
-            "response_amplitude": quantity(
-                "state",
-                amplitude * abs(mode @ joint.response_mode),
-                "m",
-                "amplitude of the observed point",
-            ),
-            "natural_frequency": quantity(
-                "state", [state.frequency for state in states], "Hz", "natural frequency"
-            ),
-            "damping_ratio": quantity(
-                "state", [state.damping_ratio for state in states], "1", "damping ratio"
-            ),
-            "peak_force": quantity(
-                "state", needed, "N", "excitation under which the response is largest here"
-            ),
-            "mode_shape": quantity(
-                ("state", "mode", "part"),
-                np.stack([mode.real, mode.imag], axis=-1),
-                "1",
-                "combination of the linear modes, phi^H phi = 1",
-            ),
-            "complete": quantity(
-                (), np.int8(backbone.complete), "1", "1 where the path reached its last amplitude"
-            ),
-            "reason": quantity((), backbone.reason, "1", "why the path broke off"),
-        },
+        {name: quantity(*row) for name, *row in quantities},
         coords={"part": ["real", "imaginary"]},
         attrs={"loss_factor": loss_factor, "resonance": resonance},
     )

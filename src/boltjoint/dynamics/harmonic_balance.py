@@ -1,4 +1,10 @@
-"""Do the harmonics balance? Residual and Jacobian of the modal equations of a joint."""
+"""Harmonic balance of a structure with a joint in modal coordinates: residual and Jacobian.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: eq. 2.9 and 2.35.
+"""
 
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -7,19 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import LazyJacobian
-
-#: with more modes, products of two at every point would take more time to read than to form
-_MOST_PRODUCTS = 16
-
-#: points whose tangents go to modes together: what is formed for them stays in the cache
-_POINTS_AT_ONCE = 256
 
 
 @dataclass(frozen=True)
 class HarmonicBalance:
-    """Harmonic balance of a joint in the linear modes of its structure (eq. 2.9, 2.35).
+    """Harmonic balance of a joint in the linear modes of its structure (thesis, eq. 2.9 and 2.35).
 
     With ``x(t) = b + sum_h (s_h sin(hwt) + c_h cos(hwt))`` of the modal coordinates, excitation
     ``F sin(wt)``, ``L = diag(w_r^2)``, loss factor eta, the same at every frequency, and contact
@@ -58,7 +59,7 @@ class HarmonicBalance:
     basis: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what is no balance."""
+        """Refuse parameters that are out of range."""
         checks.instance("joint", self.joint, Joint)
         checks.number("loss_factor", self.loss_factor, at_least=0)
         checks.number("excitation_force", self.excitation_force, at_least=0)
@@ -67,7 +68,7 @@ class HarmonicBalance:
             object.__setattr__(self, "basis", checks.array("basis", self.basis, (modes, "modes")))
 
     def in_basis(self, basis: NDArray[np.float64]) -> "HarmonicBalance":
-        """The same balance in a basis that is known to fit, as iterations update it: unchecked."""
+        """The same balance in another basis of the right shape, which is not checked."""
         updated = object.__new__(type(self))
         given = {each.name: getattr(self, each.name) for each in fields(self)}
         vars(updated).update(given, basis=basis)
@@ -81,12 +82,18 @@ class HarmonicBalance:
     @cached_property
     def stiffness(self) -> NDArray[np.float64]:
         """L, or V^T L V [rad^2/s^2], shape (modes, modes)."""
-        return self._projected(np.diag((2 * np.pi * self.joint.natural_frequency) ** 2))
+        L = np.diag((2 * np.pi * self.joint.natural_frequency) ** 2)
+        return L if self.basis is None else self.basis.T @ L @ self.basis
 
     @cached_property
-    def rows(self) -> tuple[NDArray[np.float64], ...]:
-        """Relative modes of the contact points in each direction [kg^-1/2], (points, modes)."""
-        return tuple(B if self.basis is None else B @ self.basis for B in self.joint.rows)
+    def complex_stiffness(self) -> NDArray[np.complex128]:
+        """``L (1 + i eta)`` of the first harmonic [rad^2/s^2], shape (modes, modes)."""
+        return self.stiffness * (1 + 1j * self.loss_factor)
+
+    @cached_property
+    def contact(self) -> ModalContact:
+        """The friction elements in the same coordinates."""
+        return ModalContact(self.joint, self.basis)
 
     @cached_property
     def modal_force(self) -> NDArray[np.float64]:
@@ -99,69 +106,65 @@ class HarmonicBalance:
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
-        if x.shape != self._shape:
-            raise ValueError(f"x has shape {x.shape}, expected {self._shape}")
-        amplitudes = x.reshape(len(self.components), -1)
-        return np.hstack([B @ amplitudes.T for B in self.rows])
+        return self.contact.motion(x)
 
     def dynamic_stiffness(self, w: float) -> NDArray[np.float64]:
         """The linear part of the equations at w, shape (components * modes,) * 2."""
-        matrix = self._springs_and_losses.copy()
+        matrix = self._static_stiffness.copy()
         diagonal = np.einsum("ii->i", matrix)
         diagonal -= (w * self._harmonic) ** 2
         return matrix
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
-        """What is left of the equations at x and w, shape of x."""
-        force = self._to_modes(self.joint.law.evaluate(self.motion(x)))
+        """Residual of the equations at x and w, shape of x."""
+        force = self.contact.modal_force(self.joint.law.evaluate(self.motion(x)))
         return self.dynamic_stiffness(w) @ x + force - self.modal_force
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual, and what forms its exact derivative by x, from one pass over the elements."""
-        return self.with_contact(x, w, *self.joint.law.evaluate_with_tangent(self.motion(x)))
+        """Residual and its lazily evaluated Jacobian, from one pass over the friction elements."""
+        return self.assemble(x, w, *self.joint.law.evaluate_with_tangent(self.motion(x)))
 
-    def with_contact(
+    def assemble(
         self,
         x: NDArray[np.float64],
         w: float,
         force: NDArray[np.float64],
         tangent: NDArray[np.float64],
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """The same, from the forces of the points and their tangents as the law gives them."""
+        """Residual and Jacobian from the forces of the points and their tangents by the law."""
         linear = self.dynamic_stiffness(w)
-        residual = linear @ x + self._to_modes(force) - self.modal_force
-        return residual, lambda: linear + self._tangent_to_modes(tangent)
+        residual = linear @ x + self.contact.modal_force(force) - self.modal_force
+        return residual, lambda: linear + self.contact.modal_tangent(tangent)
 
     def residual_and_change(
         self, x: NDArray[np.float64], w: float, dx: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual, and its exact derivative along dx, for which no Jacobian is formed."""
+        """Residual, and its derivative along dx without a Jacobian."""
         force, tangent = self.joint.law.evaluate_with_tangent(self.motion(x))
-        residual, _ = self.with_contact(x, w, force, tangent)
+        residual, _ = self.assemble(x, w, force, tangent)
         change = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
-        return residual, self.dynamic_stiffness(w) @ dx + self._to_modes(change)
+        return residual, self.dynamic_stiffness(w) @ dx + self.contact.modal_force(change)
 
-    def works(self, x: NDArray[np.float64]) -> tuple[float, float, float]:
-        """Work over a period of the excitation, and what structure and contact take [J].
+    def energy_per_period(self, x: NDArray[np.float64]) -> tuple[float, float, float]:
+        """Input energy, structural dissipation and friction dissipation in a period [J].
 
-        That of a force f on a displacement q is ``pi sum_h h (f_ch s_h - f_sh c_h)``, from the
-        harmonic forces of excitation and contact and from what the losses do at each harmonic. They
-        balance where the equations hold in a space that holds q.
+        The work of a force f on a displacement q is ``pi sum_h h (f_ch s_h - f_sh c_h)``. Input and
+        dissipation balance where the equations hold in a space that holds q.
         """
         q = x.reshape(len(self.components), -1)
         parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        contact = self._to_modes(self.joint.law.evaluate(self.motion(x))).reshape(q.shape)
+        contact = self.contact.modal_force(self.joint.law.evaluate(self.motion(x))).reshape(q.shape)
         excitation = self.modal_force.reshape(q.shape)
-        driven, lost, rubbed = 0.0, 0.0, 0.0
+        supplied, structural, friction = 0.0, 0.0, 0.0
         for h in (harmonic for part, harmonic in parts if part == "sin"):
             s, c = parts["sin", h], parts["cos", h]
-            driven += h * (excitation[c] @ q[s] - excitation[s] @ q[c])
-            rubbed += h * (contact[c] @ q[s] - contact[s] @ q[c])
+            supplied += h * (excitation[c] @ q[s] - excitation[s] @ q[c])
+            friction += h * (contact[c] @ q[s] - contact[s] @ q[c])
             strain = q[s] @ self.stiffness @ q[s] + q[c] @ self.stiffness @ q[c]
-            lost += h * self.loss_factor * strain
-        return np.pi * driven, np.pi * lost, np.pi * rubbed
+            structural += h * self._loss_factor_of(h) * strain
+        return np.pi * supplied, np.pi * structural, np.pi * friction
 
     def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Derivative of the residual by w, shape of x."""
@@ -170,109 +173,14 @@ class HarmonicBalance:
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
         w = checks.number("w", w, at_least=0)
-        return np.linalg.solve(self.dynamic_stiffness(w) + self._stuck_to_modes, self.modal_force)
-
-    def secant_stiffness(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Describing function of each point and direction: complex force over displacement.
-
-        With u = Im((s + i c) exp(iwt)) it is (f_s + i f_c) / (s + i c); a point at rest has the
-        stiffness of its elements while they stick.
-
-        Returns
-        -------
-        ndarray
-            Shape (points, directions) [N/m].
-        """
-        motion = self.motion(x)
-        return self.secants(motion, self.joint.law.evaluate(motion))
-
-    def secants(
-        self, motion: NDArray[np.float64], force: NDArray[np.float64]
-    ) -> NDArray[np.complex128]:
-        """The same from the motion of the points and their force."""
-        u, f = self._first_harmonic(motion), self._first_harmonic(force)
-        at_rest = u == 0
-        return np.where(at_rest, self._stuck_stiffness, f / np.where(at_rest, 1.0, u))
-
-    def secant_derivative(
-        self,
-        motion: NDArray[np.float64],
-        secant: NDArray[np.complex128],
-        tangent: NDArray[np.float64],
-    ) -> NDArray[np.complex128]:
-        """Derivative of each describing function by the motion of its point.
-
-        From D u = f, u and f complex: ``dD = (df - D du) / u``; zero for a point at rest.
-
-        Parameters
-        ----------
-        motion, tangent
-            Of the points, as the law takes and gives them.
-        secant
-            As from ``secants``.
-
-        Returns
-        -------
-        ndarray
-            Shape (points, directions, directions, components) [N/m2].
-        """
-        sin, cos = self.components.index("sin"), self.components.index("cos")
-        tangent = self._by_direction(tangent)
-        change = tangent[:, :, sin] + 1j * tangent[:, :, cos]
-        for d in range(len(self.rows)):
-            change[:, d, d, sin] -= secant[:, d]
-            change[:, d, d, cos] -= 1j * secant[:, d]
-        u = self._first_harmonic(motion)
-        at_rest = u == 0
-        return np.where(
-            at_rest[:, :, None, None], 0.0, change / np.where(at_rest, 1.0, u)[:, :, None, None]
+        return np.linalg.solve(
+            self.dynamic_stiffness(w) + self.contact.stuck_stiffness, self.modal_force
         )
 
-    def stiffness_with(self, secant: NDArray) -> NDArray:
-        """L with springs at the points, real or complex, shape (points, directions) [N/m]."""
-        springs = (B.T @ (k[:, None] * B) for B, k in zip(self.rows, secant.T, strict=True))
-        return self.stiffness + sum(springs)
-
-    def weighted_products(
-        self, shape: NDArray[np.float64], weight: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Modal forces of springs that a shape strains, by the motion that changes them.
-
-        Parameters
-        ----------
-        shape
-            Amplitude of the modes, shape (modes,).
-        weight
-            Derivative of the springs by the motion of their points, shape (points, directions,
-            directions, components).
-
-        Returns
-        -------
-        ndarray
-            Shape (modes, components * modes).
-        """
-        modes, n = len(self.stiffness), len(self.components)
-        found = np.zeros((modes * modes, n))
-        for d, products in enumerate(self._products):
-            strain = self.rows[d] @ shape
-            for e, product in enumerate(products):
-                found += product.T @ (strain[:, None] * weight[:, d, e])
-        return found.reshape(modes, modes, n).transpose(0, 2, 1).reshape(modes, n * modes)
-
-    def _first_harmonic(self, motion: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Complex amplitude ``s + i c`` of motions or forces, shape (points, directions)."""
-        parts = motion.reshape(len(motion), len(self.rows), len(self.components))
-        sin, cos = self.components.index("sin"), self.components.index("cos")
-        return parts[..., sin] + 1j * parts[..., cos]
-
-    def _by_direction(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-        d, n = len(self.rows), len(self.components)
-        return tangent.reshape(-1, d, n, d, n)
-
-    @cached_property
-    def _shape(self) -> tuple[int]:
-        """Of the unknown."""
-        return (len(self.components) * self.rows[0].shape[1],)
+    def describing_function(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Describing function of each point and direction at x [N/m] (``ModalContact``)."""
+        motion = self.motion(x)
+        return self.contact.describing_function(motion, self.joint.law.evaluate(motion))
 
     @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
@@ -281,86 +189,26 @@ class HarmonicBalance:
         return np.repeat(np.array(numbers, dtype=float), len(self.stiffness))
 
     @cached_property
-    def _springs_and_losses(self) -> NDArray[np.float64]:
-        """The linear part of the equations without inertia."""
+    def _static_stiffness(self) -> NDArray[np.float64]:
+        """Elasticity and structural damping: the linear part of the equations without inertia."""
         n, modes = len(self.components), len(self.stiffness)
         matrix = np.zeros((n, modes, n, modes))
         parts = {parse_component(name): i for i, name in enumerate(self.components)}
         for (part, harmonic), i in parts.items():
             matrix[i, :, i, :] = self.stiffness
             if part == "sin":
-                cos = parts["cos", harmonic]
-                matrix[i, :, cos, :] = -self.loss_factor * self.stiffness
-                matrix[cos, :, i, :] = self.loss_factor * self.stiffness
+                cos, loss = parts["cos", harmonic], self._loss_factor_of(harmonic) * self.stiffness
+                matrix[i, :, cos, :] = -loss
+                matrix[cos, :, i, :] = loss
         return matrix.reshape(n * modes, n * modes)
 
-    @cached_property
-    def _products(self) -> list[list[NDArray[np.float64]]]:
-        """Products of two modes of each point, by directions, each (points, modes * modes).
-
-        They take the tangents of the points to modes by one product of matrices.
-        """
-        return [
-            [(B[:, :, None] * C[:, None, :]).reshape(len(B), -1) for C in self.rows]
-            for B in self.rows
-        ]
-
-    def _projected(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-        return matrix if self.basis is None else self.basis.T @ matrix @ self.basis
-
-    def _to_modes(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
-        n = len(self.components)
-        modal = sum(force[:, d * n : (d + 1) * n].T @ B for d, B in enumerate(self.rows))
-        return modal.ravel()
-
-    def _tangent_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Tangents of the points as the derivative of modal forces by modal amplitudes."""
-        n, modes = len(self.components), len(self.stiffness)
-        if modes > _MOST_PRODUCTS:
-            return self._stuck_to_modes + self._changed_to_modes(tangent)
-        by_direction = self._by_direction(tangent)
-        jacobian = np.zeros((modes * modes, n * n))
-        for d, products in enumerate(self._products):
-            for e, product in enumerate(products):
-                jacobian += product.T @ by_direction[:, d, :, e, :].reshape(-1, n * n)
-        by_part = jacobian.reshape(modes, modes, n, n).transpose(2, 0, 3, 1)
-        return by_part.reshape(n * modes, n * modes)
-
-    def _changed_to_modes(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The same less what the points have while they stick: of the others alone."""
-        n, modes = len(self.components), len(self.stiffness)
-        change = self._by_direction(tangent - self._stuck_tangent)
-        jacobian = np.zeros((modes, n * n * modes))
-        for d, B in enumerate(self.rows):
-            for e, C in enumerate(self.rows):
-                by_part = change[:, d, :, e, :].reshape(-1, n * n)
-                changed = np.flatnonzero(by_part.any(axis=1))
-                for first in range(0, changed.size, _POINTS_AT_ONCE):
-                    at = changed[first : first + _POINTS_AT_ONCE]
-                    moved = by_part[at][:, :, None] * C[at][:, None, :]
-                    jacobian += B[at].T @ moved.reshape(at.size, -1)
-        jacobian = jacobian.reshape(modes, n, n, modes)
-        return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
-
-    @cached_property
-    def _stuck_stiffness(self) -> NDArray[np.float64]:
-        """Of the points in each direction [N/m]."""
-        return self.joint.law.stuck_stiffness(self.joint.points)
-
-    @cached_property
-    def _stuck_tangent(self) -> NDArray[np.float64]:
-        """Tangents of the points while nothing slips and open elements stay open."""
-        each = np.repeat(self._stuck_stiffness, len(self.components), axis=1)
-        return each[:, :, None] * np.eye(each.shape[1])
-
-    @cached_property
-    def _stuck_to_modes(self) -> NDArray[np.float64]:
-        stuck = self._projected(self.joint.stuck_stiffness())
-        return np.kron(np.eye(len(self.components)), stuck)
+    def _loss_factor_of(self, harmonic: int) -> float:
+        """Structural loss factor of a harmonic [-]: eta, the same for all of them."""
+        return self.loss_factor
 
 
 def parse_component(name: str) -> tuple[str, int]:
-    """Which coefficient a harmonic component is, and of which harmonic.
+    """Coefficient (bias, sin or cos) and number of a harmonic component.
 
     >>> parse_component("cos3"), parse_component("sin"), parse_component("bias")
     (("cos", 3), ("sin", 1), ("bias", 0))

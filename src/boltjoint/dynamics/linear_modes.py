@@ -1,4 +1,13 @@
-"""Harmonic balance in linear modal coordinates."""
+"""Harmonic balance in linear modal coordinates, the modes of the structure without contact.
+
+All kinds of coordinates pose equations that ``solvers`` follow; those in fewer modes translate
+their unknown back into the linear modes.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: section 2.1.2, eq. 2.38.
+"""
 
 from typing import Literal, get_args
 
@@ -11,13 +20,12 @@ from boltjoint.solvers.equations import Equations, LazyJacobian
 
 Jacobian = Literal["analytic", "forward-difference"]
 
-
 #: forward differences step by this share of the unknown's size: the square root of rounding
 _DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
 
 
 class LinearModes(Equations):
-    """The modes of the structure without contact, all of them (MSM, section 2.1.2).
+    """The modal superposition method (MSM): all linear modes as coordinates.
 
     Parameters
     ----------
@@ -29,7 +37,7 @@ class LinearModes(Equations):
     Raises
     ------
     ValueError
-        If the way to the Jacobian is not known.
+        If the kind of Jacobian is not known.
     """
 
     def __init__(self, balance: HarmonicBalance, jacobian: Jacobian = "analytic") -> None:
@@ -38,29 +46,27 @@ class LinearModes(Equations):
         self.balance = balance
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
         self._analytic = jacobian == "analytic"
-        #: of the excitation that acts
-        self.share = 1.0
 
     def evaluate(
-        self, x: NDArray[np.float64], p: float
+        self, x: NDArray[np.float64], p: float, load_factor: float = 1.0
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual at the frequency p [rad/s], and what forms its Jacobian."""
+        """Residual and Jacobian at the frequency p [rad/s], under a part of the excitation."""
         if self._analytic:
             residual, jacobian = self.balance.residual_and_jacobian(x, p)
         else:
             residual, jacobian = self._with_differences(x, p)
-        return residual + (1 - self.share) * self.balance.modal_force, jacobian
+        return residual + (1 - load_factor) * self.balance.modal_force, jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
         return self.balance.frequency_derivative(x, p)
 
-    def share_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Derivative of the residual by the share of the excitation that acts."""
+    def load_factor_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the residual by the load factor."""
         return -self.balance.modal_force
 
     def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        """Of the whole excitation."""
+        """Residual under the whole excitation."""
         return self.balance.residual(x, p)
 
     def _with_differences(

@@ -8,14 +8,12 @@ from boltjoint.solvers.equations import Equations, LazyJacobian
 
 
 class LoadStepping(Equations):
-    """The equations of linear modes, or modes of the solution, while the excitation grows.
-
-    The parameter is the logarithm of the share of the excitation that acts, at one frequency.
+    """Equations at a fixed frequency whose parameter is the logarithm of the load factor.
 
     Parameters
     ----------
     equations
-        Those whose share is varied.
+        In linear modes or self-consistent RDNM, followed while their excitation grows.
     w
         The frequency [rad/s].
     """
@@ -36,15 +34,12 @@ class LoadStepping(Equations):
     def evaluate(
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual under exp(p) of the excitation, and what forms its Jacobian."""
-        self._equations.share = np.exp(p)
-        found = self._equations.evaluate(x, self._w)
-        self._equations.share = 1.0
-        return found
+        """Residual and Jacobian under exp(p) times the excitation."""
+        return self._equations.evaluate(x, self._w, np.exp(p))
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        """Derivative of the residual by the logarithm of the share."""
-        return np.exp(p) * self._equations.share_derivative(x)
+        """Derivative of the residual by the logarithm of the load factor."""
+        return np.exp(p) * self._equations.load_factor_derivative(x)
 
     def accept(self, x: NDArray[np.float64]) -> None:
         """As of the equations."""

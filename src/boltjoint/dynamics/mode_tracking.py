@@ -1,4 +1,10 @@
-"""Mode tracking: which mode of one state continues which of another (MAC)."""
+"""Mode tracking by shape, with the modal assurance criterion (MAC).
+
+References
+----------
+R. J. Allemang, D. L. Brown: A correlation coefficient for modal vector analysis. Proceedings of the
+1st International Modal Analysis Conference (1982) 110-116.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +17,7 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 def stuck_modes(
     balance: HarmonicBalance, count: int, target: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Squared frequencies and modes while nothing slips: the target and those next below it."""
+    """Squared frequencies and modes of the stuck structure: the target and those next below it."""
     modes = len(balance.stiffness)
     checks.whole("target", target, at_least=0, below=modes)
     if not 1 <= checks.whole("count", count) <= modes:
@@ -22,11 +28,14 @@ def stuck_modes(
 
 
 def matching_modes(vectors: NDArray, previous: NDArray) -> NDArray[np.int64]:
-    """Which columns best continue each of the previous ones in shape, whatever their length."""
-    likeness = np.abs(previous.conj().T @ vectors) / np.linalg.norm(vectors, axis=0)
-    return linear_sum_assignment(-likeness)[1]
+    """Columns that best continue each of the previous ones in shape, by the square root of MAC.
+
+    The sum over all pairs is largest, so that no mode continues two.
+    """
+    correlation = np.abs(previous.conj().T @ vectors) / np.linalg.norm(vectors, axis=0)
+    return linear_sum_assignment(-correlation)[1]
 
 
 def orientation_of_modes(vectors: NDArray, previous: NDArray) -> NDArray[np.float64]:
-    """+1 or -1 for each column, to make it continue the previous one."""
+    """+1 or -1 for each column, so that its sign continues that of the previous one."""
     return np.where(np.sum(previous * vectors, axis=0).real < 0, -1.0, 1.0)

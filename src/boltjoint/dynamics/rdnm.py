@@ -1,4 +1,16 @@
-"""Harmonic balance in real response-dependent nonlinear modes (RDNM)."""
+"""Harmonic balance in real response-dependent nonlinear modes (RDNM).
+
+The modes are eigenvectors of ``A = L + sum_d B_d^T Re(D_d) B_d`` (dual-space form, eq. 2.13 and
+2.14), with the describing function D of each contact point and the modal rows B_d of the points.
+
+References
+----------
+E. Ferhatoglu, E. Cigeroglu, H. N. Ozguven: A novel modal superposition method with response
+dependent nonlinear modes for periodic vibration analysis of large MDOF nonlinear systems.
+Mechanical Systems and Signal Processing 135 (2020) 106388.
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: section 2.1.3.
+"""
 
 from typing import Literal
 
@@ -11,15 +23,13 @@ from boltjoint.dynamics.mode_tracking import matching_modes, orientation_of_mode
 from boltjoint.solvers.equations import LazyJacobian
 from boltjoint.solvers.lagged_basis import LaggedEquations
 
-BasisUpdate = Literal["within", "after"]
+BasisUpdate = Literal["implicit", "lagged"]
 
 
 class LaggedRDNM(LinearModes, LaggedEquations):
-    """A few modes of the structure as the contact's present stiffness makes it (RDNM, 2.1.3).
+    """RDNM of the last solution: the balance is projected onto modes that lag behind.
 
-    The modes are eigenvectors of ``L + R^T Re(D) R`` (dual-space form, eq. 2.13 and 2.14), D the
-    describing function of each contact point at the last solution. They are renewed after every
-    accepted solution and followed by their shape. The equations are projected onto them.
+    They are updated after every accepted solution and tracked by their shape (MAC).
 
     Parameters
     ----------
@@ -54,7 +64,7 @@ class LaggedRDNM(LinearModes, LaggedEquations):
 
     @property
     def basis(self) -> NDArray[np.float64]:
-        """The modes that the unknown stands for, combined from the linear ones."""
+        """The present modes as combinations of the linear ones, shape (linear modes, modes)."""
         return self.balance.basis
 
     @basis.setter
@@ -62,9 +72,8 @@ class LaggedRDNM(LinearModes, LaggedEquations):
         self.balance = self.balance.in_basis(basis)
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
-        """New modes from the describing function at amplitudes of the linear modes."""
-        matrix = self._linear.stiffness_with(self._linear.secant_stiffness(q).real)
-        vectors = np.linalg.eigh(matrix)[1]
+        """Update the modes by the describing function at amplitudes of the linear modes."""
+        vectors = _modes_with(self._linear, self._linear.describing_function(q))[1]
         vectors = vectors[:, matching_modes(vectors, self.basis)]
         self.basis = vectors * orientation_of_modes(vectors, self.basis)
 
@@ -73,24 +82,23 @@ class LaggedRDNM(LinearModes, LaggedEquations):
         return (q.reshape(-1, len(self.basis)) @ self.basis).ravel()
 
     def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The unknown as amplitude of the linear modes, components one after another."""
+        """Amplitudes of the linear modes, components one after another."""
         return (x.reshape(-1, self.basis.shape[1]) @ self.basis.T).ravel()
 
     change_from_fixed, change_to_fixed = from_fixed, to_fixed
 
 
 class SelfConsistentRDNM(LinearModes):
-    """The same modes, of the describing function at the solution itself, not at the one before it.
+    """Self-consistent RDNM: modes of the solution itself, an implicit basis update.
 
-    The unknown stays the amplitude q of all linear modes. With P = V V^T, V the modes that q makes,
-    g the left side of the balance and k a stiffness that makes the units agree, every component
-    obeys::
+    The unknown is the amplitude q of all linear modes. With the modes V of the describing function
+    at q, P = V V^T, the residual g of the balance and a stiffness k, every component obeys::
 
         P g + k (I - P) q = 0
 
-    q lies in the span of its own modes, and the balance holds in them. The derivative knows that
-    the modes move with q: with ``A v_i = a_i v_i``,
-    ``dv_i = sum over the modes left out, (v_j . dA v_i) / (a_i - a_j) v_j``.
+    so that q lies in the span of its own modes and the balance holds in them. The Jacobian contains
+    the derivative of the modes: with ``A v_i = a_i v_i`` and the residual modes v_j,
+    ``dv_i = sum_j (v_j . dA v_i) / (a_i - a_j) v_j``.
 
     Parameters
     ----------
@@ -107,7 +115,7 @@ class SelfConsistentRDNM(LinearModes):
         super().__init__(balance)
         squared, self._modes = stuck_modes(balance, count, target)
         self._scale = squared[-1]
-        #: where the modes were asked for last, what they continue, and what they are
+        #: modes evaluated last: the solution, the modes they continue, the modes
         self._found: tuple[NDArray[np.float64], ...] | None = None
 
     @property
@@ -120,34 +128,34 @@ class SelfConsistentRDNM(LinearModes):
         self._modes = modes
 
     def evaluate(
-        self, x: NDArray[np.float64], p: float
+        self, x: NDArray[np.float64], p: float, load_factor: float = 1.0
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual at the frequency p [rad/s], and what forms its Jacobian."""
-        motion = self.balance.motion(x)
+        """Residual and Jacobian at the frequency p [rad/s], under a part of the excitation."""
+        contact, motion = self.balance.contact, self.balance.motion(x)
         force, tangent = self.balance.joint.law.evaluate_with_tangent(motion)
-        secant = self.balance.secants(motion, force)
-        squared, vectors, kept = self._modes_of(secant.real)
+        D = contact.describing_function(motion, force)
+        squared, vectors, kept = self._modes_of(D)
         V, k = vectors[:, kept], self._scale
         self._found = x, self._modes, V
-        residual, jacobian_in_all = self.balance.with_contact(x, p, force, tangent)
-        residual += (1 - self.share) * self.balance.modal_force
+        residual, linear_jacobian = self.balance.assemble(x, p, force, tangent)
+        residual += (1 - load_factor) * self.balance.modal_force
         h = (residual - k * x).reshape(-1, len(V))
 
         def jacobian() -> NDArray[np.float64]:
             others = np.delete(vectors, kept, axis=1)
             gaps = squared[kept] - np.delete(squared, kept)[:, None]
-            # what turns each mode towards those left out, by q: (modes, components * modes)
-            change = self.balance.secant_derivative(motion, secant, tangent).real
-            turns = [
-                others @ (others.T @ self.balance.weighted_products(v, change) / gap[:, None])
+            dD = contact.describing_function_derivative(motion, D, tangent).real
+            # derivatives of the modes by q, each (linear modes, components * linear modes)
+            dV = [
+                others @ (others.T @ contact.spring_force_derivative(v, dD) / gap[:, None])
                 for v, gap in zip(V.T, gaps.T, strict=True)
             ]
-            found = jacobian_in_all() - k * np.eye(x.size)
-            for part, of_part in zip(found.reshape(*h.shape, -1), h, strict=True):
+            matrix = linear_jacobian() - k * np.eye(x.size)
+            for part, h_part in zip(matrix.reshape(*h.shape, -1), h, strict=True):
                 part[:] = V @ (V.T @ part)
-                for v, turn in zip(V.T, turns, strict=True):
-                    part += turn * (v @ of_part) + np.outer(v, of_part @ turn)
-            return found + k * np.eye(x.size)
+                for v, dv in zip(V.T, dV, strict=True):
+                    part += dv * (v @ h_part) + np.outer(v, h_part @ dv)
+            return matrix + k * np.eye(x.size)
 
         return (h @ V @ V.T).ravel() + k * x, jacobian
 
@@ -155,8 +163,8 @@ class SelfConsistentRDNM(LinearModes):
         """Derivative of the residual by the frequency."""
         return self._projected(x, super().parameter_derivative(x, p))
 
-    def share_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Derivative of the residual by the share of the excitation that acts."""
+    def load_factor_derivative(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the residual by the load factor."""
         return -self._projected(x, self.balance.modal_force)
 
     def accept(self, x: NDArray[np.float64]) -> None:
@@ -169,15 +177,22 @@ class SelfConsistentRDNM(LinearModes):
 
     def _modes_at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._found is None or self._found[0] is not x or self._found[1] is not self._modes:
-            _, vectors, kept = self._modes_of(self.balance.secant_stiffness(x).real)
+            _, vectors, kept = self._modes_of(self.balance.describing_function(x))
             self._found = x, self._modes, vectors[:, kept]
         return self._found[2]
 
     def _modes_of(
-        self, secant: NDArray[np.float64]
+        self, D: NDArray[np.complex128]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-        """Squared frequencies and modes, and which of them continue the last ones in shape."""
-        squared, vectors = np.linalg.eigh(self.balance.stiffness_with(secant))
+        """Squared frequencies, all modes, and the indices of those that continue the last ones."""
+        squared, vectors = _modes_with(self.balance, D)
         kept = matching_modes(vectors, self._modes)
         vectors[:, kept] *= orientation_of_modes(vectors[:, kept], self._modes)
         return squared, vectors, kept
+
+
+def _modes_with(
+    balance: HarmonicBalance, D: NDArray[np.complex128]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Squared frequencies and modes of the structure with the real part of D as springs."""
+    return np.linalg.eigh(balance.stiffness + balance.contact.spring_stiffness(D.real))

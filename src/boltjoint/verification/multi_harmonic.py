@@ -8,7 +8,6 @@ for the first harmonic; the harmonic h is damped h times as much.
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from boltjoint import checks
-from boltjoint.dynamics.branch import Observed
+from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -55,24 +54,14 @@ class ViscousBalance(HarmonicBalance):
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual, and what forms its exact derivative by x."""
         amplitude = x.reshape(len(self.components), -1)
-        force, tangent = self.joint.law.modal_force_and_tangent(self.rows, amplitude)
+        force, tangent = self.joint.law.modal_force_and_tangent(self.contact.rows, amplitude)
         linear = self.dynamic_stiffness(w)
         residual = linear @ x + force.ravel() - self.modal_force
         return residual, lambda: linear + tangent.reshape(x.size, x.size)
 
-    @cached_property
-    def _springs_and_losses(self) -> NDArray[np.float64]:
-        """The linear part of the equations without inertia."""
-        n, modes = len(self.components), len(self.stiffness)
-        matrix = np.zeros((n, modes, n, modes))
-        parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        for (part, harmonic), i in parts.items():
-            matrix[i, :, i, :] = self.stiffness
-            if part == "sin":
-                cos = parts["cos", harmonic]
-                matrix[i, :, cos, :] = -harmonic * self.loss_factor * self.stiffness
-                matrix[cos, :, i, :] = harmonic * self.loss_factor * self.stiffness
-        return matrix.reshape(n * modes, n * modes)
+    def _loss_factor_of(self, harmonic: int) -> float:
+        """Loss factor of a harmonic under viscous damping [-]."""
+        return harmonic * self.loss_factor
 
 
 @dataclass(frozen=True)
@@ -262,7 +251,7 @@ def find_peak(
     frequency = checks.number("frequency", frequency, above=0)
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
-    equations, observe = LinearModes(balance), Observed(balance)
+    equations, observe = LinearModes(balance), OutputPoint(balance)
     control = control or StepControl(tolerance=_TOLERANCE, maximum_iterations=50)
     found: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
     begin = 2 * np.pi * frequency

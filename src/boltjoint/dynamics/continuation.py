@@ -1,0 +1,117 @@
+"""Continuation of a frequency response across its window.
+
+A branch starts from the stuck linear solution at one end of the window, or from a solution found by
+load stepping (homotopy in the force); one that does not cross the window is started elsewhere.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.dynamics.branch import OutputPoint
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.load_stepping import LoadStepping
+from boltjoint.solvers import arc_length, lagged_basis
+from boltjoint.solvers.equations import Path, StepControl
+from boltjoint.solvers.lagged_basis import LaggedEquations
+from boltjoint.solvers.newton import newton
+
+#: part of the window that counts, in arc length, as much as doubling the response
+_WINDOW_PART = 1 / 15
+
+#: ... but no more than this part of the frequency itself, however wide the window is
+_LARGEST_PART = 0.1
+
+#: where in the window a branch is started that does not cross it from its ends
+_STARTS_INSIDE = (0.5, 0.25, 0.75)
+
+#: load factors at which load stepping begins, until little slips and the corrector converges
+_LOAD_FACTORS = (1e-3, 1e-6, 1e-9)
+
+
+class Continuation:
+    """Continuation of the response to one force across a frequency window, with its starts.
+
+    Parameters
+    ----------
+    equations, balance
+        In their coordinates, and the modal equations they stand for.
+    control
+        Tolerance and step lengths.
+    output
+        The point whose amplitude is maximised.
+    window
+        Frequencies [Hz] that set the scale of steps.
+    """
+
+    def __init__(
+        self,
+        equations: LinearModes,
+        balance: HarmonicBalance,
+        control: StepControl,
+        output: OutputPoint,
+        window: tuple[float, float],
+    ) -> None:
+        self._equations, self._balance, self._control = equations, balance, control
+        self._output = output
+        self._largest_scale = _WINDOW_PART * 2 * np.pi * (window[1] - window[0])
+        self._lagged = isinstance(equations, LaggedEquations)
+
+    def across(self, window: tuple[float, float], start: NDArray[np.float64] | None) -> Path:
+        """Branch from the lower end of a window [rad/s], or from other starts if incomplete."""
+        low, high = window
+        path = self._follow((low, high), low, start)
+        if path.complete or start is not None:
+            return path
+        for begin in (high, *(low + part * (high - low) for part in _STARTS_INSIDE)):
+            other = self._through(window, begin)
+            if other.complete:
+                return other
+        return path
+
+    def _through(self, window: tuple[float, float], begin: float) -> Path:
+        """Branch from a frequency in the window to both of its ends."""
+        low, high = window
+        start = self._start(begin)
+        down = self._follow((high, low), begin, start)
+        if not down.complete:
+            return down
+        if begin == high:
+            return Path(down.solutions[::-1], complete=True)
+        up = self._follow((low, high), begin, start)
+        return Path(down.solutions[:0:-1] + up.solutions, up.complete, up.reason)
+
+    def _follow(
+        self, window: tuple[float, float], begin: float, start: NDArray[np.float64] | None
+    ) -> Path:
+        if start is None:
+            start = self._start(begin)
+        trace = lagged_basis.trace if self._lagged else arc_length.trace
+        return trace(
+            self._equations,
+            start,
+            window,
+            self._control,
+            scale=self._scale,
+            maximise=self._output,
+            begin=begin,
+        )
+
+    def _scale(self, w: float) -> float:
+        return min(self._largest_scale, _LARGEST_PART * w)
+
+    def _start(self, w: float) -> NDArray[np.float64]:
+        """An initial guess: the stuck linear solution, or the end of load stepping from it."""
+        stuck = self._balance.stuck_solution(w)
+        if self._lagged and self._equations.full is None:
+            return stuck  # a lagged basis is no use far from its solution
+        equations = self._equations.full if self._lagged else self._equations
+        if newton(equations, stuck, w, self._control)[0].converged:
+            return stuck
+        loading = LoadStepping(equations, w)
+        for factor in _LOAD_FACTORS:
+            window = np.log(factor), 0.0
+            branch = arc_length.trace(loading, factor * stuck, window, self._control, scale=1.0)
+            if branch.complete:
+                return branch.solutions[-1].x
+        return stuck
