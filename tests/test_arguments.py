@@ -483,7 +483,7 @@ ATTACKS = {
     ],
     "ramp": [lambda: steady(ramp=-1)],
     "steps": [lambda: steady(steps=100.5)],
-    "most_periods": [lambda: steady(ramp=10, most_periods=10)],
+    "maximum_periods": [lambda: steady(ramp=10, maximum_periods=10)],
     "modal_coordinate": [lambda: PeriodicMotion(("sin", "cos"), np.zeros((3, 3)))],
     "mode": [lambda: PERIODIC.amplitude([1.0, 2.0])],
 }

@@ -98,7 +98,7 @@ def test_a_joint_that_sticks_has_no_higher_harmonics(joint):
     assert residual < 1e-11 * np.linalg.norm(linear.modal_force)
 
 
-def marched_period(joint, force, w, start, steps):
+def integrated_period(joint, force, w, start, steps):
     """A period of one mode on one element, by Runge-Kutta steps with the slider moved between."""
     R, N = (joint.rows[0][0, 0], joint.rows[-1][0, 0])
     law = joint.law
@@ -133,7 +133,7 @@ def marched_period(joint, force, w, start, steps):
 
 
 @pytest.mark.parametrize("law", ["constant", "variable"])
-def test_with_more_harmonics_the_balance_approaches_the_motion_in_time(law):
+def test_with_more_harmonics_the_balance_approaches_time_integration(law):
     """A cantilever on one element, against the periodic solution of its equation of motion."""
     force, w, steps = 40.0, 2 * np.pi * 95.0, 1000
     on, k_u = np.zeros(1, dtype=np.int64), np.array([3e7])
@@ -170,14 +170,14 @@ def test_with_more_harmonics_the_balance_approaches_the_motion_in_time(law):
 
     first = solved(9)
     start = np.array([first[0], (first[1] - first[-1]) * steps * w / (4 * np.pi), 0.0])
-    start[2] = marched_period(cantilever, force, w, start, steps)[0][2]
+    start[2] = integrated_period(cantilever, force, w, start, steps)[0][2]
     scale = np.abs(first).max() * np.array([1, w, k_u[0] * 0.06])
 
     def miss(start):
-        return (marched_period(cantilever, force, w, start * scale, steps)[0]) / scale - start
+        return (integrated_period(cantilever, force, w, start * scale, steps)[0]) / scale - start
 
     periodic = fsolve(miss, start / scale, xtol=1e-10) * scale
-    _, path = marched_period(cantilever, force, w, periodic, steps)
+    _, path = integrated_period(cantilever, force, w, periodic, steps)
     error = [np.linalg.norm(solved(h) - path) / np.linalg.norm(path) for h in (1, 5, 9)]
     # those of the force fall with the square of their number, of the motion with the fourth power
     assert error[0] > 1e-4

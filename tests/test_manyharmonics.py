@@ -16,7 +16,7 @@ from boltjoint.verification.multi_harmonic import (
     PeriodicMotion,
     ViscousBalance,
     find_peak,
-    largest_response,
+    motion_at_peak,
     solve_periodic,
     tabulate_peaks,
 )
@@ -130,7 +130,7 @@ def test_a_motion_by_its_harmonics():
 @pytest.mark.parametrize("force", [5.0, 20.0])
 def test_a_peak_with_more_harmonics_is_that_of_its_whole_branch(either, force):
     response = solve_response(either, [force], loss_factor=LOSS)
-    frequency, start = largest_response(response, force)
+    frequency, start = motion_at_peak(response, force)
     assert frequency == float(response["peak_frequency"][0])
     found, motion = find_peak(either, frequency, force, LOSS, start, harmonics=3)
     whole = solve_branch(sampled(either, 3, 256), force, loss_factor=LOSS)
@@ -166,5 +166,5 @@ def test_no_peak_has_none_with_more_harmonics(either):
 
 def test_no_peak_is_found_where_the_amplitude_only_rises(either):
     response = solve_response(either, [0.01], loss_factor=LOSS)
-    frequency, start = largest_response(response, 0.01)
+    frequency, start = motion_at_peak(response, 0.01)
     assert find_peak(either, 0.8 * frequency, 0.01, LOSS, start, harmonics=1) is None

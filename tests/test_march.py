@@ -45,7 +45,7 @@ def at_peak(response):
     return response.isel(solution=[at]).copy(deep=True)
 
 
-def test_the_march_converges_to_the_exact_forces_with_second_order():
+def test_forces_in_time_converge_to_the_exact_ones_with_second_order():
     elements, motion = random_elements(1000)
     law = VariableLoad(*elements)
     exact = law.force(motion)
@@ -59,16 +59,15 @@ def test_the_march_converges_to_the_exact_forces_with_second_order():
     assert order == pytest.approx(2, abs=0.2)
 
 
-def test_two_marches_agree_to_rounding():
-    """The one that checks, and the one that can be solved with, at the same samples."""
+def test_forces_in_time_and_aft_agree_to_rounding_at_the_same_samples():
     elements, motion = random_elements(300, seed=1)
-    marched = contact_forces_in_time(*elements, motion, 200)
+    in_time = contact_forces_in_time(*elements, motion, 200)
     other = AlternatingFrequencyTime(VariableLoad(*elements), samples=200).force(motion)
-    np.testing.assert_allclose(marched, other, atol=1e-11 * np.abs(other).max())
+    np.testing.assert_allclose(in_time, other, atol=1e-11 * np.abs(other).max())
     on, k, slip = elements[0], elements[1], elements[4] * np.abs(elements[3])
-    marched = forces_in_time(on, k, slip, motion[:, 1:3], 200)
+    in_time = forces_in_time(on, k, slip, motion[:, 1:3], 200)
     other = AlternatingFrequencyTime(ConstantLoad(on, k, slip), samples=200).force(motion[:, 1:3])
-    np.testing.assert_allclose(marched, other, atol=1e-11 * np.abs(other).max())
+    np.testing.assert_allclose(in_time, other, atol=1e-11 * np.abs(other).max())
 
 
 def test_a_load_that_nothing_changes_is_a_constant_one():
@@ -77,10 +76,10 @@ def test_a_load_that_nothing_changes_is_a_constant_one():
     load = np.abs(load)
     still = motion.copy()
     still[:, [0, 3, 4, 5]] = 0.0
-    marched = contact_forces_in_time(on, k_u, k_v, load, mu, still, 200)
+    in_time = contact_forces_in_time(on, k_u, k_v, load, mu, still, 200)
     constant = forces_in_time(on, k_u, mu * load, motion[:, 1:3], 200)
-    np.testing.assert_allclose(marched[:, 1:3], constant, rtol=1e-9)
-    np.testing.assert_allclose(marched[:, 3:], 0, atol=1e-12 * load.max())
+    np.testing.assert_allclose(in_time[:, 1:3], constant, rtol=1e-9)
+    np.testing.assert_allclose(in_time[:, 3:], 0, atol=1e-12 * load.max())
 
 
 def test_elements_on_one_point_add_up():
@@ -92,18 +91,18 @@ def test_elements_on_one_point_add_up():
         np.testing.assert_allclose(together[p], alone[on == p].sum(axis=0), rtol=1e-9)
 
 
-def test_solutions_hold_when_friction_is_marched_in_time(either):
+def test_solutions_have_no_residual_in_time(either):
     regions = merge_points(either, np.repeat([0, 1, 2, 3], 15))
     for joint in (either, regions):
         response = solve_response(joint, [0.5, 5.0, 20.0, 80.0], loss_factor=LOSS)
         assert response["complete"].all()
         assert response["converged"].all()
         some = response.isel(solution=slice(None, None, 10))
-        # the march errs by about 1 / samples^2 of the contact forces
+        # the error of the check is about 1 / samples^2 of the contact forces
         assert residuals_in_time(joint_to_dataset(joint), some).max() < 1e-6
 
 
-def test_the_march_tells_by_how_much_a_solution_is_none(either):
+def test_the_residual_in_time_is_that_of_the_balance(either):
     response = solve_response(either, [5.0], loss_factor=LOSS)
     wrong = at_peak(response)
     wrong["modal_coordinate"] *= 1 + 1e-4
@@ -123,18 +122,18 @@ def test_the_march_tells_by_how_much_a_solution_is_none(either):
     assert found > 3e-6
 
 
-def test_a_bias_that_is_off_is_found():
+def test_a_wrong_bias_is_found():
     joint = make_joint(law="variable")
     response = solve_response(joint, [20.0], loss_factor=LOSS)
     wrong = at_peak(response)
     wrong["modal_coordinate"].loc[{"component": "bias"}] *= 1.01
-    assert residuals_in_time(joint_to_dataset(joint), wrong, most_samples=8000) > 1e-4
+    assert residuals_in_time(joint_to_dataset(joint), wrong, maximum_samples=8000) > 1e-4
 
 
 def test_more_samples_are_taken_where_they_are_needed(joint):
     response = solve_response(joint, [20.0], loss_factor=LOSS)
     peak = at_peak(response)
-    few = residuals_in_time(joint_to_dataset(joint), peak, samples=50, most_samples=100)
+    few = residuals_in_time(joint_to_dataset(joint), peak, samples=50, maximum_samples=100)
     enough = residuals_in_time(joint_to_dataset(joint), peak, samples=50)
     assert few > 5e-6
     assert enough < 1e-6
@@ -164,5 +163,5 @@ def test_the_check_has_a_row_for_each_force(either):
 def test_further_harmonics_are_refused(joint):
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3))
     response = solve_response(sampled, [0.5], loss_factor=LOSS)
-    with pytest.raises(ValueError, match="does not know the harmonics sin3, cos3"):
+    with pytest.raises(ValueError, match="first harmonic only, not sin3, cos3"):
         residuals_in_time(joint_to_dataset(joint), response)

@@ -1,4 +1,4 @@
-"""Joints marched in time against closed forms, other marches and the balance of harmonics."""
+"""Time integration against closed forms, other integrations and multi-harmonic balance."""
 
 from dataclasses import replace
 
@@ -96,7 +96,7 @@ def test_what_sticks_is_a_linear_oscillator(either):
     stiffness = L * (1 + 1j * LOSS) + either.stuck_stiffness() - w**2 * np.eye(3)
     exact = either.response_mode @ np.linalg.solve(stiffness, either.excitation_mode * force)
     found = steady_state(either, FREQUENCY, force, LOSS)
-    assert found.settled
+    assert found.converged
     # the step was extrapolated to its fourth power; open contacts that a small motion closes are
     # none here
     assert abs(found.amplitude - exact) < 1e-6 * abs(exact)
@@ -113,15 +113,15 @@ def test_one_element_vibrates_as_by_brute_force(law):
     brute = brute_force(joint, 62.0, 60.0, 0.3, periods=20, steps=400)
     found = steady_state(joint, 62.0, 60.0, 0.3)
     stuck = newton_solution(joint, 62.0, 1e-9, 0.3) / 1e-9 * 60.0
-    assert found.settled
-    # where they turn, sliders of the brute march are off by the square of a step
+    assert found.converged
+    # where they turn, sliders of the brute force are off by the square of a step
     assert abs(found.amplitude - brute) < 3e-4 * abs(brute)
     # and the element does more than a spring
     assert abs(brute - stuck) > 0.01 * abs(brute)
 
 
 def newton_solution(joint, frequency, force, loss_factor):
-    """First harmonic of the observed point by the balance of one, exact."""
+    """First harmonic of the output point by the balance of one, exact."""
     balance = HarmonicBalance(joint, loss_factor, force)
     w = 2 * np.pi * frequency
     control = StepControl(maximum_iterations=50)
@@ -134,40 +134,40 @@ def newton_solution(joint, frequency, force, loss_factor):
 def test_error_falls_with_the_square_of_the_step(either):
     reference = steady_state(either, FREQUENCY, FORCE, LOSS, steps=4000).amplitude
     counts = (250, 500, 1000)
-    marched = [steady_state(either, FREQUENCY, FORCE, LOSS, steps=steps) for steps in counts]
-    errors = [abs(each.harmonics[1] - reference) for each in marched]
+    integrated = [steady_state(either, FREQUENCY, FORCE, LOSS, steps=steps) for steps in counts]
+    errors = [abs(each.harmonics[1] - reference) for each in integrated]
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     # corners of the friction fall anywhere between steps
     assert order == pytest.approx(2, abs=0.4)
-    for each, error in zip(marched, errors, strict=True):
+    for each, error in zip(integrated, errors, strict=True):
         assert each.step_error * abs(reference) == pytest.approx(error, rel=0.5)
 
 
-def test_many_harmonics_balance_what_is_marched(either):
+def test_multi_harmonic_balance_agrees_with_time_integration(either):
     motion = None
     for harmonics in (1, 9, 25, 75):
         motion = solve_periodic(
             either, FREQUENCY, FORCE, LOSS, harmonics=harmonics, start=motion, samples=1024
         )
-    marched = steady_state(either, FREQUENCY, FORCE, LOSS)
-    assert marched.settled
+    integrated = steady_state(either, FREQUENCY, FORCE, LOSS)
+    assert integrated.converged
     balanced = motion.amplitude(either.response_mode)
-    assert abs(balanced - marched.amplitude) < 2e-4 * abs(balanced)
+    assert abs(balanced - integrated.amplitude) < 2e-4 * abs(balanced)
     third = motion.in_components(("sin3", "cos3")) @ either.response_mode
-    assert abs(complex(*third) - marched.harmonics[3]) < 0.01 * np.hypot(*third)
+    assert abs(complex(*third) - integrated.harmonics[3]) < 0.01 * np.hypot(*third)
 
 
 def test_one_harmonic_is_enough_where_the_motion_is_harmonic():
     """Friction that is small against inertia leaves the motion of a single mode harmonic."""
     joint = one_element(constant(slip=1.0))
     one = newton_solution(joint, 60.0, 60.0, 0.1)
-    marched = steady_state(joint, 60.0, 60.0, 0.1)
-    share = abs(marched.harmonics[3] / marched.amplitude)
+    integrated = steady_state(joint, 60.0, 60.0, 0.1)
+    share = abs(integrated.harmonics[3] / integrated.amplitude)
     assert 1e-5 < share < 1e-3
-    assert abs(one - marched.amplitude) < share * abs(one)
+    assert abs(one - integrated.amplitude) < share * abs(one)
     # which is not nothing: without friction the response would be another
     without = newton_solution(one_element(constant(slip=1e-9)), 60.0, 60.0, 0.1)
-    assert abs(without - marched.amplitude) > 10 * share * abs(one)
+    assert abs(without - integrated.amplitude) > 10 * share * abs(one)
 
 
 def test_the_start_does_not_matter_where_all_contacts_slip(either):
@@ -176,7 +176,7 @@ def test_the_start_does_not_matter_where_all_contacts_slip(either):
     from_rest = steady_state(either, FREQUENCY, 40.0, LOSS)
     again = steady_state(either, FREQUENCY, 40.0, LOSS, start=from_rest.motion)
     for each in (from_motion, again):
-        assert each.settled
+        assert each.converged
         assert abs(each.amplitude - from_rest.amplitude) < 1e-6 * abs(from_rest.amplitude)
     # it begins near where it ends
     assert again.periods < from_rest.periods - 100
@@ -186,7 +186,7 @@ def test_a_contact_that_never_slips_through_keeps_the_traction_of_its_start():
     joint = one_element(constant(slip=30.0))
     from_rest = steady_state(joint, 62.0, 1.0, 0.1)
     aside = steady_state(joint, 62.0, 1.0, 0.1, start=np.full((8, 1), 1e-3))
-    assert aside.settled
+    assert aside.converged
     # mean deflections balance the mean traction
     held = (2 * np.pi * 50.0) ** 2 * abs(aside.harmonics[0]) / (1.5 * 0.5)
     assert 0.01 * 30.0 < held < 30.0
@@ -201,17 +201,17 @@ def test_light_damping_needs_no_thousands_of_periods():
     resonance = np.sqrt(stiffness) / (2 * np.pi)
     exact = 1.5 * 3.0 / (1j * loss * (2 * np.pi * 50.0) ** 2)
     found = steady_state(joint, resonance, 3.0, loss, tolerance=1e-10)
-    assert found.settled
+    assert found.converged
     assert found.periods < 600
-    # a period damps by 6e-4; the frequency of the march errs by 4e-14 for it
+    # a period damps by 6e-4; the frequency of the integration errs by 4e-14 for it
     assert abs(found.amplitude - exact) < 1e-5 * abs(exact)
 
 
-def test_a_march_that_is_given_up_says_so(joint):
-    found = steady_state(joint, FREQUENCY, FORCE, 1e-4, ramp=1, most_periods=12, tolerance=1e-12)
-    assert not found.settled
+def test_an_integration_that_does_not_converge_says_so(joint):
+    found = steady_state(joint, FREQUENCY, FORCE, 1e-4, ramp=1, maximum_periods=12, tolerance=1e-12)
+    assert not found.converged
     assert found.change > 1e-12
-    # the ramp is one, and both marches are given up after twelve or a little more
+    # the ramp is one, and both integrations are given up after twelve or a little more
     assert 25 <= found.periods <= 49
 
 

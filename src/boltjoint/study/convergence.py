@@ -18,7 +18,7 @@ from boltjoint.joint.partition import Division, partition_regions, region_error
 from boltjoint.names import Basis
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
-from boltjoint.verification.multi_harmonic import largest_response
+from boltjoint.verification.multi_harmonic import motion_at_peak
 
 logger = logging.getLogger(__name__)
 
@@ -74,7 +74,7 @@ def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarr
     """Motion of the contact points where the response to each force is largest, by force."""
     found = {}
     for force in response["force_level"].to_numpy():
-        if largest := largest_response(response, force):
+        if largest := motion_at_peak(response, force):
             q = largest[1].in_components(joint.law.components).T
             found[float(force)] = np.hstack([row @ q for row in joint.rows])
     return found

@@ -1,4 +1,4 @@
-"""One harmonic and many against time integration, as a table."""
+"""Table of multi-harmonic balances against time integration."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,10 +10,10 @@ import xarray as xr
 from boltjoint import checks
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
-from boltjoint.verification.multi_harmonic import largest_response, solve_periodic
+from boltjoint.verification.multi_harmonic import motion_at_peak, solve_periodic
 from boltjoint.verification.time_integration import steady_state
 
-#: of the table of harmonics and march
+#: of the table of harmonics and time integration
 _COLUMNS = (
     "force_N",
     "frequency_Hz",
@@ -39,35 +39,35 @@ def tabulate_time_integration(
     samples: int = 1024,
     steps: int = 2000,
 ) -> pd.DataFrame:
-    """First harmonic of the response by the number of harmonics balanced, and in time.
+    """First harmonic of the response by number of harmonics and by time integration.
 
-    At the frequency at which the response to each force is largest. The march begins with the
-    motion of the most harmonics, and once more at rest: the sliders of contacts that never slip
-    through, and where there are several motions the motion itself, may depend on how it began.
+    At the peak frequency of each force. The integration starts from the motion of the most
+    harmonics, and once more at rest: the residual tractions of contacts without full slip, and the
+    motion itself where there are several, depend on the start.
 
     Parameters
     ----------
     joint, response
         ``joint.nc`` and the ``response.nc`` of it, of any number of harmonics.
     forces
-        Those of its force levels to take; by default all.
+        Force levels of the response; by default all.
     harmonics
-        Highest harmonics of the balances, each of which starts from the one before. The last should
-        reach beyond the modes of the joint while all contact sticks.
+        Numbers of harmonics, each started from the one before. The last should reach beyond the
+        stuck modes of the joint.
     samples
-        Samples a period of the balances.
+        Time samples a period of the multi-harmonic balances.
     steps
-        Steps a period of the coarser march.
+        Steps a period of the coarser time integration.
 
     Returns
     -------
     DataFrame
         A row for each force and number of harmonics with columns ``force_N, frequency_Hz,
-        harmonics, amplitude_m`` (NaN where the balance was not solved) and ``in_time_m``, the
-        amplitude of the march; ``difference_percent`` of the balance from the march;
-        ``from_rest_percent``, that of the march from rest; ``step_error_percent``,
-        ``steps_per_period``, ``periods`` and ``change_per_period`` of the march, and whether both
-        marches are ``settled``.
+        harmonics, amplitude_m`` (NaN where the balance did not converge); ``in_time_m``, the
+        amplitude by time integration; the differences from it, ``difference_percent`` of the
+        balance and ``from_rest_percent`` of the integration from rest; ``step_error_percent``,
+        ``steps_per_period``, ``periods`` and ``change_per_period`` of the integration;
+        ``settled``, whether both integrations converged.
 
     Raises
     ------
@@ -88,22 +88,22 @@ def tabulate_time_integration(
     loss_factor = response.attrs["loss_factor"]
     rows = []
     for force in forces:
-        if (largest := largest_response(response, force)) is None:
+        if (peak := motion_at_peak(response, force)) is None:
             continue
-        frequency, motion = largest
+        frequency, motion = peak
         excitation = float(frequency), float(force), loss_factor
-        balanced = {}
+        amplitudes = {}
         for highest in harmonics:
-            found = solve_periodic(
+            solution = solve_periodic(
                 joint, *excitation, harmonics=highest, samples=samples, start=motion
             )
-            amplitude = abs(found.amplitude(joint.response_mode))
-            balanced[highest] = amplitude if found.converged else np.nan
-            motion = found if found.converged else motion
-        march = steady_state(joint, *excitation, start=motion.in_time(steps), steps=steps)
+            amplitude = abs(solution.amplitude(joint.response_mode))
+            amplitudes[highest] = amplitude if solution.converged else np.nan
+            motion = solution if solution.converged else motion
+        integrated = steady_state(joint, *excitation, start=motion.in_time(steps), steps=steps)
         from_rest = steady_state(joint, *excitation, steps=steps)
-        in_time = abs(march.amplitude)
-        for highest, amplitude in balanced.items():
+        in_time = abs(integrated.amplitude)
+        for highest, amplitude in amplitudes.items():
             rows.append(
                 {
                     "force_N": float(force),
@@ -113,11 +113,11 @@ def tabulate_time_integration(
                     "in_time_m": in_time,
                     "difference_percent": 100 * (amplitude / in_time - 1),
                     "from_rest_percent": 100 * (abs(from_rest.amplitude) / in_time - 1),
-                    "step_error_percent": 100 * march.step_error,
-                    "steps_per_period": march.steps,
-                    "periods": march.periods,
-                    "change_per_period": march.change,
-                    "settled": march.settled and from_rest.settled,
+                    "step_error_percent": 100 * integrated.step_error,
+                    "steps_per_period": integrated.steps,
+                    "periods": integrated.periods,
+                    "change_per_period": integrated.change,
+                    "settled": integrated.converged and from_rest.converged,
                 }
             )
     return pd.DataFrame(rows, columns=_COLUMNS)

@@ -1,8 +1,7 @@
-"""Which periodic motion is left when harmonics are no longer missing? Balance of very many.
+"""Multi-harmonic balance with alternating frequency/time (AFT) as a reference for one harmonic.
 
-Friction is sampled in time, and damping is one that a march in time knows as well: at the frequency
-w of the excitation, the loss factor eta is the viscous damping ``C = eta L / w``. Both are the same
-for the first harmonic; the harmonic h is damped h times as much.
+For comparison with time integration, the loss factor eta is the viscous damping ``C = eta L / w``
+at the excitation frequency w: the same for the first harmonic, h times as much for the harmonic h.
 """
 
 import logging
@@ -26,33 +25,33 @@ from boltjoint.solvers.newton import newton, solve
 
 logger = logging.getLogger(__name__)
 
-#: longest and shortest step in which a peak is bracketed, over its frequency, and how far from
-#: where it is with fewer harmonics it is sought
-_STEP, _SHORTEST_STEP, _FARTHEST = 2e-3, 1e-5, 0.1
+#: longest and shortest step in which a peak is bracketed, and the largest distance from the peak
+#: with fewer harmonics, over its frequency
+_STEP, _SHORTEST_STEP, _LARGEST_DISTANCE = 2e-3, 1e-5, 0.1
 
 #: relative width within which the frequency of a peak is located
 _WIDTH = 1e-6
 
-#: ... and what may be left of the equations there, over the force: the samples err by more
+#: ... and residual of the equations there, over the force: the error of the samples is larger
 _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class ViscousBalance(HarmonicBalance):
-    """``HarmonicBalance`` of sampled friction with losses ``h eta L`` in the harmonic h.
+    """``HarmonicBalance`` of sampled friction with viscous damping ``h eta L`` of the harmonic h.
 
-    The contact is added up in modal coordinates, not point by point: hundreds of harmonics of a few
-    modes stay affordable.
+    AFT sums the contact forces in modal coordinates, not point by point: hundreds of harmonics of a
+    few modes stay affordable.
     """
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
-        """What is left of the equations at x and w, shape of x."""
+        """Residual of the equations at x and w, shape of x."""
         return self.residual_and_jacobian(x, w)[0]
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual, and what forms its exact derivative by x."""
+        """Residual and its lazily evaluated Jacobian."""
         amplitude = x.reshape(len(self.components), -1)
         force, tangent = self.joint.law.modal_force_and_tangent(self.contact.rows, amplitude)
         linear = self.dynamic_stiffness(w)
@@ -66,7 +65,7 @@ class ViscousBalance(HarmonicBalance):
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """A motion of the modes by its harmonics.
+    """A periodic motion of the modes by its harmonics.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ class PeriodicMotion:
     modal_coordinate
         Amplitudes of the modes [kg^1/2 m], shape (components, modes).
     converged
-        Whether the equations hold.
+        Whether it solves the equations.
 
     Raises
     ------
@@ -88,16 +87,16 @@ class PeriodicMotion:
     converged: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse amplitudes that do not fit the components; not converged, they may be anything."""
+        """Refuse amplitudes of another shape; without convergence they need not be finite."""
         shape = len(self.components), "modes"
-        found = checks.array("modal_coordinate", self.modal_coordinate, shape, finite=False)
-        object.__setattr__(self, "modal_coordinate", found)
+        amplitude = checks.array("modal_coordinate", self.modal_coordinate, shape, finite=False)
+        object.__setattr__(self, "modal_coordinate", amplitude)
 
     def in_components(self, components: tuple[str, ...]) -> NDArray[np.float64]:
         """Amplitudes of other components, zero where there are none, (components, modes)."""
-        found = dict(zip(self.components, self.modal_coordinate, strict=True))
-        nothing = np.zeros(self.modal_coordinate.shape[1])
-        return np.array([found.get(name, nothing) for name in components])
+        amplitudes = dict(zip(self.components, self.modal_coordinate, strict=True))
+        zero = np.zeros(self.modal_coordinate.shape[1])
+        return np.array([amplitudes.get(name, zero) for name in components])
 
     def in_time(self, samples: int) -> NDArray[np.float64]:
         """The modes at equally spaced times of a period [kg^1/2 m], shape (samples, modes)."""
@@ -128,25 +127,25 @@ def solve_periodic(
     start: PeriodicMotion | None = None,
     control: StepControl | None = None,
 ) -> PeriodicMotion:
-    """Solve the balance of many harmonics at one frequency.
+    """Solve the multi-harmonic balance with viscous damping at one frequency.
 
     Parameters
     ----------
     joint
-        With its elements' own law, constant or variable.
+        With the law of its elements, constant or variable.
     frequency, force
         Of the excitation [Hz], [N].
     loss_factor
         eta, as viscous damping [-].
     harmonics
-        The highest harmonic.
+        Number of harmonics.
     samples
-        Samples a period.
+        Time samples a period.
     start
-        A motion to start from, of any harmonics; by default that of the joint while all contact
-        sticks. Few harmonics lead to more of them.
+        Initial guess with any harmonics, such as the solution with fewer; by default the stuck
+        solution.
     control
-        Tolerance and most iterations.
+        Tolerance and maximum iterations.
 
     Raises
     ------
@@ -173,10 +172,10 @@ def solve_periodic(
     return PeriodicMotion(law.components, amplitude, solution.converged)
 
 
-def largest_response(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion] | None:
+def motion_at_peak(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion] | None:
     """Frequency [Hz] and motion at the peak of the response to a force.
 
-    Where it has none, at the largest solution that converged; None where none did.
+    Without a peak, at the largest converged solution; None without one.
 
     Parameters
     ----------
@@ -188,17 +187,17 @@ def largest_response(response: xr.Dataset, force: float) -> tuple[float, Periodi
     Raises
     ------
     ValueError
-        If it is no response.
+        If the response is no dataset.
     """
     checks.instance("response", response, xr.Dataset)
-    solved = (response["excitation_force"] == force) & (response["converged"] == 1)
-    mine = np.flatnonzero(solved)
-    if not mine.size:
+    converged = (response["excitation_force"] == force) & (response["converged"] == 1)
+    solutions = np.flatnonzero(converged)
+    if not solutions.size:
         return None
-    amplitude = response["response_amplitude"].to_numpy()[mine]
+    amplitude = response["response_amplitude"].to_numpy()[solutions]
     peak = response["peak_amplitude"].to_numpy()[response["force_level"] == force]
     at_peak = np.flatnonzero(amplitude == peak)
-    at = response.isel(solution=mine[at_peak[0] if at_peak.size else amplitude.argmax()])
+    at = response.isel(solution=solutions[at_peak[0] if at_peak.size else amplitude.argmax()])
     components = tuple(str(name) for name in at["component"].to_numpy())
     amplitude = at["modal_coordinate"].transpose("component", "mode").to_numpy()
     return float(at["frequency"]), PeriodicMotion(components, amplitude)
@@ -215,52 +214,51 @@ def find_peak(
     samples: int = 256,
     control: StepControl | None = None,
 ) -> tuple[float, PeriodicMotion] | None:
-    """The peak of the first harmonic's amplitude with so many harmonics, near one with fewer.
+    """Peak of the first harmonic by multi-harmonic balance, near that with fewer harmonics.
 
-    It lies where the derivative of the amplitude by the frequency vanishes, which the Jacobian of
-    the balance gives. The loss factor is the same at every harmonic.
+    The derivative of the amplitude by the frequency, from the Jacobian of the balance, vanishes
+    there. The loss factor is the same for every harmonic.
 
     Parameters
     ----------
     joint
-        With its elements' own law, constant or variable.
+        With the law of its elements, constant or variable.
     frequency, start
-        Where a balance of fewer harmonics has its peak [Hz], and its motion there.
+        Peak frequency with fewer harmonics [Hz], and the motion there.
     force, loss_factor
         Of the excitation [N]; eta [-].
     harmonics
-        The highest harmonic.
+        Number of harmonics.
     samples
-        Samples a period.
+        Time samples a period.
     control
-        Tolerance and most iterations.
+        Tolerance and maximum iterations.
 
     Returns
     -------
     tuple of float and PeriodicMotion, or None
-        Frequency [Hz] and motion of the peak; None where there is none within a tenth of the
-        frequency that the balance leads to.
+        Frequency [Hz] and motion of the peak; None without one within a tenth of the frequency.
 
     Raises
     ------
     ValueError
-        If an argument is none of this kind.
+        If an argument is of another kind or out of range.
     """
     checks.instance("joint", joint, Joint)
     checks.instance("start", start, PeriodicMotion)
     frequency = checks.number("frequency", frequency, above=0)
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
-    equations, observe = LinearModes(balance), OutputPoint(balance)
+    equations, output = LinearModes(balance), OutputPoint(balance)
     control = control or StepControl(tolerance=_TOLERANCE, maximum_iterations=50)
-    found: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+    solutions: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
     begin = 2 * np.pi * frequency
 
     def slope(w: float) -> float:
         """Derivative of the squared amplitude by the frequency."""
-        if found:
-            nearest = min(found, key=lambda other: abs(other - w))
-            x, change = found[nearest]
+        if solutions:
+            nearest = min(solutions, key=lambda other: abs(other - w))
+            x, change = solutions[nearest]
             guesses = [x + (w - nearest) * change, x]
         else:
             guesses = [start.in_components(law.components).ravel()]
@@ -268,32 +266,32 @@ def find_peak(
             solution, jacobian = newton(equations, guess, w, control)
             change = solve(jacobian, -equations.parameter_derivative(solution.x, w))
             if solution.converged and change is not None:
-                found[w] = solution.x, change
-                return observe.slope(solution.x, change)
-        raise _NotFound
+                solutions[w] = solution.x, change
+                return output.slope(solution.x, change)
+        raise _NotConverged
 
     try:
         low = high = begin
         step = np.copysign(_STEP * begin, slope(begin))
-        while np.sign(observe.slope(*found[high])) == np.sign(step):
-            if abs(high - begin) > _FARTHEST * begin or abs(step) < _SHORTEST_STEP * begin:
+        while np.sign(output.slope(*solutions[high])) == np.sign(step):
+            if abs(high - begin) > _LARGEST_DISTANCE * begin or abs(step) < _SHORTEST_STEP * begin:
                 return None
             try:
                 slope(high + step)
-            except _NotFound:
+            except _NotConverged:
                 step /= 2
             else:
                 low, high = high, high + step
         peak = brentq(slope, low, high, xtol=_WIDTH * begin)
         slope(float(peak))
-    except _NotFound:
+    except _NotConverged:
         return None
-    amplitude = found[peak][0].reshape(len(law.components), -1)
+    amplitude = solutions[peak][0].reshape(len(law.components), -1)
     return peak / (2 * np.pi), PeriodicMotion(law.components, amplitude)
 
 
-class _NotFound(Exception):
-    """No solution was found at a frequency."""
+class _NotConverged(Exception):
+    """The corrector did not converge at a frequency."""
 
 
 def tabulate_peaks(
@@ -303,24 +301,23 @@ def tabulate_peaks(
     forces: Sequence[float],
     harmonics: Sequence[int] = (3, 5, 7, 9),
 ) -> pd.DataFrame:
-    """Peaks by the number of harmonics balanced, each at its own frequency.
+    """Peaks by the number of harmonics, each at its own frequency.
 
     Parameters
     ----------
     joint, response
-        ``joint.nc`` and the ``response.nc`` of it, whose peaks the table begins with.
+        A joint and its ``response.nc``, whose peaks the table begins with.
     forces
-        Those of its force levels to take.
+        Force levels of the response.
     harmonics
-        Highest harmonics of the further balances, each of which starts from the one before.
+        Further numbers of harmonics, each started from the one before.
 
     Returns
     -------
     DataFrame
         A row for each force and number of harmonics with columns ``force_N, harmonics,
-        peak_frequency_Hz, peak_mm_per_N`` (NaN where no peak was found), and
-        ``peak_frequency_error_percent, peak_amplitude_error_percent`` against the most harmonics
-        with which it was, NaN where it was with one number only.
+        peak_frequency_Hz, peak_mm_per_N`` (NaN without a peak), and ``peak_frequency_error_percent,
+        peak_amplitude_error_percent`` against the most harmonics with a peak, NaN without others.
 
     Raises
     ------
@@ -333,8 +330,8 @@ def tabulate_peaks(
     if not np.isin(forces, response["force_level"]).all():
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
     loss_factor = response.attrs["loss_factor"]
-    solved = max(parse_component(str(name))[1] for name in response["component"].to_numpy())
-    harmonics = [number for number in harmonics if number > solved]
+    of_response = max(parse_component(str(name))[1] for name in response["component"].to_numpy())
+    harmonics = [number for number in harmonics if number > of_response]
     if isinstance(joint.law, AlternatingFrequencyTime):
         joint = replace(joint, law=joint.law.elements)
     rows = []
@@ -342,14 +339,15 @@ def tabulate_peaks(
         peaks = {}
         at_peak = response.sel(force=response["force_level"].to_numpy() == force)
         if np.isfinite(at_peak["peak_frequency"]).all():
-            place = largest_response(response, force)
-            peaks[solved] = place
+            peak = motion_at_peak(response, force)
+            peaks[of_response] = peak
             for highest in harmonics:
-                found = find_peak(joint, place[0], force, loss_factor, place[1], harmonics=highest)
+                frequency, motion = peak
+                found = find_peak(joint, frequency, force, loss_factor, motion, harmonics=highest)
                 logger.info("%g N, %d harmonics: %s", force, highest, found and found[0])
                 if found is not None:
-                    peaks[highest] = place = found
-        for highest in (solved, *harmonics):
+                    peaks[highest] = peak = found
+        for highest in (of_response, *harmonics):
             frequency, motion = peaks.get(highest, (np.nan, None))
             amplitude = np.nan if motion is None else abs(motion.amplitude(joint.response_mode))
             rows.append(
@@ -362,9 +360,9 @@ def tabulate_peaks(
             )
     columns = ["force_N", "harmonics", "peak_frequency_Hz", "peak_mm_per_N"]
     table = pd.DataFrame(rows, columns=columns)
-    found = table.dropna().groupby("force_N")
-    truth = found.last()[found.size() > 1]
+    by_force = table.dropna().groupby("force_N")
+    reference = by_force.last()[by_force.size() > 1]
     for what, column in (("frequency", columns[2]), ("amplitude", columns[3])):
-        ratio = table[column] / table["force_N"].map(truth[column])
+        ratio = table[column] / table["force_N"].map(reference[column])
         table[f"peak_{what}_error_percent"] = 100 * (ratio - 1)
     return table

@@ -1,7 +1,8 @@
-"""Do solutions hold when friction is marched in time? A check that shares nothing with the solver.
+"""Residual-in-time check of single-harmonic solutions, independent of the solver.
 
-Every element is followed sample by sample through its motion from rest, its forces are brought back
-to harmonic coefficients by the trapezoidal rule, and the modal equations are written down anew.
+The friction of every element is integrated from rest along its motion, sample by sample; harmonic
+coefficients of the forces follow by the trapezoidal rule. Neither the friction laws nor the
+equations of the harmonic balance are shared.
 """
 
 from math import ceil
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 
-#: elements that are marched side by side: many for the processor's vectors, few for its cache
+#: elements integrated side by side: many for the processor's vectors, few for its cache
 _LANES = 128
 
 
@@ -25,7 +26,7 @@ def forces_in_time(
     motion: NDArray[np.float64],
     samples: int,
 ) -> NDArray[np.float64]:
-    """Harmonic force on each point of elements under constant load that are marched in time.
+    """Harmonic friction forces on points under constant normal load, integrated in time.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ def forces_in_time(
     stiffness = checks.array("stiffness", stiffness, slip_force.shape, above=0)
     both = np.zeros((len(motion), 6))
     both[:, 1:3] = motion
-    elements = point_of_element, stiffness, *_constant_load(slip_force)
+    elements = point_of_element, stiffness, *_equivalent_load(slip_force)
     return contact_forces_in_time(*elements, both, samples)[:, 1:3]
 
 
@@ -66,19 +67,19 @@ def contact_forces_in_time(
     motion: NDArray[np.float64],
     samples: int,
 ) -> NDArray[np.float64]:
-    """Harmonic forces on each point of elements that are marched in time.
+    """Harmonic contact forces on points under variable normal load, integrated in time.
 
-    The normal load of an element follows its spring and is never negative; the friction force
-    follows its spring and is cut off at mu times that load. From rest, the points are led to where
-    the period begins, marched through one period, and observed over the next.
+    The normal load of an element is that of its spring and never negative; the friction force is
+    that of its spring, bounded by mu times the normal load. From the assembled state the points
+    move to the start of the period, through one period, and through that which is evaluated.
 
     Parameters
     ----------
     point_of_element
         The point each element acts on, shape (elements,).
     tangential_stiffness, normal_stiffness
-        Of each element [N/m], shape (elements,); no normal stiffness where no motion changes the
-        normal load, which must then be positive.
+        Of each element [N/m], shape (elements,); None under constant normal load, which must then
+        be positive.
     normal_load
         Of each element in the assembled state [N], negative for a gap, shape (elements,).
     friction_coefficient
@@ -92,7 +93,7 @@ def contact_forces_in_time(
     Returns
     -------
     ndarray
-        Those of the friction force, then of what the normal load is more than in the assembled
+        Coefficients of the friction force, then of the change of the normal load from the assembled
         state [N], shape (points, 6).
 
     Raises
@@ -114,19 +115,19 @@ def contact_forces_in_time(
     phase = 2 * np.pi * np.arange(1, samples + 1) / samples
     table = np.column_stack([np.sin(phase), np.cos(phase)])
     force = np.zeros_like(motion)
-    _march(on, k_u, k_v, normal_load, mu, motion, table, force)
+    _integrate_friction(on, k_u, k_v, normal_load, mu, motion, table, force)
     return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
 
 
-def _constant_load(
+def _equivalent_load(
     slip_force: NDArray[np.float64],
 ) -> tuple[None, NDArray[np.float64], NDArray[np.float64]]:
-    """Normal stiffness, load and friction coefficient: any load that gives the slip force."""
+    """Normal stiffness, load and friction coefficient of a constant slip force."""
     return None, np.ones_like(slip_force), slip_force
 
 
 @njit(cache=True, error_model="numpy")
-def _march(
+def _integrate_friction(
     point_of_element: NDArray[np.int64],
     k_u: NDArray[np.float64],
     k_v: NDArray[np.float64] | None,
@@ -136,11 +137,11 @@ def _march(
     table: NDArray[np.float64],
     force: NDArray[np.float64],
 ) -> None:
-    """Add friction and excess load of all elements over a period, times 1, sine and cosine.
+    """Sum friction and normal load change of all elements over a period, times 1, sine and cosine.
 
-    Compiled for itself where there is no normal stiffness, without what has to do with it.
+    Without a normal stiffness, numba compiles a version without the normal load.
     """
-    # bias, sine and cosine of what the springs alone want; what is summed; where elements are
+    # bias, sine and cosine of the spring forces; sums of the forces; state of the sliders
     x, n = np.empty((3, _LANES)), np.empty((3, _LANES))
     f_sum, n_sum = np.empty((3, _LANES)), np.empty((3, _LANES))
     mu, z = np.empty(_LANES), np.empty(_LANES)
@@ -155,13 +156,13 @@ def _march(
                 if k_v is not None:
                     n[c, e] += k_v[first + e] * motion[p, 3 + c]
             mu[e] = friction_coefficient[first + e]
-            # the slider rests at zero until it is pushed; the period begins at sine 0, cosine 1
+            # sliders start at zero traction; the period begins at sine 0, cosine 1
             z[e] = 0.0
             x_before[e], n_before[e] = x[0, e] + x[2, e], n[0, e] + n[2, e]
         f_sum[:] = 0.0
         n_sum[:] = 0.0
         for period in range(2):
-            observed = period == 1
+            evaluated = period == 1
             for i in range(len(table)):
                 sin, cos = table[i]
                 for e in range(lanes):
@@ -169,14 +170,14 @@ def _march(
                     slider, load = z[e], n[0, e]
                     if k_v is not None:
                         n_now = n[0, e] + n[1, e] * sin + n[2, e] * cos
-                        # surfaces that meet lay the slider down where they do, on a straight line
-                        # between samples: else the force would err by as much as a step
-                        way = n_before[e] / (n_before[e] - n_now)
-                        laid_down = x_before[e] + (x_now - x_before[e]) * way
-                        slider = laid_down if n_before[e] < 0.0 else slider
+                        # on contact closing the slider restarts there, by linear interpolation
+                        # between samples: the error of the force would else be of first order
+                        part = n_before[e] / (n_before[e] - n_now)
+                        closing = x_before[e] + (x_now - x_before[e]) * part
+                        slider = closing if n_before[e] < 0.0 else slider
                         load = n_now if n_now > 0.0 else 0.0
                         x_before[e], n_before[e] = x_now, n_now
-                        if observed:
+                        if evaluated:
                             n_sum[0, e] += load
                             n_sum[1, e] += load * sin
                             n_sum[2, e] += load * cos
@@ -184,7 +185,7 @@ def _march(
                     slider = slider if slider > lower else lower
                     slider = slider if slider < upper else upper
                     z[e] = slider
-                    if observed:
+                    if evaluated:
                         friction = x_now - slider
                         f_sum[0, e] += friction
                         f_sum[1, e] += friction * sin
@@ -205,25 +206,23 @@ def residuals_in_time(
     *,
     samples: int = 1000,
     tolerance: float = 1e-6,
-    most_samples: int = 64000,
+    maximum_samples: int = 64000,
 ) -> NDArray[np.float64]:
-    """What is left of the modal equations at every stored solution, relative to their largest term.
+    """Residual of the modal equations at every stored solution, relative to their largest term.
 
-    The trapezoidal rule errs by the inverse square of its samples, but for what the kinks of
-    friction between two samples add: what is left with so many samples and with twice as many is
-    extrapolated to infinitely many.
+    The trapezoidal rule converges with the square of the number of samples, but for the kinks of
+    friction between samples: Richardson extrapolation from two numbers of samples is used.
 
     Parameters
     ----------
     joint, response
         ``joint.nc`` of either law, and a ``response.nc`` of that joint.
     samples
-        Samples a period of the coarser march.
-    tolerance, most_samples
-        Where the residual is larger than this, there are more samples, as many as are expected to
-        make it small enough, until it is, or until the finer march has this many: what then remains
-        belongs to the solution. A residual below the tolerance may be the march's own: it says no
-        more than that.
+        Samples a period of the coarser integration.
+    tolerance, maximum_samples
+        Where the residual exceeds the tolerance, the number of samples grows until it does not, or
+        until the finer integration has the maximum: what then remains is an error of the solution.
+        A residual below the tolerance may be an error of the integration.
 
     Returns
     -------
@@ -234,36 +233,35 @@ def residuals_in_time(
     Raises
     ------
     ValueError
-        If the solutions have more harmonics than the first, with which the march moves the points,
-        or samples and tolerance are out of range.
+        If the solutions have higher harmonics, or samples and tolerance are out of range.
     """
     checks.instance("joint", joint, xr.Dataset)
     checks.instance("response", response, xr.Dataset)
     samples = checks.whole("samples", samples, at_least=3)
     tolerance = checks.number("tolerance", tolerance, above=0)
-    most_samples = checks.whole("most_samples", most_samples, at_least=3)
+    maximum_samples = checks.whole("maximum_samples", maximum_samples, at_least=3)
     components = ["bias", "sin", "cos"]
     further = [name for name in response["component"].to_numpy() if name not in components]
     if further:
-        raise ValueError(f"the march does not know the harmonics {', '.join(further)}")
+        raise ValueError(f"the check knows the first harmonic only, not {', '.join(further)}")
     equations = _ModalEquations(joint, response.attrs["loss_factor"])
     amplitude = response["modal_coordinate"].transpose("solution", "mode", "component")
     motion = amplitude.sel(component=components).to_numpy()
     frequency = response["frequency"].to_numpy()
     excitation = response["excitation_force"].to_numpy()
-    left = np.empty(frequency.size)
-    for i in range(left.size):
-        count, finest = samples, max(most_samples // 2, 1)
-        left[i] = equations.extrapolated(motion[i], frequency[i], excitation[i], count)
-        while left[i] > tolerance and count < finest:
-            more = float(np.clip(1.1 * np.sqrt(left[i] / tolerance), 1.25, 8.0))
+    residual = np.empty(frequency.size)
+    for i in range(residual.size):
+        count, finest = samples, max(maximum_samples // 2, 1)
+        residual[i] = equations.extrapolated(motion[i], frequency[i], excitation[i], count)
+        while residual[i] > tolerance and count < finest:
+            more = float(np.clip(1.1 * np.sqrt(residual[i] / tolerance), 1.25, 8.0))
             count = min(ceil(more * count), finest)
-            left[i] = equations.extrapolated(motion[i], frequency[i], excitation[i], count)
-    return left
+            residual[i] = equations.extrapolated(motion[i], frequency[i], excitation[i], count)
+    return residual
 
 
 class _ModalEquations:
-    """The balance of one joint, with contact marched in time."""
+    """Modal equations of one joint, with contact forces integrated in time."""
 
     def __init__(self, joint: xr.Dataset, loss_factor: float) -> None:
         self.L = (2 * np.pi * joint["natural_frequency"].to_numpy()[:, None]) ** 2
@@ -274,16 +272,16 @@ class _ModalEquations:
         if joint.attrs["law"] == "variable":
             self.N = joint["normal_mode"].transpose("point", "mode").to_numpy()
             names = ("normal_stiffness", "normal_load", "friction_coefficient")
-            of_load = tuple(joint[name].to_numpy() for name in names)
+            load = tuple(joint[name].to_numpy() for name in names)
         else:
             self.N = np.zeros_like(self.R)
-            of_load = _constant_load(joint["slip_force"].to_numpy())
-        self.elements = on, k_u, *of_load
+            load = _equivalent_load(joint["slip_force"].to_numpy())
+        self.elements = on, k_u, *load
 
     def extrapolated(
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int
     ) -> float:
-        """Norm of the residual as from infinitely many samples, from so many and twice as many."""
+        """Norm of the residual by Richardson extrapolation from samples and twice as many."""
         coarse, fine = (
             self.residual(motion, frequency, excitation, count) for count in (samples, 2 * samples)
         )
@@ -292,17 +290,17 @@ class _ModalEquations:
     def residual(
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int
     ) -> NDArray[np.float64]:
-        """What is left over the norm of the largest term, shape (modes, 3)."""
-        of_points = np.hstack([self.R @ motion, self.N @ motion])
-        contact = contact_forces_in_time(*self.elements, of_points, samples)
+        """Residual over the norm of the largest term, shape (modes, 3)."""
+        point_motion = np.hstack([self.R @ motion, self.N @ motion])
+        contact = contact_forces_in_time(*self.elements, point_motion, samples)
         bias, sine, cosine = motion.T
-        rest = np.zeros_like(bias)
+        zero = np.zeros_like(bias)
         terms = (
             self.L * motion,
-            -((2 * np.pi * frequency) ** 2) * np.column_stack([rest, sine, cosine]),
-            self.loss_factor * self.L * np.column_stack([rest, -cosine, sine]),
+            -((2 * np.pi * frequency) ** 2) * np.column_stack([zero, sine, cosine]),
+            self.loss_factor * self.L * np.column_stack([zero, -cosine, sine]),
             self.R.T @ contact[:, :3] + self.N.T @ contact[:, 3:],
-            -np.column_stack([rest, self.phi * excitation, rest]),
+            -np.column_stack([zero, self.phi * excitation, zero]),
         )
         return sum(terms) / max(np.linalg.norm(term) for term in terms)
 
@@ -310,7 +308,7 @@ class _ModalEquations:
 def check_solutions(
     joint: xr.Dataset, response: xr.Dataset, *, samples: int = 1000
 ) -> pd.DataFrame:
-    """Largest residual in time of the converged solutions at every force level.
+    """Largest residual in time of the converged solutions of each force level.
 
     Parameters
     ----------
@@ -329,14 +327,14 @@ def check_solutions(
     """
     checks.instance("response", response, xr.Dataset)
     converged = response.isel(solution=response["converged"].to_numpy() == 1)
-    found = pd.DataFrame(
+    residuals = pd.DataFrame(
         {
             "force_N": converged["excitation_force"].to_numpy(),
             "residual_in_time": residuals_in_time(joint, converged, samples=samples),
             "frequency_Hz": converged["frequency"].to_numpy(),
         }
     )
-    of_force = found.groupby("force_N", sort=False)
-    worst = found.loc[of_force["residual_in_time"].idxmax()]
-    worst.insert(1, "solutions", of_force.size().to_numpy())
-    return worst.reset_index(drop=True)
+    by_force = residuals.groupby("force_N", sort=False)
+    largest = residuals.loc[by_force["residual_in_time"].idxmax()]
+    largest.insert(1, "solutions", by_force.size().to_numpy())
+    return largest.reset_index(drop=True)

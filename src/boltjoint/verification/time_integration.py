@@ -1,4 +1,19 @@
-"""Steady states of a joint by time integration of its modal equations."""
+"""Steady states of a joint by time integration of its modal equations.
+
+Neither the motion is assumed nor code shared with the friction laws or the harmonic balance. The
+modes are integrated by central differences, and every element keeps its slider between steps::
+
+    q'' + C q' + L q + R^T f + N^T (n - max(n0, 0)) = phi F sin(wt)
+
+with ``L = diag(w_r^2)``, friction force f and normal load n of the elements. The loss factor eta
+has no causal model in time: at the excitation frequency w it is the viscous damping
+``C = eta L / w``, which is the same for the first harmonic.
+
+References
+----------
+D. A. Smith, W. F. Ford, A. Sidi: Extrapolation methods for vector sequences. SIAM Review 29 (1987)
+199-233: reduced rank extrapolation.
+"""
 
 from dataclasses import dataclass
 
@@ -14,39 +29,36 @@ from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
 
+#: periods between two extrapolations, and how many of the last ones enter an extrapolation
+_BLOCK, _EXTRAPOLATED_PERIODS = 12, 8
 
-#: periods between two extrapolations, and how many of the last ones an extrapolation looks at
-_BLOCK, _LOOK_BACK = 12, 8
-
-
-#: a change that has not fallen to this part of itself between two extrapolations falls slowly
+#: a change that has not decreased to this part of itself between extrapolations is a slow one
 _SLOW = 0.5
 
 
 @dataclass(frozen=True)
 class SteadyState:
-    """The periodic motion that a transient leaves.
+    """A periodic motion after its transient.
 
     Parameters
     ----------
     amplitude
-        First harmonic of the observed point [m], ``Im(amplitude exp(iwt))``, extrapolated from both
-        steps.
+        First harmonic of the output point [m], ``Im(amplitude exp(iwt))``, extrapolated from both
+        step sizes.
     harmonics
-        Those of the observed point from 0 [m], likewise but of the finer step; the first is the
-        mean.
+        Harmonics of the output point from 0, the mean [m], with the finer step.
     motion
-        Modal coordinates at the samples of the last period, finer step [kg^1/2 m], shape
+        Modal coordinates at the samples of the last period, with the finer step [kg^1/2 m], shape
         (samples, modes).
     steps
-        Steps a period, of the finer march.
+        Steps a period with the finer step.
     periods
-        How many were marched, with either step.
+        Number of integrated periods with both steps.
     change
         Of displacement and velocity of the modes over the last period, relative to their size.
     step_error
-        How far the first harmonic of the finer step is from the extrapolated one, relative.
-    settled
+        Relative difference of the first harmonic with the finer step from the extrapolated one.
+    converged
         Whether the change fell below the tolerance with both steps.
     """
 
@@ -57,7 +69,7 @@ class SteadyState:
     periods: int
     change: float
     step_error: float
-    settled: bool
+    converged: bool
 
 
 def steady_state(
@@ -71,13 +83,13 @@ def steady_state(
     steps: int = 2000,
     harmonics: int = 9,
     tolerance: float = 1e-9,
-    most_periods: int = 3000,
+    maximum_periods: int = 3000,
 ) -> SteadyState:
-    """March a joint to its steady state, with one step and then with half of it.
+    """Integrate a joint in time to its steady state, with one step and then with half of it.
 
-    Where the motion settles slowly, as on resonance with light damping, its state is put forward to
-    where the last periods lead (reduced rank extrapolation). That is a guess like any start: the
-    motion is steady when the march itself leaves it as it is.
+    Where the transient decays slowly, as on resonance with light damping, the state is set to the
+    limit of the last periods by reduced rank extrapolation: a guess like any initial state, steady
+    only if the integration does not change it.
 
     Parameters
     ----------
@@ -88,26 +100,25 @@ def steady_state(
     loss_factor
         eta [-].
     start
-        A period of motion to begin with, modal coordinates at equally spaced times
-        [kg^1/2 m], shape (samples, modes); the sliders are moved along with it, from rest, for two
-        periods. Without it, the joint begins at rest and the force grows from zero.
+        Initial period of motion, modal coordinates at equally spaced times [kg^1/2 m], shape
+        (samples, modes); the sliders follow it for two periods. By default the joint starts at rest
+        and the force grows from zero.
     ramp
-        Periods in which it grows.
+        Periods in which the force grows.
     steps
-        Steps a period of the coarser march; they must resolve the highest mode while all contact
-        sticks.
+        Steps a period with the coarser step; they must resolve the highest stuck mode.
     harmonics
         Highest harmonic of the result.
     tolerance
         Change over a period below which the motion is steady, relative to its size.
-    most_periods
-        After so many, either march is given up.
+    maximum_periods
+        Periods after which the integration with either step ends.
 
     Raises
     ------
     ValueError
-        If the steps are too long for the highest mode: the march would be unstable; if the friction
-        of the joint is sampled, or the start does not fit it; or if a number is out of range.
+        If the steps are too long for stability, the friction of the joint is sampled, the start
+        does not fit it, or a number is out of range.
     """
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
@@ -118,52 +129,51 @@ def steady_state(
     steps = checks.whole("steps", steps, at_least=3)
     harmonics = checks.whole("harmonics", harmonics, at_least=1, at_most=steps)
     tolerance = checks.number("tolerance", tolerance, above=0)
-    begun = ramp if start is None else 0
-    most_periods = checks.whole("most_periods", most_periods, at_least=begun + 1)
+    ramped = ramp if start is None else 0
+    maximum_periods = checks.whole("maximum_periods", maximum_periods, at_least=ramped + 1)
     if start is not None:
         start = checks.array("start", start, ("samples", joint.natural_frequency.size))
         checks.whole("length of start", len(start), at_least=1)
-    march = _March.of(joint, frequency, force, loss_factor, steps)
+    coarse = _Integration.of(joint, frequency, force, loss_factor, steps)
     if start is None:
         for i in range(ramp):
-            march.period(i / ramp, (i + 1) / ramp)
+            coarse.advance(i / ramp, (i + 1) / ramp)
     else:
-        march.follow(start)
-    coarse_change = _settle(march, tolerance, most_periods)
-    coarse = march.coefficients(1)[1]
-    fine = march.halved()
-    change = _settle(fine, tolerance, most_periods)
+        coarse.follow(start)
+    coarse_change = _reach_steady_state(coarse, tolerance, maximum_periods)
+    fine = coarse.halved()
+    change = _reach_steady_state(fine, tolerance, maximum_periods)
     modal = fine.coefficients(harmonics)
-    extrapolated = (4 * modal[1] - coarse) / 3 @ joint.response_mode
-    found = modal @ joint.response_mode
+    extrapolated = (4 * modal[1] - coarse.coefficients(1)[1]) / 3 @ joint.response_mode
+    output = modal @ joint.response_mode
     return SteadyState(
         amplitude=complex(extrapolated),
-        harmonics=found,
+        harmonics=output,
         motion=fine.history.copy(),
         steps=fine.steps,
-        periods=march.periods + fine.periods + begun,
+        periods=coarse.periods + fine.periods + ramped,
         change=change,
-        step_error=float(abs(found[1] - extrapolated) / abs(extrapolated)),
-        settled=max(coarse_change, change) <= tolerance,
+        step_error=float(abs(output[1] - extrapolated) / abs(extrapolated)),
+        converged=max(coarse_change, change) <= tolerance,
     )
 
 
 @dataclass
-class _March:
-    """Modes and sliders on their way."""
+class _Integration:
+    """State of modes and sliders under time integration with one step."""
 
     frequency: float
     steps: int
     modal: tuple[Array, Array, Array]
     """Stiffness and damping of the modes, and the force on them."""
     elements: tuple[Array | None, ...]
-    """What gives x = k_u u and k_v v from the modes; what takes friction and load to them; n0; mu.
+    """Rows k_u R and k_v N, rows R and N, n0 and mu of the elements.
 
-    Under constant load all that has to do with n is None, and mu n stands for mu.
+    Under constant normal load k_v N, N and n0 are None, and the slip force stands for mu.
     """
     q: Array
     step: Array
-    """By which the modes last moved; summed up, it is free of the rounding of differences of q."""
+    """Last increment of q, which avoids the rounding of differences of q."""
     z: Array
     history: Array
     periods: int = 0
@@ -171,7 +181,7 @@ class _March:
     @classmethod
     def of(
         cls, joint: Joint, frequency: float, force: float, loss_factor: float, steps: int
-    ) -> "_March":
+    ) -> "_Integration":
         law, on = joint.law, joint.law.point_of_element
         w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency) ** 2
         R = np.ascontiguousarray(joint.tangential_mode[on].T)
@@ -193,38 +203,38 @@ class _March:
         modal = L, loss_factor * L / w, joint.excitation_mode * force
         return cls(frequency, steps, modal, elements, *rest, z, np.zeros((steps, L.size)))
 
-    def halved(self) -> "_March":
-        """Go on with half the step."""
+    def halved(self) -> "_Integration":
+        """The same state with half the step."""
         before, last = self.history[-2:]
-        # the parabola through the last samples, half a step back
+        # parabola through the last samples, at half a step back
         between = (3 * self.q + 6 * last - before) / 8
         steps = 2 * self.steps
         history = np.zeros((steps, self.q.size))
         state = self.q.copy(), self.q - between, self.z.copy()
-        return _March(self.frequency, steps, self.modal, self.elements, *state, history)
+        return _Integration(self.frequency, steps, self.modal, self.elements, *state, history)
 
-    def period(self, force_before: float = 1.0, force_after: float = 1.0) -> None:
-        """March a period in which the force goes from one part of itself to another."""
+    def advance(self, first_factor: float = 1.0, last_factor: float = 1.0) -> None:
+        """Integrate a period over which the load factor changes linearly."""
         w = 2 * np.pi * self.frequency
         state = self.q, self.step, self.z
-        forces = force_before, force_after
-        _march_period(*state, *self.elements, self.modal, w, forces, self.history)
+        factors = first_factor, last_factor
+        _integrate_period(*state, *self.elements, self.modal, w, factors, self.history)
         self.periods += 1
 
     def follow(self, motion: Array) -> None:
-        """Take up a motion: the sliders are moved along with it for two periods, from rest."""
+        """Start from a period of motion; the sliders follow it for two periods from zero."""
         motion = np.ascontiguousarray(resample(motion, self.steps))
         X, V, _, _, normal_load, mu = self.elements
-        _move_along(motion, self.z, X, V, normal_load, mu)
+        _sliders_along(motion, self.z, X, V, normal_load, mu)
         self.q, self.step = motion[0].copy(), motion[0] - motion[-1]
 
     def state(self) -> Array:
-        """Displacements, velocities over w and sliders, one after another."""
+        """Displacements, velocities over w, and sliders."""
         phase = 2 * np.pi / self.steps
         return np.concatenate([self.q, self.step / phase, self.z])
 
     def restore(self, state: Array) -> None:
-        """Go back to a state."""
+        """Set displacements, velocities and sliders to those of a state."""
         modes = self.q.size
         self.q = state[:modes].copy()
         self.step = 2 * np.pi / self.steps * state[modes : 2 * modes]
@@ -236,46 +246,45 @@ class _March:
         return np.concatenate([spectrum[:1], 2j * spectrum[1:]])
 
 
-def _settle(march: _March, tolerance: float, most_periods: int) -> float:
-    """March until the motion is steady; the change over the last period."""
-    modes = 2 * march.q.size
-    before, reached = None, np.inf
-    while march.periods < most_periods:
-        states = [march.state()]
+def _reach_steady_state(integration: _Integration, tolerance: float, maximum_periods: int) -> float:
+    """Integrate until the motion is steady; returns its change over the last period."""
+    modes = 2 * integration.q.size
+    before, last_change = None, np.inf
+    while integration.periods < maximum_periods:
+        states = [integration.state()]
         for _ in range(_BLOCK):
-            march.period()
-            states.append(march.state())
-        way = np.diff([state[:modes] for state in states], axis=0)
-        change = float(np.linalg.norm(way[-1]) / np.linalg.norm(states[-1][:modes]))
+            integration.advance()
+            states.append(integration.state())
+        changes = np.diff([state[:modes] for state in states], axis=0)
+        change = float(np.linalg.norm(changes[-1]) / np.linalg.norm(states[-1][:modes]))
         if change <= tolerance:
             break
-        if before is not None and change > reached:
-            # it led astray: go on from where it began, and for once without
-            march.restore(before)
+        if before is not None and change > last_change:
+            # the extrapolation diverged: continue from the state before it
+            integration.restore(before)
             before = None
             continue
         before = None
-        # a jump may move a slider that would have stayed for good: only where there is no other way
-        if change > _SLOW * reached:
+        # an extrapolation may displace a slider that would stick for good: only where decay is slow
+        if change > _SLOW * last_change:
             before = states[-1]
-            march.restore(_extrapolated(np.array(states[-_LOOK_BACK - 1 :]), modes))
-        reached = change
+            integration.restore(
+                _extrapolated(np.array(states[-_EXTRAPOLATED_PERIODS - 1 :]), modes)
+            )
+        last_change = change
     return change
 
 
 def _extrapolated(states: Array, modes: int) -> Array:
-    """Where states lead that are multiplied by the same matrix each time.
-
-    The mean of the states, with weights that make it change the least.
-    """
-    way = np.diff(states, axis=0)
-    bend = np.diff(way[:, :modes], axis=0)
-    steps, *_ = np.linalg.lstsq(bend.T, -way[0, :modes], rcond=1e-6)
-    return states[0] + steps @ way[:-1]
+    """Limit of states that follow each other by the same matrix: reduced rank extrapolation."""
+    first = np.diff(states, axis=0)
+    second = np.diff(first[:, :modes], axis=0)
+    weights, *_ = np.linalg.lstsq(second.T, -first[0, :modes], rcond=1e-6)
+    return states[0] + weights @ first[:-1]
 
 
 @njit(cache=True, error_model="numpy")
-def _slide(
+def _update_sliders(
     x: Array,
     n: Array | None,
     x_before: Array | None,
@@ -283,14 +292,14 @@ def _slide(
     mu: Array,
     z: Array,
 ) -> None:
-    """Move the sliders to where the bounds of this step leave them."""
+    """Move the sliders to within the slip bounds of this step."""
     for e in range(z.size):
         slider, bound = z[e], mu[e]
         if n is not None:
-            # surfaces that meet lay the slider down where they do, on a straight line between steps
-            way = n_before[e] / (n_before[e] - n[e])
-            laid_down = x_before[e] + (x[e] - x_before[e]) * way
-            slider = laid_down if n_before[e] < 0.0 else slider
+            # on contact closing the slider restarts there, by linear interpolation between steps
+            part = n_before[e] / (n_before[e] - n[e])
+            closing = x_before[e] + (x[e] - x_before[e]) * part
+            slider = closing if n_before[e] < 0.0 else slider
             bound *= n[e] if n[e] > 0.0 else 0.0
         lower, upper = x[e] - bound, x[e] + bound
         slider = slider if slider > lower else lower
@@ -298,7 +307,7 @@ def _slide(
 
 
 @njit(cache=True, error_model="numpy")
-def _march_period(
+def _integrate_period(
     q: Array,
     step: Array,
     z: Array,
@@ -310,17 +319,17 @@ def _march_period(
     mu: Array,
     modal: tuple[Array, Array, Array],
     w: float,
-    forces: tuple[float, float],
+    factors: tuple[float, float],
     history: Array,
 ) -> None:
-    """March a period by central differences, changing the state in place."""
+    """Integrate a period by central differences, changing the state in place."""
     stiffness, damping, force = modal
     steps, modes = history.shape
     dt = 2 * np.pi / w / steps
     x, x_before, friction = np.empty(z.size), np.empty(z.size), np.empty(z.size)
     contact = np.empty(modes)
     if V is not None:
-        across = np.empty(modes)
+        normal = np.empty(modes)
         n, n_before, load = np.empty(z.size), np.empty(z.size), np.empty(z.size)
         np.dot(q - step, X, x_before)
         np.dot(q - step, V, n_before)
@@ -330,34 +339,34 @@ def _march_period(
         if V is not None:
             np.dot(q, V, n)
             n += normal_load
-            _slide(x, n, x_before, n_before, mu, z)
+            _update_sliders(x, n, x_before, n_before, mu, z)
             for e in range(z.size):
                 load[e] = max(n[e], 0.0) - max(normal_load[e], 0.0)
-            np.dot(N, load, across)
+            np.dot(N, load, normal)
         else:
-            _slide(x, None, None, None, mu, z)
+            _update_sliders(x, None, None, None, mu, z)
         for e in range(z.size):
             friction[e] = x[e] - z[e]
         np.dot(R, friction, contact)
         if V is not None:
-            contact += across
+            contact += normal
             x, x_before, n, n_before = x_before, x, n_before, n
-        share = i / steps
-        part = forces[0] + (forces[1] - forces[0]) * share
-        excitation = part * np.sin(2 * np.pi * share)
+        time = i / steps
+        factor = factors[0] + (factors[1] - factors[0]) * time
+        excitation = factor * np.sin(2 * np.pi * time)
         for r in range(modes):
             history[i, r] = q[r]
-            pull = force[r] * excitation - stiffness[r] * q[r] - contact[r]
-            brake = 0.5 * damping[r] * dt
-            step[r] = ((1 - brake) * step[r] + dt * dt * pull) / (1 + brake)
+            acceleration = force[r] * excitation - stiffness[r] * q[r] - contact[r]
+            d = 0.5 * damping[r] * dt
+            step[r] = ((1 - d) * step[r] + dt * dt * acceleration) / (1 + d)
             q[r] += step[r]
 
 
 @njit(cache=True, error_model="numpy")
-def _move_along(
+def _sliders_along(
     motion: Array, z: Array, X: Array, V: Array | None, normal_load: Array | None, mu: Array
 ) -> None:
-    """Move the sliders along with a motion for two periods, up to its last sample."""
+    """Move the sliders along a motion for two periods, up to its last sample."""
     z[:] = 0.0
     x_before = np.dot(motion[-1], X)
     if V is not None:
@@ -366,7 +375,7 @@ def _move_along(
         x = np.dot(motion[i % len(motion)], X)
         if V is not None:
             n = np.dot(motion[i % len(motion)], V) + normal_load
-            _slide(x, n, x_before, n_before, mu, z)
+            _update_sliders(x, n, x_before, n_before, mu, z)
             x_before, n_before = x, n
         else:
-            _slide(x, None, None, None, mu, z)
+            _update_sliders(x, None, None, None, mu, z)
