@@ -123,7 +123,7 @@ def test_all_response_dependent_modes_together_are_the_linear_ones(
         assert left < 3e-9 * np.linalg.norm(balance.modal_force)
 
 
-def test_secant_stiffness_of_each_direction_is_its_force_over_its_displacement(variable):
+def test_describing_function_of_each_direction_is_its_force_over_its_displacement(variable):
     balance, x = moved(variable)
     tangential, normal = secants(variable, x)
     # else swapped directions would pass, and springs that stick in place of secants
@@ -178,7 +178,7 @@ def test_a_backbone_is_no_balance(joint):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_jacobian_knows_that_the_modes_move(any_joint, count):
+def test_jacobian_contains_the_derivative_of_the_modes(any_joint, count):
     balance, x = moved(any_joint)
     equations = SelfConsistentRDNM(balance, count)
     exact = equations.evaluate(x, W)[1]()
@@ -211,7 +211,7 @@ def test_derivatives_by_frequency_and_load_factor_equal_differences(any_joint, n
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_a_motion_of_moving_modes_lies_in_the_modes_that_it_makes(any_joint, count):
+def test_a_self_consistent_solution_lies_in_its_own_modes(any_joint, count):
     branch = solve_branch(
         any_joint,
         5.0,
@@ -238,7 +238,7 @@ def test_a_motion_of_moving_modes_lies_in_the_modes_that_it_makes(any_joint, cou
     assert max(left_out) > 0.1
 
 
-def test_modes_that_lag_approach_those_of_the_solution_itself(either):
+def test_lagged_modes_converge_to_self_consistent_ones(either):
     """By the length of the steps, as the source renews them after each."""
     moving, lag = SelfConsistentRDNM(HarmonicBalance(either, LOSS, 5.0), 1), []
     for step in (0.16, 0.04):
@@ -265,7 +265,7 @@ def test_modes_that_lag_approach_those_of_the_solution_itself(either):
 
 
 @pytest.mark.parametrize("name", ["linear", "rdnm-1"])
-def test_a_force_is_raised_to_where_a_corrector_would_arrive(either, name):
+def test_load_stepping_ends_where_the_corrector_converges(either, name):
     balance = HarmonicBalance(either, LOSS, 20.0)
     equations = formulate_equations(name, balance, 1)
     stuck = balance.stuck_solution(W)
@@ -284,7 +284,7 @@ def test_a_force_is_raised_to_where_a_corrector_would_arrive(either, name):
 
 
 @pytest.mark.parametrize("name", ["linear", "rdnm-1"])
-def test_loading_has_the_derivative_by_the_logarithm_of_the_load_factor(either, name):
+def test_load_stepping_has_the_derivative_by_the_logarithm_of_the_load_factor(either, name):
     balance, x = moved(either)
     equations = formulate_equations(name, balance, 1)
     whole, _ = equations.evaluate(x, W)
@@ -299,7 +299,7 @@ def test_loading_has_the_derivative_by_the_logarithm_of_the_load_factor(either, 
 
 
 def complex_at(balance, x, count, quasi_static_correction=True):
-    """Complex modes renewed at a state, and their unknown there."""
+    """Complex modes updated at a state, and their unknown there."""
     equations = ComplexRDNM(balance, count, quasi_static_correction=quasi_static_correction)
     equations.update(x, W)
     return equations, equations.from_fixed(x)
@@ -382,7 +382,7 @@ def near_resonance(joint, force):
 
 
 @pytest.mark.parametrize("force", [1.0, 5.0, 20.0])
-def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(either, force):
+def test_with_residual_modes_an_implicit_complex_mode_is_the_whole_solution(either, force):
     balance, x, w = near_resonance(either, force)
     real = SelfConsistentRDNM(balance, 1)
     real.accept(x)
@@ -405,7 +405,7 @@ def test_with_the_rest_a_complex_mode_of_its_own_motion_is_the_whole_solution(ei
     assert distance(found[False], x) > 1e-4
 
 
-def test_what_complex_modes_lag_behind_is_of_second_order_in_the_step(either):
+def test_the_lag_of_complex_modes_is_of_second_order_in_the_step(either):
     linear, lag = LinearModes(HarmonicBalance(either, LOSS, 5.0)), []
     for step in (0.16, 0.04):
         branch = solve_branch(

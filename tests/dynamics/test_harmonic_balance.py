@@ -225,7 +225,7 @@ def test_residual_scales_with_force_slip_limit_and_motion(balance):
     np.testing.assert_allclose(double.residual(2 * x, w), 2 * balance.residual(x, w), rtol=1e-12)
 
 
-def test_secant_stiffness_gives_the_force_back(balance):
+def test_describing_function_gives_the_force_back(balance):
     x = state(balance)
     motion = balance.motion(x)
     stiffness = balance.describing_function(x)[:, 0]
@@ -237,7 +237,7 @@ def test_secant_stiffness_gives_the_force_back(balance):
     assert stiffness.imag.min() > -1e-14 * stiffness.real.max()
 
 
-def test_secant_stiffness_at_rest_is_that_of_the_springs(balance):
+def test_describing_function_at_rest_is_that_of_the_springs(balance):
     at_rest = balance.describing_function(np.zeros(balance.modal_force.size))
     np.testing.assert_array_equal(at_rest, balance.joint.law.stuck_stiffness(balance.joint.points))
 

@@ -32,7 +32,7 @@ def test_the_estimate_of_a_solution_off_by_little_is_its_error(either):
     x, w = branch.modal_coordinate[branch.peak], 2 * np.pi * branch.frequency[branch.peak]
     assert relative_residual(balance, x, w) < 1e-8
     assert estimate_solution_error(balance, x, w) < 1e-8
-    # all amplitudes too large by a ten-thousandth: so is that of the observed point
+    # all amplitudes too large by a ten-thousandth: so is that of the output point
     assert estimate_solution_error(balance, (1 + 1e-4) * x, w) == pytest.approx(1e-4, rel=2e-3)
     left = balance.residual((1 + 1e-4) * x, w)
     over_force = np.linalg.norm(left) / np.linalg.norm(balance.modal_force)

@@ -200,27 +200,27 @@ def test_twice_the_load_and_the_amplitude_change_nothing(any_joint):
 
 
 @pytest.mark.parametrize("force", [0.5, 5.0, 50.0])
-def test_with_one_mode_the_rebuilt_response_solves_the_balance(any_joint, force):
+def test_with_one_mode_the_synthesised_response_solves_the_balance(any_joint, force):
     joint = with_one_mode(any_joint)
-    rebuilt, full = (
+    response, full = (
         solve_branch(joint, force, loss_factor=LOSS, coordinates=coordinates, control=EXACT)
         for coordinates in ("backbone", "linear")
     )
     balance = HarmonicBalance(joint, LOSS, force)
     left = [
         np.linalg.norm(balance.residual(x, 2 * np.pi * f))
-        for f, x in zip(rebuilt.frequency, rebuilt.modal_coordinate, strict=True)
+        for f, x in zip(response.frequency, response.modal_coordinate, strict=True)
     ]
     # what the corrector leaves, 1e-12 of the eigenvalue, over the loss that limits the response
     assert max(left) < 1e-9 * np.linalg.norm(balance.modal_force)
-    assert rebuilt.amplitude[rebuilt.peak] == pytest.approx(full.amplitude[full.peak], rel=1e-10)
+    assert response.amplitude[response.peak] == pytest.approx(full.amplitude[full.peak], rel=1e-10)
     # the maximum of the balance is located to 1e-6 of a step
-    assert rebuilt.frequency[rebuilt.peak] == pytest.approx(full.frequency[full.peak], rel=1e-7)
+    assert response.frequency[response.peak] == pytest.approx(full.frequency[full.peak], rel=1e-7)
 
 
 @pytest.mark.parametrize(("force", "resonance"), [(0.5, 1), (2.0, 1), (10.0, 1), (50.0, 2)])
-def test_with_more_modes_the_rebuilt_response_is_near(any_joint, force, resonance):
-    rebuilt, full = (
+def test_with_more_modes_the_synthesised_response_is_near(any_joint, force, resonance):
+    response, full = (
         solve_branch(
             any_joint, force, loss_factor=LOSS, coordinates=coordinates, resonance=resonance
         )
@@ -228,9 +228,9 @@ def test_with_more_modes_the_rebuilt_response_is_near(any_joint, force, resonanc
     )
     # the other modes see a contact that one mode alone makes slip, and do not act on it; where the
     # observed point moves most they move it too, which shifts a flat maximum more than it raises it
-    peak = rebuilt.peak
-    assert rebuilt.amplitude[peak] == pytest.approx(full.amplitude[full.peak], rel=2e-3)
-    assert rebuilt.frequency[peak] == pytest.approx(full.frequency[full.peak], rel=1e-2)
+    peak = response.peak
+    assert response.amplitude[peak] == pytest.approx(full.amplitude[full.peak], rel=2e-3)
+    assert response.frequency[peak] == pytest.approx(full.frequency[full.peak], rel=1e-2)
 
 
 def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
@@ -359,18 +359,18 @@ def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
     backbone = Backbone(EPMCEquations(joint, LOSS), (1e-8, 1.0))
     for i in range(2, found.sizes["state"], 4):
         at = found.isel(state=i)
-        rebuilt = synthesise_response(backbone, float(at["peak_force"]), window)
-        s, c = rebuilt.modal_coordinate[rebuilt.peak].reshape(-1, modes)[-2:]
+        response = synthesise_response(backbone, float(at["peak_force"]), window)
+        s, c = response.modal_coordinate[response.peak].reshape(-1, modes)[-2:]
         mode = at["mode_shape"].to_numpy() @ [1, 1j]
         # of the corrector's tolerance, 1e-9 of the eigenvalue, over the damping ratio; with others
-        # that respond to the excitation too, the observed point is largest beside the mode's peak
+        # that respond to the excitation too, the output point is largest beside the mode's peak
         near = 1e-6 if modes == 1 else 3e-3
-        assert rebuilt.frequency[rebuilt.peak] == pytest.approx(
+        assert response.frequency[response.peak] == pytest.approx(
             float(at["natural_frequency"]), rel=10 * near
         )
         assert abs(mode @ (s + 1j * c)) == pytest.approx(float(at["modal_amplitude"]), rel=near)
-        observed = abs((s + 1j * c) @ joint.response_mode)
-        assert observed == pytest.approx(float(at["response_amplitude"]), rel=near)
+        response = abs((s + 1j * c) @ joint.response_mode)
+        assert response == pytest.approx(float(at["response_amplitude"]), rel=near)
 
 
 def test_a_backbone_that_begins_above_the_peak_is_told(joint):

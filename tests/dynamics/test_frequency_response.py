@@ -65,7 +65,7 @@ def test_a_resonance_that_the_force_does_not_excite_is_refused(joint):
     assert solve_branch(blind, 1.0, loss_factor=LOSS).complete
 
 
-def test_rounding_beside_the_observed_point_is_no_excitation(joint):
+def test_rounding_beside_the_output_point_is_no_excitation(joint):
     # as where the force acts across a symmetric structure
     noise = 1e-10 * np.array([1.0, -0.3, 0.2])
     with pytest.raises(ValueError, match="this force does not excite the modes asked for"):
@@ -210,7 +210,7 @@ def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
     )
 
 
-def test_modes_renewed_once_lag_more(joint):
+def test_lagged_modes_are_less_accurate(joint):
     options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1"}
     within, after = (
         solve_branch(joint, 5.0, basis_update=basis_update, **options)
@@ -232,7 +232,7 @@ def test_modes_renewed_once_lag_more(joint):
     assert left[0] < left[1]
 
 
-def test_without_the_static_share_one_mode_is_all_that_there_is(joint):
+def test_without_the_quasi_static_correction_one_mode_responds(joint):
     options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1", "window": (90.0, 180.0)}
     branch = solve_branch(joint, 1e-6, quasi_static_correction=False, **options)
     balance = HarmonicBalance(joint, LOSS, 1e-6)
@@ -265,7 +265,7 @@ def test_a_complex_mode_shows_the_peak_that_a_real_one_misses(law):
 
 
 @pytest.mark.parametrize(("coordinates", "corrections"), [("linear", 3), ("rdnm-2", 12)])
-def test_where_the_stuck_solution_is_too_far_the_force_is_raised(coordinates, corrections):
+def test_load_stepping_starts_where_the_stuck_solution_is_too_far(coordinates, corrections):
     joint, force, start = make_joint(law="variable"), 500.0, 90.0
     balance, w = HarmonicBalance(joint, LOSS, force), 2 * np.pi * start
     control = StepControl(largest_step=0.14, maximum_iterations=corrections)
@@ -294,7 +294,7 @@ def test_where_the_stuck_solution_is_too_far_the_force_is_raised(coordinates, co
 
 
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-1", "rdnm-2", "complex-rdnm-1"])
-def test_file_tells_how_far_the_energy_is_off(coordinates):
+def test_file_holds_the_energy_error(coordinates):
     response = solve_response(
         make_joint(law="variable"),
         [5.0],
@@ -305,8 +305,8 @@ def test_file_tells_how_far_the_energy_is_off(coordinates):
     )
     error = np.abs(response["energy_error"])
     assert error.sizes == {"solution": response.sizes["solution"]}
-    # works balance in any space that holds the motion, to residuals of 1e-9 of a force that stands
-    # up to a hundred times above its share in phase with the velocity
+    # input and dissipation balance in any space that holds the motion, to residuals of 1e-9 of a
+    # force that stands up to a hundred times above its share in phase with the velocity
     if not coordinates.startswith("complex"):
         assert error.max() < 1e-6
     # complex modes and what they leave out hold the motion only as far as they have been renewed
@@ -315,7 +315,7 @@ def test_file_tells_how_far_the_energy_is_off(coordinates):
 
 
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-1"])
-def test_a_path_may_start_from_a_solution_that_is_known(joint, coordinates):
+def test_a_branch_may_start_from_a_solution_that_is_known(joint, coordinates):
     whole = solve_branch(joint, 5.0, loss_factor=LOSS, coordinates=coordinates)
     first, last = whole.peak - 12, whole.peak + 12
     near = solve_branch(
@@ -410,11 +410,11 @@ def test_further_harmonics_follow_the_first(joint):
     response = solve_response(sampled, [20.0], loss_factor=LOSS)
     assert response["complete"].all()
     assert list(response["component"].to_numpy()) == ["bias", "sin", "cos", "sin3", "cos3"]
-    observed = response["modal_coordinate"].transpose(..., "mode").to_numpy() @ joint.response_mode
+    output = response["modal_coordinate"].transpose(..., "mode").to_numpy() @ joint.response_mode
     np.testing.assert_allclose(
-        response["response_amplitude"], np.hypot(observed[:, 1], observed[:, 2]), rtol=1e-12
+        response["response_amplitude"], np.hypot(output[:, 1], output[:, 2]), rtol=1e-12
     )
-    assert observed[:, 3:].any()
+    assert output[:, 3:].any()
 
 
 def test_states_at_the_peak_go_from_stick_to_slip(joint):
@@ -423,7 +423,7 @@ def test_states_at_the_peak_go_from_stick_to_slip(joint):
     assert (response["contact_state"].isel(force=1) == 1).all()
 
 
-def test_a_path_that_breaks_off_is_a_result_with_a_flag(joint):
+def test_a_branch_that_breaks_off_is_a_result_with_a_flag(joint):
     control = StepControl(maximum_solutions=5)
     response = solve_response(joint, [5.0, 20.0], loss_factor=LOSS, control=control)
     assert not response["complete"].any()

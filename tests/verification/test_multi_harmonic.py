@@ -73,7 +73,7 @@ def test_jacobian_equals_central_differences(either, harmonics):
     jacobian = balance.residual_and_jacobian(x, w)[1]()
     for j in range(x.size):
         step = np.zeros_like(x)
-        # small against the way of a sample, so that few sliders change what they do
+        # small against the step of a sample, so that few sliders change what they do
         step[j] = 1e-11
         difference = (balance.residual(x + step, w) - balance.residual(x - step, w)) / 2e-11
         np.testing.assert_allclose(jacobian[:, j], difference, atol=1e-6 * np.abs(jacobian).max())
@@ -128,14 +128,14 @@ def test_a_motion_by_its_harmonics():
 
 
 @pytest.mark.parametrize("force", [5.0, 20.0])
-def test_a_peak_with_more_harmonics_is_that_of_its_whole_branch(either, force):
+def test_a_peak_with_more_harmonics_is_that_of_its_branch(either, force):
     response = solve_response(either, [force], loss_factor=LOSS)
     frequency, start = motion_at_peak(response, force)
     assert frequency == float(response["peak_frequency"][0])
     found, motion = find_peak(either, frequency, force, LOSS, start, harmonics=3)
     whole = solve_branch(sampled(either, 3, 256), force, loss_factor=LOSS)
     assert whole.complete
-    # where the samples lie makes the top of a flat peak waver
+    # where the samples lie decides about the top of a flat peak
     assert found == pytest.approx(whole.frequency[whole.peak], rel=1e-4)
     amplitude = abs(motion.amplitude(either.response_mode))
     assert amplitude == pytest.approx(whole.amplitude[whole.peak], rel=1e-6)
