@@ -194,7 +194,9 @@ def to_dataset(
         if branch.peak is not None:
             states = joint.law.contact_state(balance.motion(branch.modal_coordinate[branch.peak]))
         states_at_peak.append(states)
-    components, modal_coordinate = _modal_coordinates(joint, branches)
+    components, values = _modal_coordinates(joint, branches)
+    dimensions = ("solution", "mode", "component")
+    modal_coordinate = (dimensions, values, "kg^1/2 m", "amplitude of the linear modes")
 
     def each(name: str) -> list:
         return [getattr(branch, name) for branch in branches]
@@ -248,14 +250,7 @@ def to_dataset(
     )
     return xr.Dataset(
         {name: quantity("solution", *row) for name, *row in of_solutions}
-        | {
-            "modal_coordinate": quantity(
-                ("solution", "mode", "component"),
-                modal_coordinate,
-                "kg^1/2 m",
-                "amplitude of the linear modes",
-            )
-        }
+        | {"modal_coordinate": quantity(*modal_coordinate)}
         | {name: quantity("force", *row) for name, *row in of_forces}
         | {
             "contact_state": xr.Variable(

@@ -147,35 +147,30 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         phi = vectors[:, kept] * orientation_of_modes(vectors[:, kept], self._phi)
         self.basis = phi, correction
 
-    def from_fixed(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Project amplitudes of the linear modes onto the present modes."""
-        return self._from_fixed(q, self._correction)
-
-    def to_fixed(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Amplitudes of the linear modes, components one after another."""
-        return self._to_fixed(x, self._correction)
-
-    def change_from_fixed(self, dq: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A change of the linear modes' amplitudes as one of the unknown."""
-        return self._from_fixed(dq, 0.0)
-
-    def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A change of the unknown as one of the linear modes' amplitudes."""
-        return self._to_fixed(dx, 0.0)
-
-    def _from_fixed(
-        self, q: NDArray[np.float64], correction: NDArray[np.complex128] | float
+    def from_fixed(
+        self, q: NDArray[np.float64], correction: NDArray[np.complex128] | float | None = None
     ) -> NDArray[np.float64]:
+        """Project amplitudes of the linear modes, less q_r, onto the present modes."""
         bias, (s, c) = q[: self._bias], q[self._bias :].reshape(2, -1)
+        correction = self._correction if correction is None else correction
         y = self._phi.T @ (s + 1j * c - correction)
         return np.concatenate([bias, y.real, y.imag])
 
-    def _to_fixed(
-        self, x: NDArray[np.float64], correction: NDArray[np.complex128] | float
+    def to_fixed(
+        self, x: NDArray[np.float64], correction: NDArray[np.complex128] | float | None = None
     ) -> NDArray[np.float64]:
+        """Amplitudes of the linear modes with q_r, components one after another."""
         bias, y = self._parts(x)
-        q = self._phi @ y + correction
+        q = self._phi @ y + (self._correction if correction is None else correction)
         return np.concatenate([bias, q.real, q.imag])
+
+    def change_from_fixed(self, dq: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A change of the linear modes' amplitudes as one of the unknown."""
+        return self.from_fixed(dq, 0.0)
+
+    def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A change of the unknown as one of the linear modes' amplitudes."""
+        return self.to_fixed(dx, 0.0)
 
     def _parts(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
         """The bias in linear modes, empty without one, and the amplitudes of the complex modes."""

@@ -1,4 +1,7 @@
-"""The harmonic balance in coordinates by their name: linear modes, RDNM or complex RDNM."""
+"""The harmonic balance in coordinates by their name: linear modes, RDNM or complex RDNM.
+
+All of them are equations for the ``solvers``; unknowns translate back into the linear modes.
+"""
 
 from typing import get_args
 

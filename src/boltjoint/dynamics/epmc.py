@@ -292,7 +292,6 @@ def find_backbone(
     damping = [state.damping_ratio for state in states]
     response = amplitude * abs(mode @ joint.response_mode)
     shape = np.stack([mode.real, mode.imag], axis=-1)
-    complete = np.int8(backbone.complete)
     quantities = (
         ("modal_amplitude", "state", amplitude, "kg^1/2 m", "modal amplitude"),
         ("response_amplitude", "state", response, "m", "amplitude of the output point"),
@@ -300,7 +299,7 @@ def find_backbone(
         ("damping_ratio", "state", damping, "1", "modal damping ratio"),
         ("peak_force", "state", force, "N", "excitation whose response has its peak here"),
         ("mode_shape", ("state", "mode", "part"), shape, "1", "in linear modes, phi^H phi = 1"),
-        ("complete", (), complete, "1", "1 where the backbone reaches its last amplitude"),
+        ("complete", (), np.int8(backbone.complete), "1", "1 where the last amplitude is reached"),
         ("reason", (), backbone.reason, "1", "why the backbone ends before"),
     )
     return xr.Dataset(

@@ -263,12 +263,12 @@ def _is_wrong(branch: Branch, error: BranchError, largest_error: float) -> bool:
     """Whether the estimated errors of a branch are larger than allowed; warns if so."""
     wrong = error.exceeds(largest_error)
     if wrong:
-        of_peak = f"{100 * error.of_peak:.2g} % at the peak, "
+        at_peak = "" if branch.peak is None else f"{100 * error.of_peak:.2g} % at the peak, "
         logger.warning(
             "%g N: the balance in all linear modes does not hold: estimated errors of the response "
             "are %sup to %.2g %% of its largest",
             branch.force,
-            of_peak if branch.peak is not None else "",
+            at_peak,
             100 * error.largest,
         )
     return wrong
@@ -307,16 +307,19 @@ def _synthesise(
 
 def _branch(force: float, path: Path, output: OutputPoint) -> Branch:
     """Branch from the solutions of a continuation."""
-    x = np.array([solution.x for solution in path.solutions])
+
+    def each(name: str) -> NDArray:
+        return np.array([getattr(solution, name) for solution in path.solutions])
+
     return Branch(
         force=force,
-        frequency=np.array([solution.p for solution in path.solutions]) / (2 * np.pi),
-        modal_coordinate=x,
-        amplitude=np.array([abs(output(row)) for row in x]),
-        iterations=np.array([solution.iterations for solution in path.solutions]),
-        converged=np.array([solution.converged for solution in path.solutions]),
-        located=np.array([solution.located for solution in path.solutions]),
-        in_all_modes=np.array([solution.full for solution in path.solutions]),
+        frequency=each("p") / (2 * np.pi),
+        modal_coordinate=each("x"),
+        amplitude=np.array([abs(output(solution.x)) for solution in path.solutions]),
+        iterations=each("iterations"),
+        converged=each("converged"),
+        located=each("located"),
+        in_all_modes=each("full"),
         complete=path.complete,
         reason=path.reason,
     )

@@ -1,8 +1,5 @@
 """Harmonic balance in linear modal coordinates, the modes of the structure without contact.
 
-All kinds of coordinates pose equations that ``solvers`` follow; those in fewer modes translate
-their unknown back into the linear modes.
-
 References
 ----------
 Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
@@ -20,7 +17,7 @@ from boltjoint.solvers.equations import Equations, LazyJacobian
 
 Jacobian = Literal["analytic", "forward-difference"]
 
-#: forward differences step by this share of the unknown's size: the square root of rounding
+#: step of forward differences over the size of the unknown: the square root of rounding
 _DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
 
 

@@ -209,9 +209,8 @@ class _ResponseCurve:
         self, positions: Sequence[_Position], points: Sequence[_ResponsePoint], end: float
     ) -> tuple[_Position, _ResponsePoint] | None:
         """First crossing of the square of a frequency, None without one."""
-        for (position, point), (next_position, next_point) in pairwise(
-            zip(positions, points, strict=True)
-        ):
+        response = zip(positions, points, strict=True)
+        for (position, point), (next_position, next_point) in pairwise(response):
             if point.squared <= end <= next_point.squared:
                 side = position[1] + next_position[1]
                 within = sorted((position[0], next_position[0]))

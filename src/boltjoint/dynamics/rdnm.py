@@ -27,7 +27,7 @@ BasisUpdate = Literal["implicit", "lagged"]
 
 
 class LaggedRDNM(LinearModes, LaggedEquations):
-    """RDNM of the last solution: the balance is projected onto modes that lag behind.
+    """Lagged RDNM: the balance is projected onto the modes of the last solution.
 
     They are updated after every accepted solution and tracked by their shape (MAC).
 
@@ -73,7 +73,9 @@ class LaggedRDNM(LinearModes, LaggedEquations):
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """Update the modes by the describing function at amplitudes of the linear modes."""
-        vectors = _modes_with(self._linear, self._linear.describing_function(q))[1]
+        D = self._linear.describing_function(q)
+        contact = self._linear.contact.spring_stiffness(D.real)
+        vectors = np.linalg.eigh(self._linear.stiffness + contact)[1]
         vectors = vectors[:, matching_modes(vectors, self.basis)]
         self.basis = vectors * orientation_of_modes(vectors, self.basis)
 
@@ -185,14 +187,8 @@ class SelfConsistentRDNM(LinearModes):
         self, D: NDArray[np.complex128]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Squared frequencies, all modes, and the indices of those that continue the last ones."""
-        squared, vectors = _modes_with(self.balance, D)
+        contact = self.balance.contact.spring_stiffness(D.real)
+        squared, vectors = np.linalg.eigh(self.balance.stiffness + contact)
         kept = matching_modes(vectors, self._modes)
         vectors[:, kept] *= orientation_of_modes(vectors[:, kept], self._modes)
         return squared, vectors, kept
-
-
-def _modes_with(
-    balance: HarmonicBalance, D: NDArray[np.complex128]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Squared frequencies and modes of the structure with the real part of D as springs."""
-    return np.linalg.eigh(balance.stiffness + balance.contact.spring_stiffness(D.real))

@@ -103,21 +103,12 @@ def tabulate_time_integration(
         integrated = steady_state(joint, *excitation, start=motion.in_time(steps), steps=steps)
         from_rest = steady_state(joint, *excitation, steps=steps)
         in_time = abs(integrated.amplitude)
+        from_rest_percent = 100 * (abs(from_rest.amplitude) / in_time - 1)
+        accuracy = 100 * integrated.step_error, integrated.steps, integrated.periods
+        settled = integrated.converged and from_rest.converged
         for highest, amplitude in amplitudes.items():
-            rows.append(
-                {
-                    "force_N": float(force),
-                    "frequency_Hz": frequency,
-                    "harmonics": highest,
-                    "amplitude_m": amplitude,
-                    "in_time_m": in_time,
-                    "difference_percent": 100 * (amplitude / in_time - 1),
-                    "from_rest_percent": 100 * (abs(from_rest.amplitude) / in_time - 1),
-                    "step_error_percent": 100 * integrated.step_error,
-                    "steps_per_period": integrated.steps,
-                    "periods": integrated.periods,
-                    "change_per_period": integrated.change,
-                    "settled": integrated.converged and from_rest.converged,
-                }
-            )
+            place = float(force), frequency, highest
+            difference_percent = 100 * (amplitude / in_time - 1)
+            compared = amplitude, in_time, difference_percent, from_rest_percent
+            rows.append((*place, *compared, *accuracy, integrated.change, settled))
     return pd.DataFrame(rows, columns=_COLUMNS)

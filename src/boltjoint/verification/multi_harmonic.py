@@ -350,14 +350,7 @@ def tabulate_peaks(
         for highest in (of_response, *harmonics):
             frequency, motion = peaks.get(highest, (np.nan, None))
             amplitude = np.nan if motion is None else abs(motion.amplitude(joint.response_mode))
-            rows.append(
-                {
-                    "force_N": float(force),
-                    "harmonics": highest,
-                    "peak_frequency_Hz": frequency,
-                    "peak_mm_per_N": 1e3 * amplitude / force,
-                }
-            )
+            rows.append((float(force), highest, frequency, 1e3 * amplitude / force))
     columns = ["force_N", "harmonics", "peak_frequency_Hz", "peak_mm_per_N"]
     table = pd.DataFrame(rows, columns=columns)
     by_force = table.dropna().groupby("force_N")

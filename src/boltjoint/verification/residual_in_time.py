@@ -26,35 +26,17 @@ def forces_in_time(
     motion: NDArray[np.float64],
     samples: int,
 ) -> NDArray[np.float64]:
-    """Harmonic friction forces on points under constant normal load, integrated in time.
+    """Harmonic friction forces on points under constant normal load, as ``contact_forces_in_time``.
 
-    Parameters
-    ----------
-    point_of_element
-        The point each element acts on, shape (elements,).
-    stiffness, slip_force
-        Of each element [N/m], [N], shape (elements,).
-    motion
-        Sine and cosine coefficients of the points' displacement [m], shape (points, 2).
-    samples
-        Steps a period.
-
-    Returns
-    -------
-    ndarray
-        Sine and cosine coefficients of the force [N], shape (points, 2).
-
-    Raises
-    ------
-    ValueError
-        As for ``contact_forces_in_time``.
+    The elements have the stiffness [N/m] and slip force [N]; motion [m] and force [N] have sine and
+    cosine coefficients, shape (points, 2).
     """
     motion = checks.array("motion", motion, ("points", 2))
     slip_force = checks.array("slip_force", slip_force, ("elements",), above=0)
     stiffness = checks.array("stiffness", stiffness, slip_force.shape, above=0)
     both = np.zeros((len(motion), 6))
     both[:, 1:3] = motion
-    elements = point_of_element, stiffness, *_equivalent_load(slip_force)
+    elements = point_of_element, stiffness, None, np.ones_like(slip_force), slip_force
     return contact_forces_in_time(*elements, both, samples)[:, 1:3]
 
 
@@ -117,13 +99,6 @@ def contact_forces_in_time(
     force = np.zeros_like(motion)
     _integrate_friction(on, k_u, k_v, normal_load, mu, motion, table, force)
     return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
-
-
-def _equivalent_load(
-    slip_force: NDArray[np.float64],
-) -> tuple[None, NDArray[np.float64], NDArray[np.float64]]:
-    """Normal stiffness, load and friction coefficient of a constant slip force."""
-    return None, np.ones_like(slip_force), slip_force
 
 
 @njit(cache=True, error_model="numpy")
@@ -275,7 +250,8 @@ class _ModalEquations:
             load = tuple(joint[name].to_numpy() for name in names)
         else:
             self.N = np.zeros_like(self.R)
-            load = _equivalent_load(joint["slip_force"].to_numpy())
+            slip_force = joint["slip_force"].to_numpy()
+            load = None, np.ones_like(slip_force), slip_force
         self.elements = on, k_u, *load
 
     def extrapolated(
