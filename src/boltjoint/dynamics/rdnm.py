@@ -5,7 +5,7 @@ The modes are eigenvectors of ``A = L + sum_d B_d^T Re(D_d) B_d`` (dual-space fo
 
 References
 ----------
-E. Ferhatoglu, E. Cigeroglu, H. N. Ozguven: A novel modal superposition method with response
+E. Ferhatoglu, E. Cigeroglu, H. N. Özgüven: A novel modal superposition method with response
 dependent nonlinear modes for periodic vibration analysis of large MDOF nonlinear systems.
 Mechanical Systems and Signal Processing 135 (2020) 106388.
 Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
