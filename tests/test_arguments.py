@@ -27,15 +27,15 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.bands import (
-    inner_and_outer_regions,
-    regions_of_equal_load,
-    regions_of_equal_middle_load,
+    bands_of_equal_load,
+    bands_of_equal_middle_load,
+    inner_and_outer_bands,
 )
-from boltjoint.joint.clusters import regions_of_like_motion
-from boltjoint.joint.fit_loops import fit_elements
+from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.joint.fitting import fit_elements
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
 from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error, unloading_branch
-from boltjoint.joint.minimax_curve import nearest_loading_curve
+from boltjoint.joint.minimax_curve import minimax_loading_curve
 from boltjoint.joint.model import merge_points
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.joint.partition import choose_count, partition_regions, tabulate_region_errors
@@ -270,7 +270,7 @@ ATTACKS = {
     "position": [
         lambda: replace(JOINT, position=spoiled(JOINT.position)),
         lambda: replace(JOINT, position=JOINT.position[:, :2]),
-        lambda: regions_of_equal_load(np.zeros((3, 1)), np.ones(3), 1),
+        lambda: bands_of_equal_load(np.zeros((3, 1)), np.ones(3), 1),
         lambda: connected(modes={"position": (("pair", "axis"), np.full((2, 3), NAN))}),
     ],
     "element_position": [lambda: replace(JOINT, element_position=JOINT.position[1:])],
@@ -418,7 +418,7 @@ ATTACKS = {
         lambda: regions("two", division="clusters"),
         lambda: fitted(count=0),
         lambda: fitted(count=2.0),
-        lambda: nearest_loading_curve(K, SLIP, 0),
+        lambda: minimax_loading_curve(K, SLIP, 0),
     ],
     "counts": [lambda: convergence.tabulate_divisions(JOINT, PRELOAD, [0.5], REFERENCE, 0.01)],
     "target": [lambda: SelfConsistentRDNM(BALANCE, 1, 3), lambda: ComplexRDNM(BALANCE, 1, -1)],
@@ -454,11 +454,11 @@ ATTACKS = {
     ],
     "resonances": [lambda: regions(resonances=0), lambda: regions(resonances=1.0)],
     "load": [
-        lambda: regions_of_equal_load(np.zeros((3, 2)), np.zeros(3), 1),
-        lambda: regions_of_equal_load(np.zeros((3, 2)), [1.0, NAN, 1.0], 1),
-        lambda: inner_and_outer_regions(np.zeros((3, 2)), np.ones(2), 2),
+        lambda: bands_of_equal_load(np.zeros((3, 2)), np.zeros(3), 1),
+        lambda: bands_of_equal_load(np.zeros((3, 2)), [1.0, NAN, 1.0], 1),
+        lambda: inner_and_outer_bands(np.zeros((3, 2)), np.ones(2), 2),
     ],
-    "pressure": [lambda: regions_of_equal_middle_load(np.zeros((3, 2)), [1.0, -1.0, 1.0], 1)],
+    "pressure": [lambda: bands_of_equal_middle_load(np.zeros((3, 2)), [1.0, -1.0, 1.0], 1)],
     "preload": [
         lambda: regions(preload=None, division="equal-middle-load"),
         lambda: regions(preload=PRELOAD.drop_vars("area"), division="equal-middle-load"),
@@ -468,7 +468,7 @@ ATTACKS = {
         lambda: fitted(spoiled(K, -1.0)),
         lambda: fitted([], []),
         lambda: loop_error(K[None], SLIP, K, SLIP),
-        lambda: nearest_loading_curve(spoiled(K), SLIP, 1),
+        lambda: minimax_loading_curve(spoiled(K), SLIP, 1),
         lambda: loading_curve([0.0], spoiled(K, 0.0), SLIP),
     ],
     "fitted_stiffness": [lambda: loop_error(K, SLIP, spoiled(K), SLIP)],
@@ -476,7 +476,7 @@ ATTACKS = {
     "fraction": [lambda: amplitude_of_load(1.5, K, SLIP)],
     "load_fractions": [lambda: fitted(load_fractions=(0.0, 0.5))],
     "starts": [lambda: fitted(starts=0)],
-    "sharpness": [lambda: nearest_loading_curve(K, SLIP, 1, NAN)],
+    "sharpness": [lambda: minimax_loading_curve(K, SLIP, 1, NAN)],
     "method": [
         lambda: fitted(method="nope"),
         lambda: fit_reduced_joint(merge_points(JOINT, [0] * 60), 2, method="nope"),
@@ -490,7 +490,7 @@ ATTACKS = {
 
 
 def regions_of(joint):
-    return regions_of_like_motion(joint, 2)
+    return cluster_by_motion(joint, 2)
 
 
 DESCRIBED = [

@@ -10,7 +10,7 @@ from boltjoint.dynamics.frequency_response import frequency_window, solve_branch
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.joint.bands import regions_of_equal_load
+from boltjoint.joint.bands import bands_of_equal_load
 from boltjoint.joint.model import merge_points
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
@@ -385,7 +385,7 @@ def test_second_resonance(joint):
 
 def test_file_holds_every_force_level(joint, tmp_path):
     forces = [0.01, 5.0, 20.0]
-    regions = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, 3)
+    regions = bands_of_equal_load(joint.position[:, :2], joint.law.slip_force, 3)
     response = solve_response(merge_points(joint, regions), forces, loss_factor=LOSS)
     dataset.save(response, tmp_path / "response.nc")
     again = dataset.load(tmp_path / "response.nc")

@@ -1,4 +1,10 @@
-"""Regions of a contact surface as bands along the bar, of equal load or around the bolts."""
+"""Bands of a contact surface: regions side by side along the bar that carry equal loads.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: sections 3.1.1.3, 3.2.1.1 and 3.2.2.1.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,17 +12,17 @@ from scipy.integrate import cumulative_trapezoid
 
 from boltjoint import checks
 
-#: pairs whose distances along the bar, or from its middle, differ by less [m] stand alike
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+#: difference of distances along the bar, or from its middle, below which pairs are at one place [m]
 _SAME_PLACE = 1e-9
 
 
-def regions_of_equal_load(
-    position: NDArray[np.float64], load: NDArray[np.float64], count: int
-) -> NDArray[np.int64]:
-    """Divide pairs into regions along the bar that carry as equal a load as the mesh allows.
+def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
+    """Bands along the bar that carry as equal a load as the mesh allows.
 
-    Pairs that mirror each other across the width stay together, so a region is as symmetric as the
-    mesh is.
+    Pairs that mirror each other across the width stay together: a band is as symmetric as the mesh.
 
     Parameters
     ----------
@@ -25,17 +31,17 @@ def regions_of_equal_load(
     load
         Of every pair, of any unit, shape (pairs,).
     count
-        Number of regions.
+        Number of bands.
 
     Returns
     -------
     ndarray
-        Region of every pair, from 0 at the clamped end, shape (pairs,).
+        Band of every pair, from 0 at the clamped end, shape (pairs,).
 
     Raises
     ------
     ValueError
-        If there are fewer places than regions, or no pair carries load.
+        If there are fewer places than bands, or no pair carries load.
     """
     position, load = _profile(position, "load", load)
     count = checks.whole("count", count)
@@ -49,20 +55,18 @@ def regions_of_equal_load(
         )
     middle = np.cumsum(at_place) - at_place / 2
     first = np.searchsorted(middle, at_place.sum() * np.arange(count) / count)
-    # where one place carries more than a region's share, the next region begins right after it
+    # where one place carries more than a band's share, the next band begins right after it
     each = np.arange(count)
     first = np.minimum(np.maximum.accumulate(first - each) + each, at_place.size - count + each)
     region = np.searchsorted(first, np.arange(at_place.size), side="right") - 1
     return region[place]
 
 
-def regions_of_equal_middle_load(
-    position: NDArray[np.float64], pressure: NDArray[np.float64], count: int
-) -> NDArray[np.int64]:
-    """Divide pairs across the bar where equal shares of the pressure along its middle lie between.
+def bands_of_equal_middle_load(position: Array, pressure: Array, count: int) -> Labels:
+    """Bands along the bar that hold equal shares of the pressure along the middle of the width.
 
-    The profile is taken along the middle of the width, straight across holes, as the source does
-    for variable normal load (sections 3.2.1.1 and 3.2.2.1).
+    The pressure is interpolated across holes, as in the thesis for variable normal load (sections
+    3.2.1.1 and 3.2.2.1).
 
     Parameters
     ----------
@@ -71,17 +75,17 @@ def regions_of_equal_middle_load(
     pressure
         On every pair, of any unit, 0 where it is open, shape (pairs,).
     count
-        Number of regions.
+        Number of bands.
 
     Returns
     -------
     ndarray
-        Region of every pair, from 0 at the clamped end, shape (pairs,).
+        Band of every pair, from 0 at the clamped end, shape (pairs,).
 
     Raises
     ------
     ValueError
-        If a region would hold no pair, or no pair along the middle carries load.
+        If a band would hold no pair, or no pair along the middle carries load.
     """
     position, pressure = _profile(position, "pressure", pressure)
     count = checks.whole("count", count, at_least=1)
@@ -98,15 +102,13 @@ def regions_of_equal_middle_load(
     return region
 
 
-def inner_and_outer_regions(
-    position: NDArray[np.float64], load: NDArray[np.float64], count: int
-) -> NDArray[np.int64]:
-    """Divide pairs as ``regions_of_equal_load``, and each region across the width in two.
+def inner_and_outer_bands(position: Array, load: Array, count: int) -> Labels:
+    """Bands of equal load, each divided into an inner and an outer region of equal load.
 
     Parameters
     ----------
     position, load
-        As for ``regions_of_equal_load``.
+        As for ``bands_of_equal_load``.
     count
         Number of regions, even.
 
@@ -123,7 +125,7 @@ def inner_and_outer_regions(
     position, load = _profile(position, "load", load)
     if checks.whole("count", count) % 2:
         raise ValueError(f"{count} regions are not an inner and an outer one in every band")
-    region = 2 * regions_of_equal_load(position, load, count // 2)
+    region = 2 * bands_of_equal_load(position, load, count // 2)
     from_middle = _ranks(np.abs(position[:, 1]))
     for band in range(0, count, 2):
         mine = region == band
@@ -134,10 +136,14 @@ def inner_and_outer_regions(
     return region
 
 
-def _profile(
-    position: NDArray[np.float64], name: str, load: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Place and load of pairs, by which they are divided."""
+def refuse_empty_regions(region: Labels, count: int) -> None:
+    """Raise a ``ValueError`` where fewer than ``count`` regions hold a pair."""
+    if np.unique(region).size != count:
+        raise ValueError(f"{region.size} pairs do not divide into {count} regions along the bar")
+
+
+def _profile(position: Array, name: str, load: Array) -> tuple[Array, Array]:
+    """Position and load of pairs, checked."""
     position = checks.array("position", position, ("pairs", 2))
     load = checks.array(name, load, position.shape[:1], at_least=0)
     if not load.any():
@@ -145,14 +151,9 @@ def _profile(
     return position, load
 
 
-def _ranks(distance: NDArray[np.float64]) -> NDArray[np.int64]:
+def _ranks(distance: Array) -> Labels:
     """Order of distances, the same for those that differ only by rounding."""
     order = np.argsort(distance, kind="stable")
     rank = np.empty(order.size, dtype=np.int64)
     rank[order] = np.cumsum(np.diff(distance[order], prepend=distance[order[:1]]) > _SAME_PLACE)
     return rank
-
-
-def refuse_empty_regions(region: NDArray[np.int64], count: int) -> None:
-    if np.unique(region).size != count:
-        raise ValueError(f"{region.size} pairs do not divide into {count} regions along the bar")

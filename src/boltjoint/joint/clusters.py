@@ -1,4 +1,16 @@
-"""Regions of a contact surface as clusters of contact pairs that move alike."""
+"""Clusters of contact pairs by their relative motion.
+
+The stiffness that a joint of regions lacks is that of the springs under the scatter of the motion
+within each region. Pairs are therefore clustered by their relative displacement in the modes of the
+joint, scaled so that the scatter is the loss of stiffness: stuck, without contact, and with the
+pairs of least load released in between. Ward's method merges what adds least to the scatter, and
+k-means improves the result.
+
+References
+----------
+J. H. Ward: Hierarchical grouping to optimize an objective function. Journal of the American
+Statistical Association 58 (1963) 236-244.
+"""
 
 from contextlib import suppress
 
@@ -11,40 +23,38 @@ from boltjoint import checks
 from boltjoint.joint.model import Joint
 from boltjoint.joint.slip_states import SlipStates, find_slip_states, stiffness_at_points
 
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
 
-def regions_of_like_motion(joint: Joint, count: int, *, resonances: int = 1) -> NDArray[np.int64]:
-    """Gather the pairs that move alike while a resonance passes from stick to slip.
 
-    The stiffness that regions lose is that of the springs under the scatter of the motion in each
-    region. So pairs are clustered by their relative displacement in the modes of the joint, stuck,
-    without contact, and with the pairs of least load let go in between: by Ward's method, which
-    merges what adds least to the scatter, and from there by k-means.
+def cluster_by_motion(joint: Joint, count: int, *, resonances: int = 1) -> Labels:
+    """Cluster the pairs that move alike while a resonance passes from stick to slip.
 
     Parameters
     ----------
     joint
         Node-to-node joint.
     count
-        Number of regions.
+        Number of clusters.
     resonances
-        Number of resonances whose modes count, from the first.
+        Number of resonances whose modes are compared, from the first.
 
     Returns
     -------
     ndarray
-        Region of every pair, in the order of their centres from the clamped end, shape (pairs,).
+        Cluster of every pair, numbered by their centres from the clamped end, shape (pairs,).
 
     Raises
     ------
     ValueError
-        If there are fewer pairs than regions, or fewer modes than resonances.
+        If there are fewer pairs than clusters, or fewer modes than resonances.
     """
     checks.instance("joint", joint, Joint)
     return MotionClusters(joint, find_slip_states(joint, resonances)).regions(count)
 
 
 class MotionClusters:
-    """Clusters of the points of a joint, for any count from one tree."""
+    """Clusters of the points of a joint for any count, from one hierarchical tree."""
 
     def __init__(self, joint: Joint, states: SlipStates) -> None:
         self._position = joint.position
@@ -60,7 +70,8 @@ class MotionClusters:
         )
         self._tree = linkage(self._motion, "ward")
 
-    def regions(self, count: int) -> NDArray[np.int64]:
+    def regions(self, count: int) -> Labels:
+        """Cluster of every point, as from ``cluster_by_motion``."""
         points = len(self._motion)
         if not 1 <= checks.whole("count", count) <= points:
             raise ValueError(f"{points} pairs do not divide into {count} regions")
@@ -68,7 +79,7 @@ class MotionClusters:
         merges = np.arange(points - 1, dtype=float)
         found = fcluster(self._tree, points - count - 1, "monocrit", monocrit=merges) - 1
         centres = _centres(self._motion, found)
-        # k-means may empty a region where pairs move the same: then the tree's stay
+        # k-means may empty a cluster where pairs move the same: then those of the tree stay
         with suppress(ClusterError):
             found = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
         first = np.lexsort(_centres(self._position, found).T[::-1])
@@ -77,7 +88,7 @@ class MotionClusters:
         return rank[found]
 
 
-def _centres(values: NDArray[np.float64], region: NDArray[np.int64]) -> NDArray[np.float64]:
+def _centres(values: Array, region: Labels) -> Array:
     """Mean of every column of values over each region, shape (regions, columns)."""
     size = np.bincount(region)
     return np.column_stack([np.bincount(region, column) / size for column in values.T])

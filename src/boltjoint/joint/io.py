@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
@@ -21,12 +20,12 @@ LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
 
 
 def joint_to_dataset(joint: Joint) -> xr.Dataset:
-    """The joint as the result files keep it (``joint.nc``).
+    """The dataset of a joint.
 
     Raises
     ------
     ValueError
-        If its friction is sampled in time, which is no law of its own.
+        If friction is evaluated by AFT: files hold the law itself.
     """
     checks.instance("joint", joint, Joint)
     law = joint.law
@@ -64,19 +63,19 @@ def joint_to_dataset(joint: Joint) -> xr.Dataset:
 
 
 def load_joint(path: str | Path, sampling: Mapping[str, int] | None = None) -> Joint:
-    """The joint in a file; its friction exact, or sampled in time.
+    """The joint in a file, with its friction law in closed form or by AFT.
 
     Parameters
     ----------
     path
         ``joint.nc``.
     sampling
-        ``harmonics`` and ``samples`` of ``friction.sampled.SampledInTime``; exact without.
+        ``harmonics`` and ``samples`` of ``AlternatingFrequencyTime``; closed form without.
 
     Raises
     ------
     ValueError
-        As for ``from_dataset`` and ``AlternatingFrequencyTime``.
+        As for ``joint_from_dataset`` and ``AlternatingFrequencyTime``.
     """
     found = joint_from_dataset(dataset.load(path))
     if sampling is None:
@@ -87,14 +86,15 @@ def load_joint(path: str | Path, sampling: Mapping[str, int] | None = None) -> J
 
 
 def joint_from_dataset(stored: xr.Dataset) -> Joint:
-    """The joint that ``joint.nc`` describes.
+    """The joint that a dataset describes.
 
     Raises
     ------
     ValueError
-        If the law is one this version does not know, or the dataset does not describe a joint.
+        If the law is not known, or the dataset does not describe a joint.
     """
     checks.instance("stored", stored, xr.Dataset)
+    values = partial(checks.variable, "stored", stored)
     law = LAWS[checks.choice("law", stored.attrs.get("law"), LAWS)]
     on = checks.index_variable("stored", stored, "point_of_element", ("element",))
     of_points = ("tangential_mode", *(["normal_mode"] if "normal_mode" in stored else []))
@@ -105,10 +105,6 @@ def joint_from_dataset(stored: xr.Dataset) -> Joint:
         "element_position": ("element", "axis"),
     }
     return Joint(
-        law=law(on, **{name: _stored(stored, name, ("element",)) for name in law.quantities}),
-        **{name: _stored(stored, name, of_name) for name, of_name in dims.items()},
+        law=law(on, **{name: values(name, ("element",)) for name in law.quantities}),
+        **{name: values(name, of_name) for name, of_name in dims.items()},
     )
-
-
-def _stored(stored: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np.float64]:
-    return checks.variable("stored", stored, name, dims)

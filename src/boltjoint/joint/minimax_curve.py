@@ -1,29 +1,31 @@
-"""The loading curve of few Jenkins elements with the smallest largest error."""
+"""Minimax loading curve: a few Jenkins elements with the smallest largest error of force."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.joint.masing import HIDDEN_LOSS, checked_elements, force_on_loading_curve
+from boltjoint.joint.masing import checked_elements, force_on_loading_curve
 
-#: corners of a loading curve are one if they differ by less than this share: rounding
+Array = NDArray[np.float64]
+
+#: loss, over the total stiffness, below which the structure's own damping hides the contact's
+HIDDEN_LOSS = 1e-3
+
+#: relative difference below which corners of a loading curve are one: rounding
 _SAME_CORNER = 1e-9
 
 
-def nearest_loading_curve(
-    stiffness: NDArray[np.float64],
-    slip_force: NDArray[np.float64],
-    count: int,
-    sharpness: float = np.inf,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """The ``count`` elements whose loading curve is nearest to that of many: no others are nearer.
+def minimax_loading_curve(
+    stiffness: Array, slip_force: Array, count: int, sharpness: float = np.inf
+) -> tuple[Array, Array, float]:
+    """The ``count`` elements whose loading curve has the smallest largest error against many.
 
     With F the region's curve and K its total stiffness, the largest ratio of the difference to
     ``min(F, sharpness (K u - F + K u / 1000))`` is minimised: the relative error of force, and
     where little slips that of the force lost by slip. Loading curves are concave and piecewise
-    linear, and one with the fewest corners between two bounds follows each line as far as it goes:
-    until it meets the upper bound, and from there along the tangent to the lower one. The bounds
-    are brought together until there are as many corners as elements.
+    linear. The one with the fewest corners between two bounds follows each line until it meets the
+    upper bound, and from there the tangent to the lower bound. The bounds are brought together
+    until there are as many corners as elements.
 
     Parameters
     ----------
@@ -32,8 +34,8 @@ def nearest_loading_curve(
     count
         Number of elements.
     sharpness
-        The smaller, the more small amplitudes count. The result is the nearest where the ratio
-        found is below its inverse, so that the upper bound is concave.
+        The smaller, the more weight small amplitudes have. The result is the nearest curve where
+        the ratio found is below the inverse of the sharpness: then the upper bound is concave.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def nearest_loading_curve(
     stuck = stiffness.sum() * onset
     lost = sharpness * (stuck - force[1:] + HIDDEN_LOSS * stuck)
     allowed = np.append(0.0, np.minimum(force[1:], lost))
-    # with the largest, one element of the right totals is near enough
+    # within the largest bounds is one element of the same totals
     low, high = 0.0, float(np.max((stuck - force[1:]) / allowed[1:]))
     while high - low > 1e-12 * high:
         ratio = (low + high) / 2
@@ -72,12 +74,11 @@ def nearest_loading_curve(
     return *_elements_of_corners(*np.transpose(corners), count), high
 
 
-def _elements_of_corners(
-    displacement: NDArray[np.float64], force: NDArray[np.float64], count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stiffness and slip force by the corners of a loading curve; the last in equal parts if few.
+def _elements_of_corners(displacement: Array, force: Array, count: int) -> tuple[Array, Array]:
+    """Stiffness and slip force by the corners of a loading curve.
 
-    At a corner the slope drops by the stiffness of the element that begins to slip.
+    At a corner the slope drops by the stiffness of the element that begins to slip. Where there are
+    fewer corners than elements, the last element is divided into equal parts.
     """
     slope = np.diff(force, prepend=0.0) / np.diff(displacement, prepend=0.0)
     k = -np.diff(slope, append=0.0)
@@ -88,16 +89,16 @@ def _elements_of_corners(
 
 
 def _fewest_corners(
-    u: NDArray[np.float64], force: NDArray[np.float64], allowed: NDArray[np.float64], most: int
+    u: Array, force: Array, allowed: Array, maximum: int
 ) -> list[tuple[float, float]] | None:
-    """Corners of a concave path within bounds around a loading curve; None if more than ``most``.
+    """Corners of a concave polyline within bounds around a loading curve; None above ``maximum``.
 
-    The path keeps the curve's first slope and last force. It is farther along, after each line,
-    than any other path of as many lines.
+    The polyline keeps the curve's first slope and last force. After each line it reaches a larger
+    displacement than any other polyline of as many lines.
     """
     top = force[-1]
     upper, lower = force + allowed, _concave_hull(u, force - allowed)
-    # beyond this place the path may be at the top
+    # beyond this displacement the polyline may be at the top
     last = int(np.argmax(upper >= top))
     share = (top - upper[last - 1]) / (upper[last] - upper[last - 1])
     reach = u[last - 1] + share * (u[last] - u[last - 1])
@@ -112,15 +113,15 @@ def _fewest_corners(
             break
         at, height = meets, height + slope * (meets - at)
         corners.append((at, height))
-        if len(corners) >= most:
+        if len(corners) >= maximum:
             return None
-        # lines from here: below the steepest they leave below a bound, above the other above it
+        # slopes from here that stay below the upper bound and above the lower one
         ahead = int(np.searchsorted(u, at, side="right"))
-        way = u[ahead:] - at
-        steepest = (upper[ahead:] - height) / way
+        run = u[ahead:] - at
+        steepest = (upper[ahead:] - height) / run
         steepest[max(last - ahead, 0) :] = (top - height) / (reach - at)
         steepest = np.minimum.accumulate(steepest)
-        flattest = np.maximum.accumulate((lower[ahead:] - height) / way)
+        flattest = np.maximum.accumulate((lower[ahead:] - height) / run)
         closed = np.flatnonzero(flattest > steepest)
         if closed.size == 0:
             leaves = None
@@ -133,7 +134,7 @@ def _fewest_corners(
     return corners
 
 
-def _concave_hull(u: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _concave_hull(u: Array, values: Array) -> Array:
     """The lowest concave curve that is nowhere below the values, at u."""
     kept: list[int] = []
     for i in range(u.size):

@@ -1,4 +1,13 @@
-"""Contact points with their modal rows and friction elements: the joint as every solver sees it."""
+"""Joint: a structure in modal coordinates, its contact points and their friction elements.
+
+Node-to-node contact, regions and reduced joints are three ways to make the same data structure, so
+solvers need not tell them apart.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: eq. 3.1 and 3.2.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -11,7 +20,9 @@ from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.law import FrictionLaw
 from boltjoint.friction.variable import VariableLoad
 
-#: relative difference of squared frequencies below which modes are any combination of each other
+Array = NDArray[np.float64]
+
+#: relative difference of squared frequencies below which a frequency is a multiple one
 _SAME_FREQUENCY = 1e-9
 
 
@@ -45,17 +56,17 @@ class Joint:
         each other, or an element sits on a point that does not exist.
     """
 
-    natural_frequency: NDArray[np.float64]
-    excitation_mode: NDArray[np.float64]
-    response_mode: NDArray[np.float64]
-    tangential_mode: NDArray[np.float64]
-    position: NDArray[np.float64]
+    natural_frequency: Array
+    excitation_mode: Array
+    response_mode: Array
+    tangential_mode: Array
+    position: Array
     law: ConstantLoad | VariableLoad | AlternatingFrequencyTime
-    element_position: NDArray[np.float64]
-    normal_mode: NDArray[np.float64] | None = None
+    element_position: Array
+    normal_mode: Array | None = None
 
     def __post_init__(self) -> None:
-        """Refuse parts that do not fit each other."""
+        """Check the shapes and convert all entries to arrays."""
         checks.instance("law", self.law, FrictionLaw)
         frequency = checks.array(
             "natural_frequency", self.natural_frequency, ("modes",), at_least=0
@@ -92,37 +103,37 @@ class Joint:
         return len(self.position)
 
     @property
-    def rows(self) -> tuple[NDArray[np.float64], ...]:
+    def rows(self) -> tuple[Array, ...]:
         """Modal rows of each direction the law needs, each (points, modes)."""
         if self.normal_mode is None:
             return (self.tangential_mode,)
         return self.tangential_mode, self.normal_mode
 
-    def stuck_stiffness(self) -> NDArray[np.float64]:
+    def stuck_stiffness(self) -> Array:
         """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
         stiffness = self.law.stuck_stiffness(self.points)
         return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
 
     def check_resonance(self, resonance: int) -> int:
-        """The number of a resonance, from 1, refused where there are not as many modes."""
+        """The number of a resonance, from 1; refused where there are fewer modes."""
         return checks.whole("resonance", resonance, at_least=1, at_most=self.natural_frequency.size)
 
     def check_excitation(self, resonance: int) -> None:
-        """Refuse a resonance that the force does not excite, and a response that is zero.
+        """Refuse a resonance that the force does not excite, and an output point at rest.
 
         The participation ``phi . excitation_mode`` of the stuck mode phi is compared with the modes
-        at the excited and at the observed point, whichever are larger: across the width of a
-        symmetric structure, or in its clamp, it is nothing but rounding.
+        at the excitation and the output point, whichever are larger: across the width of a
+        symmetric structure, or in its clamp, it is rounding error only.
 
         Parameters
         ----------
         resonance
-            Which resonance is followed, from 1.
+            Number of the resonance, from 1.
 
         Raises
         ------
         ValueError
-            If the force does not excite it, or the observed point moves in no mode.
+            If the force does not excite it, or the output point moves in no mode.
         """
         resonance = self.check_resonance(resonance)
         excited, observed = map(np.linalg.norm, (self.excitation_mode, self.response_mode))
@@ -130,8 +141,8 @@ class Joint:
         stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
         squared, vectors = np.linalg.eigh(stiffness)
         own = squared[resonance - 1]
-        alike = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
-        participation = np.linalg.norm(self.excitation_mode @ alike)
+        modes = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
+        participation = np.linalg.norm(self.excitation_mode @ modes)
         if participation <= rounding:
             raise ValueError(
                 "this force does not excite the modes asked for: excitation_mode has a share of "
@@ -144,10 +155,8 @@ class Joint:
             )
 
 
-def merge_points(
-    joint: Joint, region: NDArray[np.int64], weight: NDArray[np.float64] | None = None
-) -> Joint:
-    """Let the points of a region move as one artificial point, their mean (eq. 3.1, 3.2).
+def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:
+    """Joint of regions, each moving as one artificial point, the mean of its points (eq. 3.1, 3.2).
 
     Every element stays; those of a region all see the displacement of its point.
 
@@ -158,7 +167,7 @@ def merge_points(
     region
         Region of every point, from 0 without gaps, shape (points,).
     weight
-        Of every point in the mean of its region, shape (points,); alike by default.
+        Of every point in the mean of its region, shape (points,); equal by default.
 
     Raises
     ------

@@ -1,4 +1,10 @@
-"""Node-to-node joints: one friction element on each contact pair."""
+"""Node-to-node joints: one friction element on each contact pair.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: eq. 3.4.
+"""
 
 import numpy as np
 import xarray as xr
@@ -16,16 +22,16 @@ def connect_nodes(
     friction_coefficient: float,
     normal_stiffness: float | None = None,
 ) -> Joint:
-    """Put a friction element on the contact pairs: one each.
+    """Joint with one friction element on each contact pair.
 
-    Without a normal stiffness, elements under constant load sit on the pairs that carry load. With
-    it, elements under variable load sit on all pairs; the load of an open one is
+    Without a normal stiffness, the pairs that carry load have elements under constant normal load.
+    With it, all pairs have elements under variable normal load; the load of an open one is
     ``-k_v gap`` (eq. 3.4), so that it may close.
 
     Parameters
     ----------
     modes, preload
-        As written by ``structure.modes`` and ``structure.statics``, for the same pairs.
+        As from ``find_modes`` and ``apply_preload``, for the same pairs.
     tangential_stiffness
         k_u of every pair [N/m].
     friction_coefficient

@@ -1,4 +1,13 @@
-"""Partition of a contact surface into regions, and the error of the joint of regions."""
+"""Partition of a contact surface into regions, each of which moves as one point.
+
+The error of regions is known before any response is solved: from the resonance while an increasing
+slip fraction of the contact is released (``region_error``).
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: eq. 3.1 and 3.2.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,10 +23,10 @@ from scipy.spatial import KDTree
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.bands import (
-    inner_and_outer_regions,
+    bands_of_equal_load,
+    bands_of_equal_middle_load,
+    inner_and_outer_bands,
     refuse_empty_regions,
-    regions_of_equal_load,
-    regions_of_equal_middle_load,
 )
 from boltjoint.joint.clusters import MotionClusters
 from boltjoint.joint.model import Joint, merge_points
@@ -28,13 +37,18 @@ from boltjoint.joint.slip_states import (
     modal_stiffness_where,
 )
 
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
 #: how a contact surface is divided
 Division = Literal["equal-load", "equal-middle-load", "inner-outer", "clusters"]
-
 
 #: how a region moves: as the mean of its pairs, as that weighted by the load they carry, or as a
 #: straight line along the bar
 Motion = Literal["mean", "load-weighted", "linear"]
+
+#: divisions by position and load alone
+_BY_LOAD = {"equal-load": bands_of_equal_load, "inner-outer": inner_and_outer_bands}
 
 
 def partition_regions(
@@ -61,23 +75,23 @@ def partition_regions(
         ``equal-load``: bands along the bar that carry equal shares of the normal load.
         ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
         width. ``inner-outer``: half as many bands as for ``equal-load``, the pairs near the middle
-        of the width apart from those near the edges. ``clusters``: pairs that move alike, wherever
-        they are.
+        of the width apart from those near the edges. ``clusters``: pairs of similar motion,
+        anywhere on the surface.
     motion
         ``mean``: as the mean of the pairs (eq. 3.1, 3.2). ``load-weighted``: as their mean weighted
-        by the load they carry, which keeps the friction of a contact that slips all over; a region
-        without load moves as the mean. ``linear``: every pair on the straight line along the bar
-        that is nearest to the motion of its region; all points stay.
+        by the load they carry, which keeps the friction force in full slip; a region without load
+        moves as the mean. ``linear``: every pair on the straight line along the bar that is nearest
+        to the motion of its region; all points stay.
     tolerance
         As for ``choose_count``, where no number is given.
     resonances
-        For ``clusters``, as for ``regions_of_like_motion``.
+        For ``clusters``, as for ``cluster_by_motion``.
 
     Raises
     ------
     ValueError
-        If there are not enough pairs for so many regions, or neither a number nor a tolerance; or
-        if division or motion are not known.
+        If there are fewer pairs than regions, neither a number nor a tolerance is given, or
+        division or motion are not known.
     """
     partition = _Partition(joint, preload, division, motion, resonances)
     if count is None:
@@ -88,12 +102,12 @@ def partition_regions(
 
 
 def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
-    """How far regions put the resonance from where the pairs have it, at most, over states of slip.
+    """Largest relative error of the resonance of regions over nested slip states.
 
-    The states are nested: elements let go in the order of the load they carry, from none to all.
-    In each, two frequencies of the regions are compared with those of the pairs: of the joint whose
-    remaining elements stick, and the apparent one (Rayleigh's quotient with the harmonic forces of
-    all elements) in the pairs' mode, at an amplitude at which about that share of the load slips.
+    Elements are released in the order of the load they carry, from none to all. In each state, two
+    frequencies of the regions are compared with those of the pairs: of the joint whose remaining
+    elements stick, and the apparent one (Rayleigh's quotient with the harmonic forces of all
+    elements) in the pairs' mode, at an amplitude with about that slip fraction.
 
     Parameters
     ----------
@@ -102,7 +116,7 @@ def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
     regions
         A joint of regions with the same elements.
     resonances
-        Number of resonances that count, from the first.
+        Number of resonances that are compared, from the first.
 
     Returns
     -------
@@ -130,7 +144,7 @@ def tabulate_region_errors(
     *,
     resonances: int = 1,
 ) -> xr.Dataset:
-    """``region_error`` against the number of regions, without solving for any response.
+    """``region_error`` over the number of regions.
 
     Parameters
     ----------
@@ -172,7 +186,7 @@ def choose_count(
     motion: Motion = "mean",
     *,
     resonances: int = 1,
-    most: int = 64,
+    maximum: int = 64,
 ) -> int:
     """Fewest regions whose ``region_error`` is within a tolerance.
 
@@ -182,40 +196,35 @@ def choose_count(
         As for ``partition_regions``.
     tolerance
         Largest relative error of the resonance over states of slip.
-    most
+    maximum
         Largest number of regions tried.
 
     Raises
     ------
     ValueError
-        If the tolerance is not positive, or no number of regions up to ``most`` meets it.
+        If the tolerance is not positive, or no number of regions up to ``maximum`` meets it.
     """
     tolerance = checks.number("tolerance", tolerance, above=0)
-    most = checks.whole("most", most, at_least=1)
+    maximum = checks.whole("maximum", maximum, at_least=1)
     partition = _Partition(joint, preload, division, motion, resonances)
     best, at = np.inf, 0
-    for count in range(1, min(most, joint.points) + 1):
+    for count in range(1, min(maximum, joint.points) + 1):
         error = partition.error(count)
         if error <= tolerance:
             return count
         if error < best:
             best, at = error, count
     raise ValueError(
-        f"up to {most} regions ({division}, {motion}) have an error of {best:.2g} at best, with "
+        f"up to {maximum} regions ({division}, {motion}) have an error of {best:.2g} at best, with "
         f"{at}: more than the tolerance of {tolerance:g}"
     )
 
 
 class _Partition:
-    """One way to divide a joint, for any number of regions."""
+    """Regions of a joint by one division and motion, for any number."""
 
     def __init__(
-        self,
-        joint: Joint,
-        preload: xr.Dataset,
-        division: Division,
-        motion: Motion,
-        resonances: int,
+        self, joint: Joint, preload: xr.Dataset, division: Division, motion: Motion, resonances: int
     ) -> None:
         checks.instance("joint", joint, Joint)
         checks.choice("division", division, get_args(Division))
@@ -229,7 +238,7 @@ class _Partition:
         return find_slip_states(self._joint, self._resonances)
 
     @cached_property
-    def _like_motion(self) -> MotionClusters:
+    def _clusters(self) -> MotionClusters:
         return MotionClusters(self._joint, self._states)
 
     def joint(self, count: int) -> Joint:
@@ -243,35 +252,31 @@ class _Partition:
         return merge_points(joint, region, np.where(unloaded, 1.0, load))
 
     @property
-    def _load(self) -> NDArray[np.float64]:
+    def _load(self) -> Array:
         law = self._joint.law
         return np.bincount(law.point_of_element, law.slip_force, self._joint.points)
 
     def error(self, count: int) -> float:
         return _largest_error(self._states, self._joint, self.joint(count))
 
-    def _regions(self, count: int) -> NDArray[np.int64]:
+    def _regions(self, count: int) -> Labels:
         joint = self._joint
         if self._division == "clusters":
-            return self._like_motion.regions(count)
+            return self._clusters.regions(count)
         if self._division in _BY_LOAD:
             return _BY_LOAD[self._division](joint.position[:, :2], self._load, count)
-        # of all pairs, since between those that a joint has elements on the surface may be open
+        # of all pairs, since the surface may be open between those that have elements
         surface = checks.variable("preload", self._preload, "position", ("pair", "axis"))
         load = checks.variable("preload", self._preload, "normal_load", ("pair",), at_least=0)
         pressure = load / checks.variable("preload", self._preload, "area", ("pair",), above=0)
-        region = regions_of_equal_middle_load(surface[:, :2], pressure, count)
+        region = bands_of_equal_middle_load(surface[:, :2], pressure, count)
         region = region[KDTree(surface).query(joint.position)[1]]
         refuse_empty_regions(region, count)
         return region
 
 
-#: divisions by position and load alone
-_BY_LOAD = {"equal-load": regions_of_equal_load, "inner-outer": inner_and_outer_regions}
-
-
-def _on_lines(joint: Joint, region: NDArray[np.int64]) -> Joint:
-    """All points, each moving with the straight line along the bar nearest to its region."""
+def _on_lines(joint: Joint, region: Labels) -> Joint:
+    """All points, each moving on the straight line along the bar nearest to its region."""
     moved = [np.empty_like(B) for B in joint.rows]
     for mine in (region == each for each in range(region.max() + 1)):
         x = joint.position[mine, 0]
@@ -286,7 +291,7 @@ def _largest_error(states: SlipStates, joint: Joint, regions: Joint) -> float:
     """Largest relative error of a frequency in any state, and of the apparent frequency."""
     resonances = states.frequency.shape[1]
     errors = []
-    for i, stuck in enumerate(states.sticks):
+    for i, stuck in enumerate(states.stick):
         square = eigvalsh(
             modal_stiffness_where(regions, stuck), subset_by_index=[0, resonances - 1]
         )
@@ -297,7 +302,7 @@ def _largest_error(states: SlipStates, joint: Joint, regions: Joint) -> float:
     return float(np.max(np.abs(errors)))
 
 
-def _apparent_frequency(joint: Joint, q: NDArray[np.float64]) -> float:
+def _apparent_frequency(joint: Joint, q: Array) -> float:
     """Rayleigh's quotient of the harmonic motion q sin(wt) [rad/s]."""
     components = joint.law.components
     sin = components.index("sin")

@@ -1,22 +1,28 @@
-"""Joints with few friction elements, or one table, in the place of the many of a region."""
+"""Reduced joints: a few fitted elements, or a tabulated law, for the many elements of a region.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: section 3.1.1.4.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.fit_loops import fit_elements
-from boltjoint.joint.masing import Method, check_fit_options, loop_error, unloading_branch
+from boltjoint.joint.fitting import Method, check_fit_options, fit_elements
+from boltjoint.joint.masing import LOOP_SAMPLES, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
 
-#: points along each loop at which forces are compared, evenly in phase over half a period
-_SAMPLES = 64
+Array = NDArray[np.float64]
 
 
 def fit_reduced_joint(
@@ -29,8 +35,8 @@ def fit_reduced_joint(
 ) -> tuple[Joint, xr.Dataset]:
     """Replace the elements of every region by ``count`` fitted ones.
 
-    Loops are those of constant normal load, whatever the law: elements that carry no load in the
-    assembled state do not take part.
+    The loops are those of constant normal load under either law: elements without load in the
+    assembled state take no part.
 
     Parameters
     ----------
@@ -57,7 +63,7 @@ def fit_reduced_joint(
     load_fractions = check_fit_options(method, load_fractions, starts)
     law = joint.law
     fits, errors, of_region, of_fit, displacement = [], [], [], [], []
-    phase = np.linspace(0, np.pi, _SAMPLES)
+    phase = np.linspace(0, np.pi, LOOP_SAMPLES)
     for point in range(joint.points):
         mine = (law.point_of_element == point) & (law.slip_force > 0)
         k, s = law.tangential_stiffness[mine], law.slip_force[mine]
@@ -71,15 +77,8 @@ def fit_reduced_joint(
         errors.append(loop_error(k, s, fit.tangential_stiffness, fit.slip_force))
         u = np.outer(fit.amplitude, np.cos(phase))
         displacement.append(u)
-        of_region.append(
-            [unloading_branch(a, v, k, s) for a, v in zip(fit.amplitude, u, strict=True)]
-        )
-        of_fit.append(
-            [
-                unloading_branch(a, v, fit.tangential_stiffness, fit.slip_force)
-                for a, v in zip(fit.amplitude, u, strict=True)
-            ]
-        )
+        of_region.append(_loops(fit.amplitude, u, k, s))
+        of_fit.append(_loops(fit.amplitude, u, fit.tangential_stiffness, fit.slip_force))
     loop = ("point", "loop", "sample")
     dataset = xr.Dataset(
         {
@@ -124,7 +123,7 @@ def fit_reduced_joint(
 
 
 def tabulate_joint(joint: Joint) -> Joint:
-    """The same elements, with forces from a table: as fast as with one element a point.
+    """Joint of the same elements with tabulated forces: as fast as one element a point.
 
     Parameters
     ----------
@@ -144,3 +143,8 @@ def tabulate_joint(joint: Joint) -> Joint:
         )
     elements = law.point_of_element, law.tangential_stiffness, law.slip_force
     return replace(joint, law=TabulatedLoad(*elements))
+
+
+def _loops(amplitude: Array, displacement: Array, k: Array, s: Array) -> list[Array]:
+    """Force along the unloading branch of the loop of each amplitude."""
+    return [unloading_branch(a, u, k, s) for a, u in zip(amplitude, displacement, strict=True)]

@@ -1,4 +1,8 @@
-"""States of a joint between stuck and full slip, by which partitions are judged."""
+"""Slip states of a joint: nested states of stick between fully stuck and full slip.
+
+They give the resonance while an increasing slip fraction of the contact is released, before any
+response is solved. Regions are made and judged by them.
+"""
 
 from dataclasses import dataclass
 
@@ -9,62 +13,73 @@ from scipy.linalg import eigh
 from boltjoint import checks
 from boltjoint.joint.model import Joint
 
-#: shares of the load that has let go in the states of slip by which regions are made and judged
-_LET_GO = np.arange(9) / 8
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
+#: shares of the load whose pairs are released in each state
+_RELEASED_LOAD = np.arange(9) / 8
 
-#: shares of the load that slips at the amplitudes of these states, within the ends: where the very
-#: last element slips depends on how near it is to rest
-_SLIPS = (np.arange(9) + 0.5) / 9
+#: slip fraction of the load at the amplitude of each state, within the ends: where the very last
+#: element slips depends on how near it is to rest
+_SLIP_FRACTION = (np.arange(9) + 0.5) / 9
 
 
 @dataclass(frozen=True)
 class SlipStates:
-    """A joint while its elements let go one after another, those of least load first.
+    """Modes of a joint whose elements are released one after another, those of least load first.
 
-    ``sticks`` has the shape (states, elements), ``mode`` (states, resonances, modes), ``frequency``
+    ``stick`` has the shape (states, elements), ``mode`` (states, resonances, modes), ``frequency``
     [rad/s] and ``amplitude`` (states, resonances); modes are of unit length, and at the amplitude
-    [kg^1/2 m] about as much of the load slips in the mode as has let go.
+    [kg^1/2 m] about as much of the load slips in the mode as is released.
     """
 
-    sticks: NDArray[np.bool_]
-    frequency: NDArray[np.float64]
-    mode: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
+    stick: Flags
+    frequency: Array
+    mode: Array
+    amplitude: Array
 
 
 def find_slip_states(joint: Joint, resonances: int) -> SlipStates:
+    """Slip states of a node-to-node joint for its first resonances.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer modes than resonances, or no element carries load.
+    """
     check_resonances(joint, resonances)
     modes = joint.natural_frequency.size
     load = joint.law.slip_force
     if not load.any():
         raise ValueError("no element of the joint carries load: there is nothing to slip")
     order = np.argsort(load, kind="stable")
-    let_go = np.cumsum(load[order]) / load.sum()
-    # by a threshold, so that elements with the same load let go together
-    threshold = np.append(load[order][np.searchsorted(let_go, _LET_GO[:-1], "right")], np.inf)
-    sticks = (load >= threshold[:, None]) & (load > 0)
-    shape = (len(sticks), resonances)
+    released = np.cumsum(load[order]) / load.sum()
+    # by a threshold, so that elements with the same load are released together
+    first = np.searchsorted(released, _RELEASED_LOAD[:-1], "right")
+    threshold = np.append(load[order][first], np.inf)
+    stick = (load >= threshold[:, None]) & (load > 0)
+    shape = (len(stick), resonances)
     frequency, amplitude = np.empty(shape), np.empty(shape)
     mode = np.empty((*shape, modes))
     loaded = load > 0
     limit = load[loaded] / joint.law.tangential_stiffness[loaded]
     on = joint.law.point_of_element[loaded]
-    for i, stuck in enumerate(sticks):
+    for i, stuck in enumerate(stick):
         square, vectors = eigh(
             modal_stiffness_where(joint, stuck), subset_by_index=[0, resonances - 1]
         )
         frequency[i], mode[i] = np.sqrt(square), vectors.T
         for r in range(resonances):
             moved = np.abs(joint.tangential_mode @ mode[i, r])[on]
-            slips_at = limit / np.maximum(moved, np.finfo(float).tiny)
-            by_amplitude = np.argsort(slips_at, kind="stable")
-            share = np.cumsum(load[loaded][by_amplitude]) / load.sum()
-            amplitude[i, r] = slips_at[by_amplitude[np.searchsorted(share, _SLIPS[i])]]
-    return SlipStates(sticks, frequency, mode, amplitude)
+            onset = limit / np.maximum(moved, np.finfo(float).tiny)
+            by_onset = np.argsort(onset, kind="stable")
+            slip_fraction = np.cumsum(load[loaded][by_onset]) / load.sum()
+            last = np.searchsorted(slip_fraction, _SLIP_FRACTION[i])
+            amplitude[i, r] = onset[by_onset[last]]
+    return SlipStates(stick, frequency, mode, amplitude)
 
 
-def modal_stiffness_where(joint: Joint, stuck: NDArray[np.bool_]) -> NDArray[np.float64]:
+def modal_stiffness_where(joint: Joint, stuck: Flags) -> Array:
     """Modal stiffness of a joint where only some elements stick [s^-2], shape (modes, modes)."""
     total = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
     for B, k in zip(joint.rows, stiffness_at_points(joint, stuck), strict=True):
@@ -72,17 +87,16 @@ def modal_stiffness_where(joint: Joint, stuck: NDArray[np.bool_]) -> NDArray[np.
     return total
 
 
-def stiffness_at_points(
-    joint: Joint, counts: NDArray[np.bool_] | None = None
-) -> list[NDArray[np.float64]]:
-    """Stiffness of all elements that count, at each point and by direction [N/m], (points,)."""
+def stiffness_at_points(joint: Joint, stuck: Flags | None = None) -> list[Array]:
+    """Stiffness of all elements, or the stuck ones, at each point by direction [N/m], (points,)."""
     law = joint.law
     of_elements = [getattr(law, f"{direction}_stiffness") for direction in law.directions]
     return [
-        np.bincount(law.point_of_element, k if counts is None else k * counts, joint.points)
+        np.bincount(law.point_of_element, k if stuck is None else k * stuck, joint.points)
         for k in of_elements
     ]
 
 
 def check_resonances(joint: Joint, resonances: int) -> None:
+    """Refuse more resonances than the joint has modes."""
     checks.whole("resonances", resonances, at_least=1, at_most=joint.natural_frequency.size)

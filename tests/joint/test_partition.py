@@ -6,11 +6,11 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.dynamics.frequency_response import solve_branch
 from boltjoint.joint.bands import (
-    inner_and_outer_regions,
-    regions_of_equal_load,
-    regions_of_equal_middle_load,
+    bands_of_equal_load,
+    bands_of_equal_middle_load,
+    inner_and_outer_bands,
 )
-from boltjoint.joint.clusters import regions_of_like_motion
+from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.model import merge_points
 from boltjoint.joint.partition import (
     choose_count,
@@ -33,7 +33,7 @@ def grid(x, y):
 def test_regions_carry_equal_load_in_order_along_the_bar():
     joint = make_joint(pairs=2000)
     x, load = joint.position[:, 0], joint.law.slip_force
-    region = regions_of_equal_load(joint.position[:, :2], load, 6)
+    region = bands_of_equal_load(joint.position[:, :2], load, 6)
     share = np.bincount(region, load) / load.sum()
     # a region cannot be divided finer than a pair
     np.testing.assert_allclose(share, 1 / 6, rtol=0, atol=2 * load.max() / load.sum())
@@ -44,15 +44,15 @@ def test_regions_do_not_depend_on_the_order_of_pairs(joint):
     position, load = joint.position[:, :2], joint.law.slip_force
     shuffled = np.random.default_rng(0).permutation(load.size)
     np.testing.assert_array_equal(
-        regions_of_equal_load(position, load, 4)[shuffled],
-        regions_of_equal_load(position[shuffled], load[shuffled], 4),
+        bands_of_equal_load(position, load, 4)[shuffled],
+        bands_of_equal_load(position[shuffled], load[shuffled], 4),
     )
 
 
 def test_pairs_that_mirror_each_other_stay_together():
     x = np.repeat(np.arange(5.0), 4) + np.tile([0, 1e-12, -1e-12, 2e-12], 5)
     y = np.tile([-0.02, -0.01, 0.01, 0.02], 5) + np.tile([0, 1e-12], 10)
-    region = regions_of_equal_load(np.column_stack([x, y]), np.ones(20), 2)
+    region = bands_of_equal_load(np.column_stack([x, y]), np.ones(20), 2)
     np.testing.assert_array_equal(np.bincount(region), [10, 10])
     for i in range(5):
         of_column = region[4 * i : 4 * i + 4]
@@ -64,7 +64,7 @@ def test_a_pair_with_most_of_the_load_leaves_no_region_empty():
     position = np.column_stack([np.arange(8.0), np.zeros(8)])
     load = np.array([1.0, 1, 100, 1, 1, 1, 1, 1])
     for count in range(1, 9):
-        region = regions_of_equal_load(position, load, count)
+        region = bands_of_equal_load(position, load, count)
         np.testing.assert_array_equal(np.unique(region), np.arange(count))
         assert np.all(np.diff(region) >= 0)
 
@@ -72,8 +72,8 @@ def test_a_pair_with_most_of_the_load_leaves_no_region_empty():
 def test_bands_are_divided_into_equal_loads_near_and_far_from_the_middle():
     joint = make_joint(pairs=2000)
     position, load = joint.position[:, :2], joint.law.slip_force
-    region = inner_and_outer_regions(position, load, 6)
-    bands = regions_of_equal_load(position, load, 3)
+    region = inner_and_outer_bands(position, load, 6)
+    bands = bands_of_equal_load(position, load, 3)
     np.testing.assert_array_equal(region // 2, bands)
     share = np.bincount(region, load) / load.sum()
     np.testing.assert_allclose(share, 1 / 6, rtol=0, atol=3 * load.max() / load.sum())
@@ -82,9 +82,9 @@ def test_bands_are_divided_into_equal_loads_near_and_far_from_the_middle():
         assert from_middle[region == inner].max() <= from_middle[region == inner + 1].min()
 
 
-def test_an_odd_number_is_no_inner_and_outer_regions(joint):
+def test_an_odd_number_is_no_inner_and_outer_bands(joint):
     with pytest.raises(ValueError, match="3 regions are not an inner and an outer one"):
-        inner_and_outer_regions(joint.position[:, :2], joint.law.slip_force, 3)
+        inner_and_outer_bands(joint.position[:, :2], joint.law.slip_force, 3)
 
 
 # equal shares of the pressure along the middle
@@ -94,7 +94,7 @@ def test_regions_hold_equal_shares_of_the_pressure_along_the_middle():
     x, y = np.linspace(0, 1, 2001), np.array([-0.1, 0, 0.1])
     position = grid(x, y)
     pressure = 1 + position[:, 0]
-    region = regions_of_equal_middle_load(position, pressure, 4)
+    region = bands_of_equal_middle_load(position, pressure, 4)
     # from 0 to x lies x + x^2 / 2 of 3 / 2; a region begins at the first pair behind its border
     border = np.sqrt(1 + 3 * np.arange(1, 4) / 4) - 1
     begin = [position[region == i, 0].min() for i in range(1, 4)]
@@ -106,15 +106,15 @@ def test_only_the_pressure_along_the_middle_counts():
     pressure = 1 + position[:, 0]
     beside = np.where(position[:, 1] == 0, pressure, 50 * (1 - position[:, 0]))
     np.testing.assert_array_equal(
-        regions_of_equal_middle_load(position, beside, 4),
-        regions_of_equal_middle_load(position, pressure, 4),
+        bands_of_equal_middle_load(position, beside, 4),
+        bands_of_equal_middle_load(position, pressure, 4),
     )
 
 
 def test_a_region_reaches_across_the_bar():
     random = np.random.default_rng(0)
     position = grid(np.linspace(0, 1, 21), np.array([-0.1, -0.05, 0, 0.05, 0.1]))
-    region = regions_of_equal_middle_load(position, random.uniform(1, 2, len(position)), 5)
+    region = bands_of_equal_middle_load(position, random.uniform(1, 2, len(position)), 5)
     columns = region.reshape(21, 5)
     assert np.all(columns == columns[:, :1])
     assert np.all(np.diff(columns[:, 0]) >= 0)
@@ -126,7 +126,7 @@ def test_the_pressure_is_taken_straight_across_a_hole():
     hole = (position[:, 1] == 0) & (np.abs(position[:, 0] - 0.5) < 0.1 - 1e-9)
     position = position[~hole]
     pressure = np.where(position[:, 0] < 0.5, 1.0, 3.0)
-    region = regions_of_equal_middle_load(position, pressure, 2)
+    region = bands_of_equal_middle_load(position, pressure, 2)
     # from 1 at 0.4 it rises to 3 at 0.6, by 10 s: half of 0.4 + 0.4 + 1.2 is 0.4 + s + 5 s^2
     border = 0.4 + (np.sqrt(1 + 4 * 5 * 0.6) - 1) / 10
     np.testing.assert_array_equal(region, position[:, 0] > border)
@@ -137,7 +137,7 @@ def test_no_pair_on_the_centre_line_leaves_the_two_rows_next_to_it():
     position = grid(np.linspace(0, 1, 41), y)
     position[:, 1] *= 1 + 1e-12 * np.random.default_rng(0).uniform(-1, 1, len(position))
     pressure = np.where(np.abs(position[:, 1]) < 0.1, 1.0, 9.0 * position[:, 0])
-    region = regions_of_equal_middle_load(position, pressure, 2)
+    region = bands_of_equal_middle_load(position, pressure, 2)
     np.testing.assert_array_equal(region, position[:, 0] >= 0.5)
 
 
@@ -145,7 +145,7 @@ def test_mirrored_pairs_on_a_border_stay_together():
     # the border at a half is where pairs are, but for rounding
     position = grid(np.linspace(0, 1, 11), np.array([-0.1, 0, 0.1]))
     position[:, 0] += 1e-12 * np.random.default_rng(0).uniform(-1, 1, len(position))
-    columns = regions_of_equal_middle_load(position, np.ones(33), 2).reshape(11, 3)
+    columns = bands_of_equal_middle_load(position, np.ones(33), 2).reshape(11, 3)
     np.testing.assert_array_equal(columns, np.repeat(np.arange(11) >= 5, 3).reshape(11, 3))
 
 
@@ -154,8 +154,8 @@ def test_regions_along_the_middle_do_not_depend_on_the_order_of_pairs():
     position = grid(np.sort(random.uniform(0, 1, 40)), np.array([-0.1, 0, 0.1]))
     pressure, shuffled = random.uniform(0, 2, 120), random.permutation(120)
     np.testing.assert_array_equal(
-        regions_of_equal_middle_load(position, pressure, 6)[shuffled],
-        regions_of_equal_middle_load(position[shuffled], pressure[shuffled], 6),
+        bands_of_equal_middle_load(position, pressure, 6)[shuffled],
+        bands_of_equal_middle_load(position[shuffled], pressure[shuffled], 6),
     )
 
 
@@ -169,7 +169,7 @@ def test_regions_along_the_middle_do_not_depend_on_the_order_of_pairs():
 def test_a_region_without_a_pair_is_refused(pressure, count):
     position = np.column_stack([np.linspace(0, 1, 11), np.zeros(11)])
     with pytest.raises(ValueError, match=f"11 pairs do not divide into {count} regions"):
-        regions_of_equal_middle_load(position, pressure, count)
+        bands_of_equal_middle_load(position, pressure, count)
 
 
 # joints of regions
@@ -179,7 +179,7 @@ def test_a_region_without_a_pair_is_refused(pressure, count):
 def test_equal_load_is_the_default_and_goes_by_the_load_of_the_elements(law):
     joint = make_joint(law=law)
     regions = partition_regions(joint, make_preload(joint), 4)
-    expected = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, 4)
+    expected = bands_of_equal_load(joint.position[:, :2], joint.law.slip_force, 4)
     np.testing.assert_array_equal(regions.law.point_of_element, expected)
     assert regions.points == 4
     for rows, of_pairs in zip(regions.rows, merge_points(joint, expected).rows, strict=True):
@@ -189,7 +189,7 @@ def test_equal_load_is_the_default_and_goes_by_the_load_of_the_elements(law):
 def test_no_pressure_along_the_middle_is_refused():
     position = grid(np.linspace(0, 1, 11), np.array([-0.1, 0, 0.1]))
     with pytest.raises(ValueError, match="no pressure along the middle"):
-        regions_of_equal_middle_load(position, np.abs(position[:, 1]), 2)
+        bands_of_equal_middle_load(position, np.abs(position[:, 1]), 2)
 
 
 def joint_and_preload(law):
@@ -210,7 +210,7 @@ def test_equal_middle_load_goes_by_the_pressure_of_the_whole_surface(law):
     regions = partition_regions(joint, preload, 5, "equal-middle-load")
     surface = preload["position"].to_numpy()
     pressure = (preload["normal_load"] / preload["area"]).to_numpy()
-    expected = regions_of_equal_middle_load(surface[:, :2], pressure, 5)
+    expected = bands_of_equal_middle_load(surface[:, :2], pressure, 5)
     np.testing.assert_array_equal(regions.law.point_of_element, expected[has_element])
 
 
@@ -248,7 +248,7 @@ def frozen_in_groups(law, groups=5):
 @pytest.mark.parametrize("law", LAWS)
 def test_pairs_that_move_alike_are_one_region_wherever_they_are(law):
     joint, group = frozen_in_groups(law)
-    region = regions_of_like_motion(joint, 5)
+    region = cluster_by_motion(joint, 5)
     # a region for each group: the pairs (region, group) that occur are as many as either
     assert len(set(zip(region, group, strict=True))) == 5
     assert np.unique(region).size == 5
@@ -258,9 +258,7 @@ def test_pairs_that_move_alike_are_one_region_wherever_they_are(law):
 def test_every_count_up_to_that_of_the_pairs_is_met(law):
     joint, _ = frozen_in_groups(law)
     for count in (1, 4, 5, 6, 30, 60):
-        np.testing.assert_array_equal(
-            np.unique(regions_of_like_motion(joint, count)), np.arange(count)
-        )
+        np.testing.assert_array_equal(np.unique(cluster_by_motion(joint, count)), np.arange(count))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -289,15 +287,13 @@ def test_clusters_do_not_depend_on_units_of_load_and_stiffness_alike(joint):
             law, tangential_stiffness=2 * law.tangential_stiffness, slip_force=2 * law.slip_force
         ),
     )
-    np.testing.assert_array_equal(
-        regions_of_like_motion(stiffer, 6), regions_of_like_motion(joint, 6)
-    )
+    np.testing.assert_array_equal(cluster_by_motion(stiffer, 6), cluster_by_motion(joint, 6))
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_regions_of_like_motion_count_along_the_bar(law):
+def test_cluster_by_motion_count_along_the_bar(law):
     joint = make_joint(law=law)
-    region = regions_of_like_motion(joint, 6)
+    region = cluster_by_motion(joint, 6)
     centre = np.bincount(region, joint.position[:, 0]) / np.bincount(region)
     assert np.all(np.diff(centre) > 0)
 
@@ -308,8 +304,8 @@ def test_regions_go_by_the_motion_of_the_resonances_that_count(joint):
     tangential = np.column_stack([1.0 + half, 50.0 * (1 + quarter), np.ones(60)])
     law = replace(joint.law, tangential_stiffness=np.full(60, 1e-6))
     joint = replace(joint, tangential_mode=tangential, law=law)
-    np.testing.assert_array_equal(regions_of_like_motion(joint, 2), half)
-    of_two = regions_of_like_motion(joint, 2, resonances=2)
+    np.testing.assert_array_equal(cluster_by_motion(joint, 2), half)
+    of_two = cluster_by_motion(joint, 2, resonances=2)
     # one of the two orders in which regions may be numbered
     assert np.array_equal(of_two, quarter) or np.array_equal(of_two, 1 - quarter)
 
@@ -319,7 +315,7 @@ def test_resonances_that_a_joint_has_not_are_refused(joint, resonances):
     with pytest.raises(
         ValueError, match=f"resonances is {resonances}: it must be at least 1 and at most 3"
     ):
-        regions_of_like_motion(joint, 4, resonances=resonances)
+        cluster_by_motion(joint, 4, resonances=resonances)
 
 
 # how regions move
@@ -346,7 +342,7 @@ def test_a_region_may_move_as_the_nearest_straight_line(law):
     joint = make_joint(law=law, pairs=40)
     count = 2
     lines = partition_regions(joint, make_preload(joint), count, motion="linear")
-    region = regions_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
+    region = bands_of_equal_load(joint.position[:, :2], joint.law.slip_force, count)
     for B, on_line in zip(joint.rows, lines.rows, strict=True):
         for each in range(count):
             x = joint.position[region == each, 0]
@@ -483,6 +479,6 @@ def test_regions_need_a_number_or_a_tolerance(joint):
 
 def test_a_tolerance_that_is_not_met_is_refused(joint):
     with pytest.raises(ValueError, match=r"up to 3 regions \(clusters, mean\) have an error of"):
-        choose_count(joint, make_preload(joint), 1e-4, "clusters", most=3)
+        choose_count(joint, make_preload(joint), 1e-4, "clusters", maximum=3)
     with pytest.raises(ValueError, match=r"tolerance is 0\.0: it must be positive"):
         choose_count(joint, make_preload(joint), 0.0)

@@ -9,9 +9,10 @@ from small_joint import FRICTION, make_joint, make_preload
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.fit_describing_function import DescribingFunctionMisfit
-from boltjoint.joint.fit_loops import LoopMisfit, fit_elements
+from boltjoint.joint.fit_loops import LoopMisfit
+from boltjoint.joint.fitting import fit_elements
 from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error, unloading_branch
-from boltjoint.joint.minimax_curve import nearest_loading_curve
+from boltjoint.joint.minimax_curve import minimax_loading_curve
 from boltjoint.joint.model import merge_points
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
@@ -220,7 +221,7 @@ def curve_error(fitted_k, fitted_s, k, s):
 @pytest.mark.parametrize("count", [2, 3])
 def test_no_loading_curve_is_nearer(count):
     k, s = many_elements(15)
-    *nearest, ratio = nearest_loading_curve(k, s, count)
+    *nearest, ratio = minimax_loading_curve(k, s, count)
 
     def error(logs):
         a, b = np.split(logs, 2)
@@ -242,9 +243,9 @@ def test_no_loading_curve_is_nearer(count):
     assert ratio * (1 - 1e-9) <= found.fun <= 1.01 * ratio
 
 
-def test_nearest_loading_curve_errs_as_much_above_as_below_in_turn():
+def test_minimax_loading_curve_errs_as_much_above_as_below_in_turn():
     k, s = many_elements()
-    fitted_k, fitted_s, ratio = nearest_loading_curve(k, s, 5)
+    fitted_k, fitted_s, ratio = minimax_loading_curve(k, s, 5)
     u, error = curve_error(fitted_k, fitted_s, k, s)
     corners = fitted_s / fitted_k
     np.testing.assert_allclose(error[np.isin(u, corners)], ratio, rtol=1e-9)
@@ -253,11 +254,11 @@ def test_nearest_loading_curve_errs_as_much_above_as_below_in_turn():
 
 
 @pytest.mark.parametrize("sharpness", [8.0, np.inf])
-def test_nearest_loading_curves_keep_the_totals_and_come_nearer_with_more_elements(sharpness):
+def test_minimax_loading_curves_keep_the_totals_and_come_nearer_with_more_elements(sharpness):
     k, s = many_elements()
     ratios = []
     for count in (1, 2, 4, 7, 12):
-        fitted_k, fitted_s, ratio = nearest_loading_curve(k, s, count, sharpness)
+        fitted_k, fitted_s, ratio = minimax_loading_curve(k, s, count, sharpness)
         assert fitted_k.size == count
         assert np.all(fitted_k > 0)
         assert fitted_k.sum() == pytest.approx(k.sum(), rel=1e-9)
@@ -268,18 +269,18 @@ def test_nearest_loading_curves_keep_the_totals_and_come_nearer_with_more_elemen
     assert ratios[-1] < 2 * ratios[1] * (2 / 12) ** 2
 
 
-def test_nearest_loading_curve_is_the_curve_with_as_many_corners_as_it_has():
+def test_minimax_loading_curve_is_the_curve_with_as_many_corners_as_it_has():
     k, s = np.array([1e8, 2e8, 3e8]), np.array([5.0, 30.0, 150.0])
-    fitted_k, fitted_s, ratio = nearest_loading_curve(np.repeat(k / 9, 9), np.repeat(s / 9, 9), 5)
+    fitted_k, fitted_s, ratio = minimax_loading_curve(np.repeat(k / 9, 9), np.repeat(s / 9, 9), 5)
     assert ratio == 0
     np.testing.assert_allclose(fitted_k, [1e8, 2e8, 1e8, 1e8, 1e8], rtol=1e-9)
     np.testing.assert_allclose(fitted_s, [5, 30, 50, 50, 50], rtol=1e-9)
 
 
-def test_nearest_loading_curve_does_not_depend_on_units():
+def test_minimax_loading_curve_does_not_depend_on_units():
     k, s = many_elements()
-    *one, ratio = nearest_loading_curve(k, s, 4)
-    *other, same = nearest_loading_curve(1e-3 * k, 1e3 * s, 4)
+    *one, ratio = minimax_loading_curve(k, s, 4)
+    *other, same = minimax_loading_curve(1e-3 * k, 1e3 * s, 4)
     assert same == pytest.approx(ratio, rel=1e-10)
     # the corners follow from a bisection to 1e-12
     np.testing.assert_allclose(other[0], 1e-3 * one[0], rtol=1e-8)
