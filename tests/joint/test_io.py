@@ -1,0 +1,37 @@
+"""Joints in files."""
+
+import numpy as np
+import pytest
+
+from boltjoint import dataset
+from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
+
+
+def test_joint_survives_its_file(either, tmp_path):
+    dataset.save(joint_to_dataset(either), tmp_path / "joint.nc")
+    again = load_joint(tmp_path / "joint.nc")
+    assert type(again.law) is type(either.law)
+    for one, other in ((again, either), (again.law, either.law)):
+        for name in vars(other):
+            if name != "law":
+                np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_axes_of_a_joint_file_may_be_in_any_order(either):
+    stored = joint_to_dataset(either)
+    again = joint_from_dataset(stored.transpose(*sorted(stored.dims)))
+    for one, other in zip(again.rows, either.rows, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(again.position, either.position)
+
+
+def test_every_quantity_of_a_joint_file_has_a_unit_and_a_meaning(either):
+    stored = joint_to_dataset(either)
+    assert set(either.law.quantities) < set(stored)
+    for name in stored.data_vars:
+        assert {"units", "long_name"} <= set(stored[name].attrs), name
+
+
+def test_unknown_law_is_refused(joint):
+    with pytest.raises(ValueError, match="'magic' is not known; allowed: constant, variable"):
+        joint_from_dataset(joint_to_dataset(joint).assign_attrs(law="magic"))

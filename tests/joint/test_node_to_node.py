@@ -1,0 +1,105 @@
+"""Node-to-node joints from modes and preload."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from boltjoint.friction.contact_states import SEPARATION, STICK_SLIP_SEPARATION
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.joint.node_to_node import connect_nodes
+
+
+def modes_and_preload():
+    position = np.column_stack([np.linspace(0, 0.1, 5), np.zeros(5), np.zeros(5)])
+    random = np.random.default_rng(0)
+    modes = xr.Dataset(
+        {
+            "natural_frequency": ("mode", [70.0, 360.0]),
+            "relative_mode": (("pair", "axis", "mode"), random.normal(size=(5, 3, 2))),
+            "response_mode": ("mode", [1.0, -1.0]),
+            "excitation_mode": ("mode", [1.1, -0.9]),
+            "position": (("pair", "axis"), position),
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+    preload = xr.Dataset(
+        {
+            "normal_load": ("pair", [10.0, 0.0, 30.0, 0.0, 20.0]),
+            "gap": ("pair", [0.0, 2e-7, 0.0, 5e-8, 0.0]),
+            "position": (("pair", "axis"), position),
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+    return modes, preload
+
+
+def test_only_loaded_pairs_get_an_element():
+    modes, preload = modes_and_preload()
+    joint = connect_nodes(modes, preload, 1e8, 0.1)
+    np.testing.assert_allclose(joint.law.slip_force, [1.0, 3.0, 2.0])
+    np.testing.assert_array_equal(joint.law.tangential_stiffness, 1e8)
+    along_bar = modes["relative_mode"].sel(axis="x").to_numpy()
+    np.testing.assert_array_equal(joint.tangential_mode, along_bar[[0, 2, 4]])
+    np.testing.assert_array_equal(joint.element_position, modes["position"].to_numpy()[[0, 2, 4]])
+
+
+def test_all_pairs_get_an_element_if_they_may_close():
+    modes, preload = modes_and_preload()
+    joint = connect_nodes(modes, preload, 1e8, 0.1, 3e8)
+    law = joint.law
+    assert isinstance(law, VariableLoad)
+    np.testing.assert_array_equal(law.point_of_element, np.arange(5))
+    np.testing.assert_array_equal(law.tangential_stiffness, 1e8)
+    np.testing.assert_array_equal(law.normal_stiffness, 3e8)
+    np.testing.assert_array_equal(law.friction_coefficient, 0.1)
+    # -k_v gap where open: 3e8 N/m over 0.2 and 0.05 um
+    np.testing.assert_allclose(law.normal_load, [10, -60, 30, -15, 20], rtol=1e-14)
+    relative = modes["relative_mode"]
+    np.testing.assert_array_equal(joint.tangential_mode, relative.sel(axis="x"))
+    np.testing.assert_array_equal(joint.normal_mode, relative.sel(axis="z"))
+    for position in (joint.position, joint.element_position):
+        np.testing.assert_array_equal(position, modes["position"])
+
+
+def test_a_pair_closes_where_the_lower_bar_moves_up_by_more_than_the_gap():
+    modes, preload = modes_and_preload()
+    # side A is the lower bar: its displacement along z less that of B
+    modes["relative_mode"][:] = 0.0
+    modes["relative_mode"].loc[{"axis": "z", "mode": 0}] = 1.0
+    joint = connect_nodes(modes, preload, 1e8, 0.1, 3e8)
+    open_by = preload["gap"].to_numpy()[1]
+
+    def state_of_pair_1(rise):
+        bias_of_modes = np.array([[rise, 0.0], [0.0, 0.0], [0.0, 0.0]])
+        motion = np.hstack([B @ bias_of_modes.T for B in joint.rows])
+        motion[:, 4] = 1e-3 * open_by
+        return joint.law.contact_state(motion)[1]
+
+    assert state_of_pair_1(0.99 * open_by) == SEPARATION
+    assert state_of_pair_1(open_by) == STICK_SLIP_SEPARATION
+    assert state_of_pair_1(-2 * open_by) == SEPARATION
+    assert state_of_pair_1(1.01 * open_by) not in (SEPARATION, STICK_SLIP_SEPARATION)
+
+
+def test_axes_of_files_may_be_in_any_order():
+    modes, preload = modes_and_preload()
+    joint = connect_nodes(modes, preload, 1e8, 0.1, 3e8)
+    turned = connect_nodes(
+        modes.transpose("mode", "axis", "pair"), preload.transpose("axis", "pair"), 1e8, 0.1, 3e8
+    )
+    for name in ("tangential_mode", "normal_mode", "position"):
+        np.testing.assert_array_equal(getattr(turned, name), getattr(joint, name))
+
+
+def test_modes_and_preload_of_different_meshes_are_refused():
+    modes, preload = modes_and_preload()
+    with pytest.raises(ValueError, match="different contact pairs"):
+        connect_nodes(modes, preload.isel(pair=slice(1, None)), 1e8, 0.1)
+
+
+@pytest.mark.parametrize("normal_stiffness", [None, 3e8])
+def test_a_joint_without_load_is_refused(normal_stiffness):
+    modes, preload = modes_and_preload()
+    preload["normal_load"][:] = 0.0
+    with pytest.raises(ValueError, match="no contact pair carries load"):
+        connect_nodes(modes, preload, 1e8, 0.1, normal_stiffness)
