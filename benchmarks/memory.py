@@ -19,6 +19,7 @@ import yaml
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
+from boltjoint.config.options import ContactAdaptedBasis
 from boltjoint.structure.basis.pod import find_pod_modes
 from boltjoint.structure.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
@@ -91,10 +92,10 @@ def stages(name: str, folder: Path) -> dict[str, Callable[[], None]]:
         "find_modes free-4": lambda: find_modes(read("assembly"), "free-4"),
         "find_modes free-40": lambda: find_modes(read("assembly"), "free-40"),
         "find_pod_modes": lambda: write(
-            "principal", find_pod_modes(read("assembly"), read("preload"))
+            "pod_modes", find_pod_modes(read("assembly"), read("preload"), ContactAdaptedBasis())
         ),
         "find_modes enriched-80": lambda: find_modes(
-            read("assembly"), "enriched-80", read("principal")
+            read("assembly"), "enriched-80", read("pod_modes")
         ),
         "find_patterns": lambda: resonances(read("assembly"), read("preload"), 1e8),
     }

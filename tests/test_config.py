@@ -47,7 +47,6 @@ from boltjoint.names import (
     parse_joint,
     parse_modes,
 )
-from boltjoint.structure.basis.candidates import BasisOptions
 from boltjoint.study import layout
 from boltjoint.study.published import BASIS
 
@@ -489,12 +488,6 @@ def test_how_elements_are_fitted():
 )
 def test_forward_differences_are_timed_where_the_source_solves(modes, joint, coordinates, expected):
     assert layout.jacobians(modes, joint, coordinates) == expected
-
-
-def test_options_of_the_enrichment_are_those_of_the_library():
-    options = ContactAdaptedBasis(contact_stiffness_N_per_m=5e7, levels=4, most=30).options
-    assert BasisOptions(**options) == BasisOptions(contact_stiffness=5e7, levels=4)
-    assert BasisOptions(**ContactAdaptedBasis().options) == BasisOptions()
 
 
 # ---- where results lie

@@ -195,7 +195,7 @@ def test_another_number_of_regions_to_compare_leaves_the_rest_alone(finished):
     assert not {"find_peaks", "find_patterns", "partition_regions", "solve_response"} & set(counts)
 
 
-def test_another_enrichment_leaves_other_bases_alone(finished):
+def test_another_contact_adapted_basis_leaves_other_bases_alone(finished):
     counts = planned(finished, "--config", "contact_adapted_basis={levels: 6}")
     assert counts["find_pod_modes"] == 1
     assert counts["find_modes"] == 1
@@ -283,9 +283,9 @@ SOLVES = {"solve_response", "time_solver", "find_backbone", "check_solutions"}
 @pytest.mark.parametrize(
     ("file", "runs", "rests"),
     [
-        ("src/boltjoint/fitting.py", "fit_reduced_joint", STRUCTURE | {"partition_regions"}),
-        ("src/boltjoint/structure/statics.py", "apply_preload", {"build_assembly"}),
-        ("src/boltjoint/structure/contact_adapted_basis.py", "find_pod_modes", {"apply_preload"}),
+        ("src/boltjoint/joint/fitting.py", "fit_reduced_joint", STRUCTURE | {"partition_regions"}),
+        ("src/boltjoint/structure/preload.py", "apply_preload", {"build_assembly"}),
+        ("src/boltjoint/structure/basis/pod.py", "find_pod_modes", {"apply_preload"}),
         ("src/boltjoint/solvers/arc_length.py", "solve_response", STRUCTURE | JOINTS),
         ("src/boltjoint/tables.py", "compare_accuracy", STRUCTURE | JOINTS | SOLVES),
         ("src/boltjoint/estimate.py", None, STRUCTURE | JOINTS | SOLVES),

@@ -65,7 +65,7 @@ def test_search_goes_on_until_enough_bending_modes_are_found(assembly, modes):
 
 def test_many_are_found_in_the_symmetric_half_as_in_the_whole(assembly, monkeypatch):
     of_half = find_modes(assembly, "free-13")
-    monkeypatch.setattr("boltjoint.structure.modes._MOST_OF_WHOLE", 13)
+    monkeypatch.setattr("boltjoint.structure.modes._MAXIMUM_OF_WHOLE", 13)
     of_whole = find_modes(assembly, "free-13")
     np.testing.assert_allclose(
         of_half["natural_frequency"], of_whole["natural_frequency"], rtol=1e-8

@@ -5,6 +5,7 @@ import pytest
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
+from boltjoint.config.options import ContactAdaptedBasis
 from boltjoint.dataset import save
 from boltjoint.structure.basis.pod import find_pod_modes
 from boltjoint.structure.constraints import (
@@ -12,7 +13,7 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.modes import _described, find_modes
+from boltjoint.structure.modes import _classified, find_modes
 from boltjoint.structure.patterns import resonances, resonances_in, stuck_patterns
 
 
@@ -43,7 +44,7 @@ def test_resonances_are_those_of_the_whole_model_without_assumed_symmetry(
     q = q[:, np.argsort(squared)]
     squared = np.sort(squared)
     frequency = np.sqrt(squared) / (2 * np.pi)
-    found = _described(assembly, M, frequency, (T @ q).reshape(-1, 3, 10))
+    found = _classified(assembly, M, frequency, (T @ q).reshape(-1, 3, 10))
     np.testing.assert_allclose(
         patterns["frequency"].sel(pattern="left half", springs="xz"),
         frequency[found.family == "bending"][:2],
@@ -66,9 +67,13 @@ def test_without_springs_a_basis_of_free_modes_is_exact(assembly, preload, modes
     np.testing.assert_allclose(found["error"], 0, atol=1e-8)
 
 
-def test_enriched_basis_beats_free_modes_in_every_pattern(assembly, preload, modes, patterns):
+def test_contact_adapted_basis_beats_free_modes(
+    assembly, preload, modes, patterns
+):
     free = resonances_in(modes, patterns)["error"]
-    basis = find_modes(assembly, "enriched-40", find_pod_modes(assembly, preload))
+    basis = find_modes(
+        assembly, "enriched-40", find_pod_modes(assembly, preload, ContactAdaptedBasis())
+    )
     enriched = resonances_in(basis, patterns)["error"]
     # a basis can only be too stiff, but for rounding
     assert enriched.min() > -1e-8

@@ -11,8 +11,7 @@ from scipy import sparse
 
 from boltjoint.structure import constraints, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
-from boltjoint.structure.basis.candidates import BasisOptions
-from boltjoint.structure.basis.pod import enriched_basis, find_pod_modes
+from boltjoint.structure.basis.pod import basis_of_pod_modes
 from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck
 from boltjoint.structure.half_lap.mesh import extrude, tributary_area
 from boltjoint.structure.half_lap.plan import (
@@ -188,11 +187,8 @@ ATTACKS = {
     "number": [
         lambda a: patterns.resonances(a, None, 1e8, number=0),
         lambda a: write_modes_deck(a, 0, "unwritten.inp"),
-        lambda a: enriched_basis(a, BASIS, 0),
+        lambda a: basis_of_pod_modes(a, BASIS, 0),
     ],
-    "most": [lambda a: find_pod_modes(a, a, most=1.5)],
-    "contact_adapted_basis": [lambda a: find_pod_modes(a, a, "nope")],
-    "free_modes": [lambda a: BasisOptions(free_modes=2.5)],
 }
 
 

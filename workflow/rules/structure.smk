@@ -47,7 +47,7 @@ rule find_pod_modes:
         # any preload of the assembly: its contact is the same for all but for a factor
         preload=lambda w: data("preload", assembly=w.assembly)[0],
     output:
-        principal=layout.PATHS["pod_modes"],
+        pod_modes=layout.PATHS["pod_modes"],
     log:
         "results/logs/find_pod_modes/{assembly}.log",
     benchmark:
@@ -59,8 +59,7 @@ rule find_pod_modes:
         runtime=lambda w: resources_of("pod_modes", w.assembly)["runtime"],
     params:
         library=library("find_pod_modes.py"),
-        contact_adapted_basis=study.contact_adapted_basis.options,
-        most=study.contact_adapted_basis.most,
+        contact_adapted_basis=study.contact_adapted_basis.model_dump(),
     script:
         "../scripts/find_pod_modes.py"
 
@@ -68,7 +67,7 @@ rule find_pod_modes:
 rule find_modes:
     input:
         assembly=layout.PATHS["assembly"],
-        principal=lambda w: (
+        pod_modes=lambda w: (
             layout.path("pod_modes", assembly=w.assembly)
             if Basis(w.basis).is_contact_adapted
             else []

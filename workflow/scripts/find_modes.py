@@ -6,7 +6,7 @@ from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 assembly = dataset.load(snakemake.input.assembly)
-principal = dataset.load(snakemake.input.principal) if snakemake.input.principal else None
-found = modes.find_modes(assembly, snakemake.params.family, principal)
+pod_modes = dataset.load(snakemake.input.pod_modes) if snakemake.input.pod_modes else None
+found = modes.find_modes(assembly, snakemake.params.family, pod_modes)
 dataset.save(found, snakemake.output.modes, snakemake.params)
 vtu.write_modes(assembly, found, snakemake.output.view)

@@ -112,12 +112,6 @@ class ContactAdaptedBasis(Entry):
     most: ModesCount = 80
     """Vectors of the largest basis; enriched-N has the first N of them."""
 
-    @property
-    def options(self) -> dict[str, float]:
-        """The parameters of ``structure.basis.candidates.BasisOptions``."""
-        options = self.model_dump(exclude={"most"})
-        return {"contact_stiffness": options.pop("contact_stiffness_N_per_m"), **options}
-
     def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
         if self.resonances > self.free_modes:
             yield ("resonances",), f"must be at most free_modes, {self.free_modes}"

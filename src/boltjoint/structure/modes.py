@@ -1,9 +1,8 @@
-"""In which shapes does the structure move? Mass-normalised modes, or a basis that converges.
+"""Modal bases of an assembly: bending modes without contact, or a contact-adapted basis.
 
 The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
-together. Modes are told apart by their energy; an enriched basis (``structure.basis``) adds what
-modes
-without contact cannot show, and is used like modes.
+together. Families of modes are told apart by their kinetic energy. A contact-adapted basis
+(``structure.basis``) also holds what modes without contact cannot, and is used like modes.
 """
 
 import logging
@@ -19,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.basis.pod import enriched_basis
+from boltjoint.structure.basis.pod import basis_of_pod_modes
 from boltjoint.structure.constraints import (
     assemble_assembly,
     check_held,
@@ -34,19 +33,22 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: points of an assembly that must move, and what it means where they do not
+#: points of an assembly that must move, and the problem where they do not
 _POINTS = {
     "response": "the observed point does not move in the modes asked for",
     "excitation": "this force does not excite the modes asked for",
 }
 
-#: modes without contact that are looked for in the whole model; more, in its symmetric half
-_MOST_OF_WHOLE = 12
+#: bending modes up to which the whole model is solved; for more, its symmetric half
+_MAXIMUM_OF_WHOLE = 12
+
+#: families of bases
+_FAMILIES = ("free", "enriched")
 
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes of vibration and what each of them is.
+    """Modes of vibration and their families.
 
     ``frequency`` (modes,) [Hz]; ``shape`` (nodes, 3, modes) [kg^-1/2], mass-normalised;
     ``energy_share`` (modes, 3): kinetic energy along x, y, z over all of it; ``symmetric_share``
@@ -65,7 +67,7 @@ class Modes:
 def find_modes(
     assembly: xr.Dataset,
     family: str,
-    principal: xr.Dataset | None = None,
+    pod_modes: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Modal basis of an assembly, as ``modes.nc`` holds it.
 
@@ -74,12 +76,11 @@ def find_modes(
     assembly
         As from ``build_assembly``.
     family
-        ``free-N``: the first N bending modes with the contact removed. ``enriched-N``: N vectors
-        that also hold the motion while the contact sticks, slips or opens, orthonormal in mass and
-        diagonal in stiffness as modes are.
-    principal
-        As from ``find_pod_modes``, for the same assembly; ``enriched-N`` takes the first N
-        of them, ``free-N`` has no use for any.
+        ``free-N``: the first N bending modes with the contact removed. ``enriched-N``: the
+        contact-adapted basis of N vectors, orthonormal in mass and diagonal in stiffness.
+    pod_modes
+        As from ``find_pod_modes``, for the same assembly; ``enriched-N`` takes the first N of them,
+        ``free-N`` needs none.
 
     Returns
     -------
@@ -87,35 +88,32 @@ def find_modes(
         ``natural_frequency`` (mode) [Hz]; mass-normalised [kg^-1/2]: ``mode_shape`` (node, axis,
         mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
         (mode), positive where it does not vanish, ``excitation_mode`` (mode); ``position`` (pair,
-        axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode the search met, which were
-        the symmetric ones only if N is large:
-        ``candidate_frequency`` (candidate) [Hz], ``candidate_family`` (candidate), and the shares
-        of kinetic energy that decided it, ``energy_share`` (candidate, axis) and
-        ``symmetric_share`` (candidate).
+        axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode that was solved for, for
+        large N symmetric ones only: ``candidate_frequency`` (candidate) [Hz], ``candidate_family``
+        (candidate), and the shares of kinetic energy that decided it, ``energy_share`` (candidate,
+        axis) and ``symmetric_share`` (candidate).
 
     Raises
     ------
     ValueError
         If there is no such family, the mesh has not as many modes or, for many, is not symmetric
-        about y = 0; if ``enriched-N`` gets no principal motions, too few, or those of another
-        mesh; or if the force excites none of the modes, or the observed point moves in none, as in
-        the clamp, or across the width of a symmetric assembly.
+        about y = 0; if ``enriched-N`` gets no POD modes, too few, or those of another mesh; or if
+        the force excites none of the modes, or the output point moves in none, as in the clamp, or
+        across the width of a symmetric assembly.
     RuntimeError
         If a natural frequency is no number or zero within rounding: the assembly is not held.
     """
     checks.instance("assembly", assembly, xr.Dataset)
     kind, number = _parse(family)
     if kind == "free":
-        met, chosen = _free_bending(assembly, number)
-        candidates = _candidates(met)
-        frequency, shape = met.frequency[chosen], met.shape[..., chosen]
+        modes, bending = _free_bending(assembly, number)
+        candidates = _candidates(modes)
+        frequency, shape = modes.frequency[bending], modes.shape[..., bending]
     else:
-        if principal is None:
-            raise ValueError(
-                f"{family} needs principal motions, which tell how the contact sticks and slips"
-            )
+        if pod_modes is None:
+            raise ValueError(f"{family} needs POD modes of the assembly, from find_pod_modes")
         candidates = {}
-        frequency, shape = enriched_basis(assembly, principal, number)
+        frequency, shape = basis_of_pod_modes(assembly, pod_modes, number)
     response, excitation = (_at_point(assembly, point, shape) for point in _POINTS)
     largest = abs(shape).max(axis=(0, 1))
     for (point, problem), found in zip(_POINTS.items(), (response, excitation), strict=True):
@@ -145,10 +143,7 @@ def find_modes(
                 "mode", response * sign, per_mass, "mode where the response is observed"
             ),
             "excitation_mode": quantity(
-                "mode",
-                excitation * sign,
-                per_mass,
-                "mode where the force acts",
+                "mode", excitation * sign, per_mass, "mode where the force acts"
             ),
             "position": assembly["position"].variable,
             "area": assembly["area"].variable,
@@ -202,81 +197,8 @@ def classify(
     return np.where(symmetric_share > 0.5, symmetric, antisymmetric)
 
 
-def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
-    """Modes with the contact removed up to the N-th bending one, and which of them bend."""
-    many = number > _MOST_OF_WHOLE
-    T = symmetric_displacements(assembly) if many else free_displacements(assembly, tightened=False)
-    K, M = assemble_assembly(assembly)
-    K_free, M_free = (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc()
-    factors = factorise(K_free)
-    inverse = LinearOperator(K_free.shape, factors.solve, dtype=float)
-    # any start vector will do that no mode is orthogonal to; a fixed one repeats the result
-    start = np.random.default_rng(0).standard_normal(len(K_free.indptr) - 1)
-
-    # in a slender bar about every third mode bends in the plane; where not, search further
-    count = 3 * number + 2
-    while count < start.size - 1:
-        squared, q = eigsh(K_free, k=count, M=M_free, sigma=0.0, OPinv=inverse, v0=start)
-        order = np.argsort(squared)
-        shape = (T @ q[:, order]).reshape(-1, 3, count)
-        check_held(squared, K_free, M_free)
-        met = _described(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
-        bending = np.flatnonzero(met.family == "bending")
-        if len(bending) >= number:
-            return met, bending[:number]
-        count *= 2
-    raise ValueError(f"free-{number}: the mesh has not as many bending modes")
-
-
-def _candidates(met: Modes) -> dict[str, xr.Variable]:
-    """What the search met, and why it took some of them."""
-    return {
-        "candidate_frequency": quantity(
-            "candidate", met.frequency, "Hz", "natural frequencies met in the search"
-        ),
-        "candidate_family": quantity("candidate", met.family, "1", "what the mode does"),
-        "energy_share": quantity(
-            ("candidate", "axis"), met.energy_share, "1", "kinetic energy along each axis"
-        ),
-        "symmetric_share": quantity(
-            "candidate",
-            met.symmetric_share,
-            "1",
-            "kinetic energy on the middle plane that is symmetric about it",
-        ),
-    }
-
-
-#: families of bases, each with the number of its vectors behind it
-_FAMILIES = ("free", "enriched")
-
-
-def _parse(family: str) -> tuple[str, int]:
-    text = family if isinstance(family, str) else ""
-    match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", text)
-    if match is None or match[1] not in _FAMILIES:
-        allowed = ", ".join(f"{name}-N" for name in _FAMILIES)
-        raise ValueError(
-            f"family {family!r} is not known; allowed: {allowed}, N being their number"
-        )
-    return match[1], int(match[2])
-
-
-def _described(assembly: xr.Dataset, M: sparse.csc_array, frequency: Array, shape: Array) -> Modes:
-    moved = (M @ shape.reshape(-1, len(frequency))).reshape(shape.shape)
-    energy_share = np.einsum("nam,nam->ma", shape, moved)
-    energy_share /= energy_share.sum(axis=1, keepdims=True)
-    lumped = np.asarray(M.sum(axis=0)).reshape(-1, 3)[:, 0]
-    symmetric = symmetric_share(assembly["coordinate"].to_numpy(), lumped, shape)
-    of_bars = np.unique(assembly["connectivity"].to_numpy()[assembly["part"] < FIRST_BOLT])
-    _, width, height = np.ptp(assembly["coordinate"].to_numpy()[of_bars], axis=0)
-    return Modes(
-        frequency, shape, energy_share, symmetric, classify(energy_share, symmetric, width, height)
-    )
-
-
 def symmetric_share(coordinate: Array, mass: Array, shape: Array) -> Array:
-    """How much of the middle plane's kinetic energy belongs to motion symmetric about it.
+    """Share of the middle plane's kinetic energy that belongs to motion symmetric about it.
 
     On y = 0 a symmetric mode moves along x and z only, an antisymmetric one along y only.
 
@@ -308,6 +230,76 @@ def symmetric_share(coordinate: Array, mass: Array, shape: Array) -> Array:
         raise ValueError("no nodes lie on the middle plane y = 0")
     energy = np.einsum("n,nam->ma", mass[on_plane], shape[on_plane] ** 2)
     return (energy[:, 0] + energy[:, 2]) / energy.sum(axis=1)
+
+
+def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
+    """Modes with the contact removed up to the N-th bending one, and which of them bend."""
+    many = number > _MAXIMUM_OF_WHOLE
+    T = symmetric_displacements(assembly) if many else free_displacements(assembly, tightened=False)
+    K, M = assemble_assembly(assembly)
+    K_free, M_free = (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc()
+    factors = factorise(K_free)
+    inverse = LinearOperator(K_free.shape, factors.solve, dtype=float)
+    # a fixed initial vector that no mode is orthogonal to repeats the result
+    start = np.random.default_rng(0).standard_normal(len(K_free.indptr) - 1)
+
+    # in a slender bar about every third mode bends in the plane; where not, search further
+    count = 3 * number + 2
+    while count < start.size - 1:
+        squared, q = eigsh(K_free, k=count, M=M_free, sigma=0.0, OPinv=inverse, v0=start)
+        order = np.argsort(squared)
+        shape = (T @ q[:, order]).reshape(-1, 3, count)
+        check_held(squared, K_free, M_free)
+        modes = _classified(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
+        bending = np.flatnonzero(modes.family == "bending")
+        if len(bending) >= number:
+            return modes, bending[:number]
+        count *= 2
+    raise ValueError(f"free-{number}: the mesh has not as many bending modes")
+
+
+def _candidates(modes: Modes) -> dict[str, xr.Variable]:
+    """All modes that were solved for, and the energies that tell their families apart."""
+    return {
+        "candidate_frequency": quantity(
+            "candidate", modes.frequency, "Hz", "natural frequencies met in the search"
+        ),
+        "candidate_family": quantity("candidate", modes.family, "1", "what the mode does"),
+        "energy_share": quantity(
+            ("candidate", "axis"), modes.energy_share, "1", "kinetic energy along each axis"
+        ),
+        "symmetric_share": quantity(
+            "candidate",
+            modes.symmetric_share,
+            "1",
+            "kinetic energy on the middle plane that is symmetric about it",
+        ),
+    }
+
+
+def _parse(family: str) -> tuple[str, int]:
+    """Kind and number of vectors of a family of bases."""
+    text = family if isinstance(family, str) else ""
+    match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", text)
+    if match is None or match[1] not in _FAMILIES:
+        allowed = ", ".join(f"{name}-N" for name in _FAMILIES)
+        raise ValueError(
+            f"family {family!r} is not known; allowed: {allowed}, N being their number"
+        )
+    return match[1], int(match[2])
+
+
+def _classified(assembly: xr.Dataset, M: sparse.csc_array, frequency: Array, shape: Array) -> Modes:
+    moved = (M @ shape.reshape(-1, len(frequency))).reshape(shape.shape)
+    energy_share = np.einsum("nam,nam->ma", shape, moved)
+    energy_share /= energy_share.sum(axis=1, keepdims=True)
+    lumped = np.asarray(M.sum(axis=0)).reshape(-1, 3)[:, 0]
+    symmetric = symmetric_share(assembly["coordinate"].to_numpy(), lumped, shape)
+    of_bars = np.unique(assembly["connectivity"].to_numpy()[assembly["part"] < FIRST_BOLT])
+    _, width, height = np.ptp(assembly["coordinate"].to_numpy()[of_bars], axis=0)
+    return Modes(
+        frequency, shape, energy_share, symmetric, classify(energy_share, symmetric, width, height)
+    )
 
 
 def _at_point(assembly: xr.Dataset, point: str, shape: Array) -> Array:

@@ -19,7 +19,7 @@ PATHS = {
     "mesh_view": _ASSEMBLY + "/mesh.vtu",
     "modes": _ASSEMBLY + "/{basis}/modes.nc",
     "modes_view": _ASSEMBLY + "/{basis}/modes.vtu",
-    "pod_modes": _ASSEMBLY + "/principal.nc",
+    "pod_modes": _ASSEMBLY + "/pod_modes.nc",
     "patterns": _ASSEMBLY + "/patterns.nc",
     "preload": _PRELOAD + "/preload.nc",
     "preload_view": _PRELOAD + "/preload.vtu",

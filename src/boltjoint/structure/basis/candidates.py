@@ -1,4 +1,16 @@
-"""Candidate vectors of a contact-adapted basis: attachment modes of the contact and free modes."""
+"""Candidate vectors of a contact-adapted basis: attachment modes of the contact and free modes.
+
+Modes of the structure without contact cannot follow the compliance around a bolt. The candidates
+are such modes and the attachment modes of the contact: the static shapes of unit forces on every
+contact pair. Together they resolve whatever the contact does.
+
+Only motion symmetric about the width is held: force, response and normal load are symmetric.
+
+References
+----------
+R. R. Craig: Coupling of substructures for dynamic analyses: an overview. 41st AIAA Structures,
+Structural Dynamics, and Materials Conference (2000), AIAA-2000-1573.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,86 +22,36 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from boltjoint import checks
 from boltjoint.structure.constraints import factorise, relative_displacements
 from boltjoint.structure.symmetry import SymmetricHalf
 
 Array = NDArray[np.float64]
 
-
-#: right sides solved for at a time: enough for the factors to be read seldom, few enough to be held
-_BLOCK = 64
-
-
-#: candidates, or snapshots, whose share of the largest is below this depend on the others
+#: share of the largest energy below which a candidate or a POD mode depends on the others
 DEPENDENT_SHARE = 1e-12
 
-
-@dataclass(frozen=True)
-class BasisOptions:
-    """What an enriched basis is made for.
-
-    Parameters
-    ----------
-    contact_stiffness
-        Of each contact pair, along the bar and across the contact [N/m].
-    friction_coefficient
-        mu [-]: decides whether pairs slip before they open.
-    loss_factor
-        Of the structure [-]: friction counts by what it adds to that.
-    free_modes
-        Symmetric modes without contact among the candidates.
-    resonances
-        The resonances whose motion the basis is to hold, from the first.
-    levels
-        Steps by which the load that slips grows from none to all of it.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not positive, modes, resonances or levels are not whole numbers, or there
-        are fewer free modes than resonances.
-    """
-
-    contact_stiffness: float = 1e8
-    friction_coefficient: float = 0.1
-    loss_factor: float = 0.002
-    free_modes: int = 12
-    resonances: int = 2
-    levels: int = 14
-
-    def __post_init__(self) -> None:
-        """Refuse sizes that make no basis."""
-        for name, value in vars(self).items():
-            if name in ("free_modes", "resonances", "levels"):
-                checks.whole(name, value, above=0)
-            else:
-                checks.number(name, value, above=0)
-        if self.free_modes < self.resonances:
-            raise ValueError(
-                f"free_modes is {self.free_modes}: it must be at least resonances, "
-                f"which is {self.resonances}"
-            )
+#: right sides solved at a time: many enough that the factors are read seldom, few enough for memory
+_BLOCK = 64
 
 
 @dataclass(frozen=True)
 class Candidates:
-    """Motions from which a basis is chosen, in coordinates a in which K is the unit matrix.
+    """Candidate vectors in coordinates a in which K is the unit matrix.
 
     Pairs are those on one side of the plane of symmetry and on it.
 
     Attributes
     ----------
     vector
-        Modes and static shapes, shape (unknowns, vectors).
+        Modes and attachment modes, shape (unknowns, vectors).
     coordinate
-        What turns a into shares of the vectors, shape (vectors, candidates).
+        Matrix from a to factors of the vectors, shape (vectors, candidates).
     mass
         M in these coordinates, shape (candidates, candidates).
     tangential, normal
         Relative displacement of the pairs along x and z, shape (pairs, candidates).
     weight
-        2 for a pair that stands for its mirror image too, else 1, shape (pairs,).
+        2 for a pair that also represents its mirror image, else 1, shape (pairs,).
     normal_load, gap
         Of the pairs after tightening [N], [m].
     pressure
@@ -134,7 +96,7 @@ class SpringContact:
     Parameters
     ----------
     candidates
-        The motions.
+        The candidate vectors.
     tangential, normal
         Stiffness of the pairs along x and z [N/m], shape (pairs,).
     """
@@ -142,14 +104,14 @@ class SpringContact:
     def __init__(self, candidates: Candidates, tangential: Array, normal: Array) -> None:
         self.candidates = candidates
         stiffness = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
-        # springs that are weak against all others only spoil the condition of what follows
+        # springs that are weak against all others only spoil the condition of the compliance
         acting = np.flatnonzero(stiffness > 1e-6 * stiffness.max(initial=0.0))
         self._acting = acting
         self._stiffness, self._rows = stiffness[acting], candidates.rows[acting]
 
     @cached_property
     def _factors(self) -> tuple[Array, bool]:
-        """Of the compliance of the springs and what is between them, if any is asked for."""
+        """Factors of the compliance of the springs and of the structure between them."""
         compliance = self.candidates.flexibility[np.ix_(self._acting, self._acting)]
         compliance[np.diag_indices(self._acting.size)] += 1 / self._stiffness
         return cho_factor(compliance, overwrite_a=True)
@@ -161,7 +123,7 @@ class SpringContact:
         return force - self._rows.T @ cho_solve(self._factors, self._rows @ force)
 
     def modes(self, count: int, start: Array) -> tuple[Array, Array]:
-        """Squared frequencies and modes of unit strain energy, from a first guess."""
+        """Squared frequencies and modes of unit strain energy, from an initial vector."""
         n = len(self.candidates.mass)
         stiffness = LinearOperator(
             (n, n),
@@ -185,9 +147,9 @@ class SpringContact:
 def find_candidates(
     assembly: xr.Dataset, preload: xr.Dataset, half: SymmetricHalf, free_modes: int
 ) -> Candidates:
-    """Modes without contact and the static shapes of unit forces on every pair along x and z.
+    """Modes without contact, and attachment modes of unit forces on every pair along x and z.
 
-    The shapes make the contact's flexibility exact, the modes the inertia at low frequency.
+    Attachment modes make the contact's flexibility exact, modes the inertia at low frequency.
 
     Parameters
     ----------
@@ -222,7 +184,7 @@ def find_candidates(
         force = C[first : first + _BLOCK].T.toarray()
         vector[:, free_modes + first :][:, : force.shape[1]] = factors.solve(force)
 
-    # K times a static shape is its force, and modes are orthogonal
+    # K times an attachment mode is its force, and modes are orthogonal
     moved = C @ vector
     stiffness = np.empty((vector.shape[1], vector.shape[1]))
     stiffness[:free_modes, :free_modes] = np.diag(squared)
@@ -250,6 +212,11 @@ def find_candidates(
     )
 
 
+def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: float) -> Array:
+    """Springs on all loaded pairs along x, then along z [N/m]."""
+    return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
+
+
 def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
     """V^T A V of symmetric A, a block of columns at a time, since A V is as large as V."""
     count = vector.shape[1]
@@ -263,8 +230,3 @@ def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
 
 def _symmetric(matrix: Array) -> Array:
     return (matrix + matrix.T) / 2
-
-
-def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: float) -> Array:
-    """Springs on all loaded pairs along x, then along z [N/m]."""
-    return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)

@@ -1,6 +1,17 @@
-"""Proper orthogonal decomposition (POD) of snapshots into a contact-adapted basis."""
+"""Contact-adapted basis: POD modes of snapshots of a contact that sticks, slips and opens.
+
+The snapshots are solved in candidates that resolve whatever the contact does. Their proper
+orthogonal decomposition (POD) in the norm of strain energy keeps the vectors they have most in
+common. Any first N of these POD modes make the basis ``enriched-N``.
+
+References
+----------
+G. Berkooz, P. Holmes, J. L. Lumley: The proper orthogonal decomposition in the analysis of
+turbulent flows. Annual Review of Fluid Mechanics 25 (1993) 539-575.
+"""
 
 import logging
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -13,7 +24,6 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.basis.candidates import (
     DEPENDENT_SHARE,
-    BasisOptions,
     Candidates,
     find_candidates,
     stuck_spring_stiffness,
@@ -22,8 +32,10 @@ from boltjoint.structure.basis.snapshots import slipping_snapshots, stuck_snapsh
 from boltjoint.structure.constraints import check_held
 from boltjoint.structure.symmetry import symmetric_half
 
-logger = logging.getLogger(__name__)
+if TYPE_CHECKING:
+    from boltjoint.config.options import ContactAdaptedBasis
 
+logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
@@ -31,75 +43,71 @@ Array = NDArray[np.float64]
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def find_pod_modes(
-    assembly: xr.Dataset,
-    preload: xr.Dataset,
-    options: BasisOptions | None = None,
-    most: int = 80,
+    assembly: xr.Dataset, preload: xr.Dataset, options: "ContactAdaptedBasis"
 ) -> xr.Dataset:
-    """Vectors that an assembly's motions have most in common while its contact sticks and slips.
-
-    Any first N of them make a basis ``enriched-N``, so they are found once for all N.
+    """POD modes of an assembly whose contact sticks, slips and opens.
 
     Parameters
     ----------
     assembly, preload
         As from ``build_assembly`` and ``apply_preload``. Only the ratios of the loads matter, not
-        how tight the bolts are.
+        their size.
     options
-        What they are made for; the defaults of ``BasisOptions`` if left out.
-    most
-        Vectors kept, or as many as the motions span if those are fewer.
+        Contact, resonances and slip levels of the snapshots, and the number of POD modes; there are
+        fewer where the snapshots span fewer.
 
     Returns
     -------
     Dataset
-        ``principal_motion`` (node, axis, motion) [m J^-1/2], the most common first, orthonormal in
+        ``pod_mode_shape`` (node, axis, pod_mode) [m J^-1/2], by decreasing energy, orthonormal in
         strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
-        (motion): energy that all motions, as they count, have along it, over all of theirs;
-        ``position`` (pair, axis) [m].
+        (pod_mode): energy of the weighted snapshots along it, over all of theirs; ``position``
+        (pair, axis) [m].
 
     Raises
     ------
     ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, the mesh is not
-        symmetric about y = 0, or ``most`` is not positive.
+        If preload and assembly do not hold the same pairs, no pair carries load, or the mesh is not
+        symmetric about y = 0.
     RuntimeError
-        If the assembly is not held, or the motions are lost in rounding.
+        If the assembly is not held, or the snapshots are lost in rounding.
     """
-    most = checks.whole("most", most, above=0)
-    options = BasisOptions() if options is None else options
-    checks.instance("options", options, BasisOptions)
     half = symmetric_half(assembly)
     candidates = find_candidates(assembly, preload, half, options.free_modes)
     try:
-        motion = np.concatenate(
+        snapshots = np.concatenate(
             [*stuck_snapshots(candidates, options), *slipping_snapshots(candidates, options)],
             axis=1,
         )
-        kept, share = proper_orthogonal_modes(candidates, motion, most, options.contact_stiffness)
+        pod_modes, share = proper_orthogonal_modes(
+            candidates, snapshots, options.most, options.contact_stiffness_N_per_m
+        )
     except (ArpackError, ValueError) as error:
         # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
         raise RuntimeError(
-            f"the motions of {options} are lost in rounding ({error}): choose the values of "
+            f"the snapshots of {options!r} are lost in rounding ({error}): choose the values of "
             "contact_adapted_basis nearer to their defaults"
         ) from error
     logger.info(
         "contact-adapted basis: %d candidates, %d snapshots, %d POD modes",
         len(candidates.mass),
-        motion.shape[1],
+        snapshots.shape[1],
         len(share),
     )
-    vector = half.displacement @ (candidates.vector @ (candidates.coordinate @ kept))
+    shape = half.displacement @ (candidates.vector @ (candidates.coordinate @ pod_modes))
     return xr.Dataset(
         {
-            "principal_motion": quantity(
-                ("node", "axis", "motion"),
-                vector.reshape(-1, 3, len(share)),
+            "pod_mode_shape": quantity(
+                ("node", "axis", "pod_mode"),
+                shape.reshape(-1, 3, len(share)),
                 "m J^-1/2",
-                "principal motion, of unit strain energy with the contact stuck",
+                "POD mode, of unit strain energy with the contact stuck",
             ),
             "energy_share": quantity(
-                "motion", share, "1", "strain energy of all motions along it, over all of theirs"
+                "pod_mode",
+                share,
+                "1",
+                "strain energy of the snapshots along it, over all of it",
             ),
             "position": assembly["position"].variable,
         },
@@ -107,15 +115,17 @@ def find_pod_modes(
     )
 
 
-def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> tuple[Array, Array]:
-    """The first principal motions of an assembly as vectors that can be used like modes.
+def basis_of_pod_modes(
+    assembly: xr.Dataset, pod_modes: xr.Dataset, number: int
+) -> tuple[Array, Array]:
+    """The first POD modes of an assembly as a basis that is used like modes.
 
     Parameters
     ----------
-    assembly, principal
+    assembly, pod_modes
         As from ``build_assembly`` and, for the same assembly, ``find_pod_modes``.
     number
-        Vectors in all.
+        Number of vectors.
 
     Returns
     -------
@@ -126,24 +136,24 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
     Raises
     ------
     ValueError
-        If assembly and principal motions do not belong together, or there are fewer of them.
+        If the POD modes are of another mesh, or there are fewer of them.
     RuntimeError
         If a frequency is no number or zero within rounding: the assembly is not held.
     """
     number = checks.whole("number", number, at_least=1)
-    position = checks.variable("principal", principal, "position", ("pair", "axis"))
-    if principal.sizes["node"] != assembly.sizes["node"] or not np.array_equal(
+    position = checks.variable("pod_modes", pod_modes, "position", ("pair", "axis"))
+    if pod_modes.sizes["node"] != assembly.sizes["node"] or not np.array_equal(
         position, assembly["position"].to_numpy()
     ):
-        raise ValueError("the principal motions were found on a different mesh")
-    if number > principal.sizes["motion"]:
+        raise ValueError("the POD modes were found on a different mesh")
+    if number > pod_modes.sizes["pod_mode"]:
         raise ValueError(
-            f"enriched-{number}: there are {principal.sizes['motion']} principal motions; keep "
-            "more of them, or find them for more levels if they span no more"
+            f"enriched-{number}: there are {pod_modes.sizes['pod_mode']} POD modes; keep more of "
+            "them, or find them for more slip levels if the snapshots span no more"
         )
     half = symmetric_half(assembly)
-    motion = principal["principal_motion"].transpose("node", "axis", "motion")[..., :number]
-    vector = half.unknowns(motion.to_numpy().reshape(-1, number))
+    shape = pod_modes["pod_mode_shape"].transpose("node", "axis", "pod_mode")[..., :number]
+    vector = half.unknowns(shape.to_numpy().reshape(-1, number))
     squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
     check_held(squared, half.stiffness, half.mass)
     shape = half.displacement @ (vector @ share)
@@ -151,33 +161,34 @@ def enriched_basis(assembly: xr.Dataset, principal: xr.Dataset, number: int) -> 
 
 
 def proper_orthogonal_modes(
-    candidates: Candidates, motion: Array, most: int, contact_stiffness: float
+    candidates: Candidates, snapshots: Array, maximum: int, contact_stiffness: float
 ) -> tuple[Array, Array]:
-    """The vectors that many motions have most in common, by proper orthogonal decomposition.
+    """Proper orthogonal decomposition of snapshots in the norm of strain energy.
 
-    The norm is the strain energy with springs on all loaded pairs: an error in a resonance is the
-    error of its mode in about that norm, squared.
+    The strain energy is that with springs on all loaded pairs: the error of a resonance is about
+    the squared error of its mode in that norm.
 
     Parameters
     ----------
     candidates
-        The space of the motions.
-    motion
-        Shape (candidates, motions), each as large as it counts.
-    most
-        Vectors kept, or as many as the motions span if those are fewer.
+        The space of the snapshots.
+    snapshots
+        Weighted, shape (candidates, snapshots).
+    maximum
+        POD modes kept, or as many as the snapshots span if those are fewer.
     contact_stiffness
         Of the springs, along x and z [N/m].
 
     Returns
     -------
     tuple
-        The vectors, orthonormal in that norm, the most common first, shape (candidates, vectors);
-        and the energy of the motions along each over that of them all, shape (vectors,).
+        POD modes, orthonormal in that norm, by decreasing energy, shape (candidates, POD modes);
+        and the energy of the snapshots along each over all of it, shape (POD modes,).
     """
-    moved, spring = candidates.rows @ motion, stuck_spring_stiffness(candidates, contact_stiffness)
-    energy, turn = eigh(motion.T @ motion + moved.T @ (spring[:, None] * moved))
+    moved = candidates.rows @ snapshots
+    spring = stuck_spring_stiffness(candidates, contact_stiffness)
+    energy, turn = eigh(snapshots.T @ snapshots + moved.T @ (spring[:, None] * moved))
     energy, turn = energy[::-1], turn[:, ::-1]
-    number = min(most, np.count_nonzero(energy > DEPENDENT_SHARE * energy[0]))
-    vector = motion @ (turn[:, :number] / np.sqrt(energy[:number]))
-    return vector, energy[:number] / energy.sum()
+    number = min(maximum, np.count_nonzero(energy > DEPENDENT_SHARE * energy[0]))
+    pod_modes = snapshots @ (turn[:, :number] / np.sqrt(energy[:number]))
+    return pod_modes, energy[:number] / energy.sum()

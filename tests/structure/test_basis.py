@@ -1,16 +1,17 @@
-"""Enriched bases: symmetry, candidates, laws of the motions, and convergence with their number."""
+"""Contact-adapted bases: symmetry, candidates, snapshots and convergence with their number."""
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from boltjoint.config.options import ContactAdaptedBasis
 from boltjoint.dataset import save
-from boltjoint.structure.basis.candidates import BasisOptions, SpringContact, find_candidates
+from boltjoint.structure.basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.basis.pod import find_pod_modes, proper_orthogonal_modes
 from boltjoint.structure.basis.snapshots import (
     _describing_function,
+    _energy_norm,
     _NormalLoad,
-    _size,
     _SlippingMode,
     slipping_snapshots,
     stuck_snapshots,
@@ -20,7 +21,7 @@ from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in
 from boltjoint.structure.symmetry import symmetric_half
 
-SMALL = BasisOptions(levels=5)
+SMALL = ContactAdaptedBasis(levels=5)
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +35,13 @@ def candidates(assembly, preload, half):
 
 
 @pytest.fixture(scope="module")
-def principal(assembly, preload):
+def pod_modes(assembly, preload):
     return find_pod_modes(assembly, preload, SMALL)
 
 
 @pytest.fixture(scope="module")
-def enriched(assembly, principal):
-    return find_modes(assembly, "enriched-24", principal)
+def enriched(assembly, pod_modes):
+    return find_modes(assembly, "enriched-24", pod_modes)
 
 
 def test_symmetric_unknowns_have_the_symmetric_modes_of_the_whole(assembly, half):
@@ -98,37 +99,37 @@ def test_springs_by_woodbury_are_those_of_the_dense_matrix(candidates):
     np.testing.assert_allclose(mode.T @ dense @ mode, np.eye(3), atol=1e-8)
 
 
-def test_principal_motions_are_of_unit_energy_with_the_contact_stuck(assembly, preload, principal):
+def test_pod_modes_are_of_unit_energy_with_the_contact_stuck(assembly, preload, pod_modes):
     K, _ = assemble_assembly(assembly)
-    motion = principal["principal_motion"].to_numpy().reshape(K.shape[0], -1)
-    moved = relative_displacements(assembly) @ motion
+    vector = pod_modes["pod_mode_shape"].to_numpy().reshape(K.shape[0], -1)
+    moved = relative_displacements(assembly) @ vector
     spring = 1e8 * np.outer(preload["normal_load"] > 0, [1, 0, 1]).ravel()
-    energy = motion.T @ (K @ motion) + moved.T @ (spring[:, None] * moved)
+    energy = vector.T @ (K @ vector) + moved.T @ (spring[:, None] * moved)
     # the rarest have some 1e-12 of the energy of the first, so rounding turns them by 1e-4
     np.testing.assert_allclose(energy, np.eye(len(energy)), atol=1e-3)
     np.testing.assert_allclose(energy[:24, :24], np.eye(24), atol=1e-7)
-    share = principal["energy_share"].to_numpy()
+    share = pod_modes["energy_share"].to_numpy()
     assert np.all(np.diff(share) < 0)
     assert 0.999 < share.sum() <= 1 + 1e-12
 
 
-def test_fewer_principal_motions_are_the_first_of_more(assembly, preload, principal):
-    few = find_pod_modes(assembly, preload, SMALL, most=6)
-    assert few.sizes["motion"] == 6
-    assert principal.sizes["motion"] == 80
-    first = principal["principal_motion"][..., :6]
+def test_fewer_pod_modes_are_the_first_of_more(assembly, preload, pod_modes):
+    few = find_pod_modes(assembly, preload, ContactAdaptedBasis(levels=5, most=6))
+    assert few.sizes["pod_mode"] == 6
+    assert pod_modes.sizes["pod_mode"] == 80
+    first = pod_modes["pod_mode_shape"][..., :6]
     # of another number of products, each rounded
-    np.testing.assert_allclose(few["principal_motion"], first, atol=1e-12 * abs(first).max())
-    modes = [find_modes(assembly, "enriched-6", found) for found in (few, principal)]
+    np.testing.assert_allclose(few["pod_mode_shape"], first, atol=1e-12 * abs(first).max())
+    modes = [find_modes(assembly, "enriched-6", found) for found in (few, pod_modes)]
     np.testing.assert_allclose(*(found["natural_frequency"] for found in modes), rtol=1e-9)
 
 
-def test_a_basis_holds_its_principal_motions(assembly, principal, enriched):
+def test_a_basis_holds_its_pod_modes(assembly, pod_modes, enriched):
     _, M = assemble_assembly(assembly)
     shape = enriched["mode_shape"].to_numpy().reshape(M.shape[0], -1)
-    motion = principal["principal_motion"].to_numpy()[..., :24].reshape(M.shape[0], -1)
-    held = shape @ (shape.T @ (M @ motion))
-    np.testing.assert_allclose(held, motion, atol=1e-10 * abs(motion).max())
+    vector = pod_modes["pod_mode_shape"].to_numpy()[..., :24].reshape(M.shape[0], -1)
+    held = shape @ (shape.T @ (M @ vector))
+    np.testing.assert_allclose(held, vector, atol=1e-10 * abs(vector).max())
 
 
 def test_basis_is_orthonormal_in_mass_and_diagonal_in_stiffness(assembly, enriched):
@@ -159,13 +160,13 @@ def test_basis_has_the_variables_of_modes(assembly, enriched, modes, tmp_path):
     save(enriched, tmp_path / "modes.nc")
 
 
-def test_errors_fall_with_the_number_of_vectors(assembly, preload, principal):
+def test_errors_fall_with_the_number_of_vectors(assembly, preload, pod_modes):
     all_stuck = {"all": preload["normal_load"].to_numpy() > 0}
     reference = resonances(assembly, preload, 1e8, all_stuck)
 
     errors = []
     for number in (4, 8, 16, 32):
-        basis = find_modes(assembly, f"enriched-{number}", principal)
+        basis = find_modes(assembly, f"enriched-{number}", pod_modes)
         errors.append(resonances_in(basis, reference)["error"].max().item())
     # a basis can only be too stiff, but for rounding
     assert min(errors) > -1e-8
@@ -180,29 +181,29 @@ def test_the_size_of_the_preload_does_not_matter(assembly, preload, enriched):
     np.testing.assert_allclose(found["natural_frequency"], enriched["natural_frequency"], rtol=1e-6)
 
 
-def test_motions_count_as_modes_of_the_first_resonance_do_or_less(candidates):
+def test_snapshots_weigh_as_modes_of_the_first_resonance_do_or_less(candidates):
     stuck = list(stuck_snapshots(candidates, SMALL))
     # none stuck; by pressure and by distance, in five levels three parts of the lap, in two levels
     # two bolts and two sides, two sets of springs
     assert len(stuck) == 1 + 2 * (5 * 3 + 2 * (2 + 2)) * 2
     slipping = list(slipping_snapshots(candidates, SMALL))
     assert len(slipping) == 2 * 2 * (5 + 20)
-    for motion in stuck:
-        np.testing.assert_allclose(_size(candidates, motion, 1e8), [1.0, 0.2])
-    for i, motion in enumerate(slipping):
-        assert np.isfinite(motion).all()
+    for snapshot in stuck:
+        np.testing.assert_allclose(_energy_norm(candidates, snapshot, 1e8), [1.0, 0.2])
+    for i, snapshots in enumerate(slipping):
+        assert np.isfinite(snapshots).all()
         expected = [1.0, 0.2][i // 25 % 2]
-        assert _size(candidates, motion[:, 0], 1e8) == pytest.approx(expected)
+        assert _energy_norm(candidates, snapshots[:, 0], 1e8) == pytest.approx(expected)
     constant, variable = slipping[:50], slipping[50:]
-    assert all(not motion[:, [1, 3, 4]].any() for motion in constant)
-    assert all(motion.any(axis=0).all() for motion in variable[5:25])
+    assert all(not snapshots[:, [1, 3, 4]].any() for snapshots in constant)
+    assert all(snapshots.any(axis=0).all() for snapshots in variable[5:25])
 
 
-def _loss(candidates, slipping, mode, mean):
+def _loss(candidates, slipping, mode, bias):
     """Friction over a period, over pi and the squared amplitude, summed over the phase."""
     k, mu, amplitude = 1e8, SMALL.friction_coefficient, slipping._amplitude
     u, v = abs(candidates.tangential @ mode), abs(candidates.normal @ mode)
-    load = slipping._load + slipping._normal_stiffness * (candidates.normal @ mean)
+    load = slipping._load + slipping._normal_stiffness * (candidates.normal @ bias)
     phase = 2 * np.pi * (np.arange(4000) + 0.5) / 4000
     swing = slipping._normal_stiffness * amplitude * v
     pressed = np.maximum(load[:, None] + swing[:, None] * np.sin(phase), 0.0)
@@ -217,14 +218,14 @@ def test_gradients_of_the_loss_are_its_differences(candidates, variable):
     slipping.slip(0.5)
     for _ in range(4):
         slipping.grow()
-    mode, mean = slipping._mode, slipping._mean
+    mode, bias = slipping._mode, slipping._bias
     found = slipping._sensitivity()
     along = np.random.default_rng(4).standard_normal(len(mode)) * abs(mode).max()
     step = 1e-8
 
-    def change(by_mode, by_mean):
+    def change(by_mode, by_bias):
         above, below = (
-            _loss(candidates, slipping, mode + sign * by_mode, mean + sign * by_mean)
+            _loss(candidates, slipping, mode + sign * by_mode, bias + sign * by_bias)
             for sign in (step, -step)
         )
         return (above - below) / (2 * step)
@@ -234,32 +235,32 @@ def test_gradients_of_the_loss_are_its_differences(candidates, variable):
         springs = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
         return shape + candidates.rows.T @ (springs * (candidates.rows @ shape))
 
-    assert found.loss == pytest.approx(_loss(candidates, slipping, mode, mean), rel=1e-5)
+    assert found.loss == pytest.approx(_loss(candidates, slipping, mode, bias), rel=1e-5)
     v = candidates.normal @ mode
     load, kn = slipping._normal_load(v), slipping._normal_stiffness
     stuck = slipping._in_phase
-    # the mean position follows the mode by its own balance of forces
+    # the bias follows the mode by its own balance of forces
     swing = kn * slipping._amplitude * load.by_amplitude * np.sign(v) * (candidates.normal @ along)
     follows = -SpringContact(candidates, stuck, kn * load.closed).displacement(
         candidates.normal.T @ (candidates.weight * swing)
     )
     gradient = force(found.loss_by_mode, stuck, kn * load.secant)
     assert gradient @ along == pytest.approx(change(along, follows), rel=1e-3)
-    gradient = force(found.loss_by_mean, stuck, kn * load.closed)
-    by_mean = change(0.0, slipping._amplitude * along)
-    assert gradient @ along == pytest.approx(by_mean, rel=1e-3, abs=1e-12)
+    gradient = force(found.loss_by_bias, stuck, kn * load.closed)
+    by_bias = change(0.0, slipping._amplitude * along)
+    assert gradient @ along == pytest.approx(by_bias, rel=1e-3, abs=1e-12)
 
 
-def test_the_motions_themselves_are_in_a_basis_of_their_rank(candidates):
-    motion = np.random.default_rng(3).standard_normal((len(candidates.mass), 6))
-    basis, energy = proper_orthogonal_modes(candidates, motion[:, [0, 1, 2, 3, 4, 5, 0]], 9, 1e8)
+def test_snapshots_are_in_a_basis_of_their_rank(candidates):
+    snapshots = np.random.default_rng(3).standard_normal((len(candidates.mass), 6))
+    basis, energy = proper_orthogonal_modes(candidates, snapshots[:, [0, 1, 2, 3, 4, 5, 0]], 9, 1e8)
     assert basis.shape[1] == 6
     assert energy.sum() == pytest.approx(1, rel=1e-12)
-    share = np.linalg.lstsq(basis, motion, rcond=None)[0]
-    np.testing.assert_allclose(basis @ share, motion, atol=1e-8)
+    share = np.linalg.lstsq(basis, snapshots, rcond=None)[0]
+    np.testing.assert_allclose(basis @ share, snapshots, atol=1e-8)
 
 
-def test_one_bolt_alone_or_one_side_of_each_may_stick(assembly, preload, principal):
+def test_one_bolt_alone_or_one_side_of_each_may_stick(assembly, preload, pod_modes):
     offset = (
         assembly["position"].to_numpy()[:, None, :2] - assembly["bolt_position"].to_numpy()[:, :2]
     )
@@ -269,7 +270,7 @@ def test_one_bolt_alone_or_one_side_of_each_may_stick(assembly, preload, princip
     parts = {"first bolt": nearest == 0, "second bolt": nearest == 1, "one side": beside > 0}
     patterns = {name: part & loaded for name, part in parts.items()}
     reference = resonances(assembly, preload, 1e8, patterns)
-    error = resonances_in(find_modes(assembly, "enriched-40", principal), reference)["error"]
+    error = resonances_in(find_modes(assembly, "enriched-40", pod_modes), reference)["error"]
     # what the study asks of its bases at 40 vectors
     assert error.sel(resonance=0).max() < 0.003
     assert error.sel(resonance=1).max() < 0.01
@@ -323,58 +324,48 @@ def test_a_pair_at_rest_keeps_its_state(load):
 
 def test_needs_a_preload_that_fits(assembly, preload):
     with pytest.raises(ValueError, match="different contact pairs"):
-        find_pod_modes(assembly, preload.assign(position=preload["position"] + 1e-3))
+        find_pod_modes(assembly, preload.assign(position=preload["position"] + 1e-3), SMALL)
     with pytest.raises(ValueError, match="no contact pair carries load"):
-        find_pod_modes(assembly, preload.assign(normal_load=0 * preload["normal_load"]))
+        find_pod_modes(assembly, preload.assign(normal_load=0 * preload["normal_load"]), SMALL)
 
 
-def test_needs_principal_motions_that_fit(assembly, principal):
-    with pytest.raises(ValueError, match="enriched-8 needs principal motions"):
+def test_needs_pod_modes_that_fit(assembly, pod_modes):
+    with pytest.raises(ValueError, match="enriched-8 needs POD modes"):
         find_modes(assembly, "enriched-8")
-    with pytest.raises(ValueError, match="enriched-81: there are 80 principal motions"):
-        find_modes(assembly, "enriched-81", principal)
+    with pytest.raises(ValueError, match="enriched-81: there are 80 POD modes"):
+        find_modes(assembly, "enriched-81", pod_modes)
     for other in (
-        principal.assign(position=principal["position"] + 1e-3),
-        principal.isel(node=slice(1, None)),
+        pod_modes.assign(position=pod_modes["position"] + 1e-3),
+        pod_modes.isel(node=slice(1, None)),
     ):
         with pytest.raises(ValueError, match="found on a different mesh"):
             find_modes(assembly, "enriched-8", other)
 
 
-def test_refuses_sizes_that_make_no_basis():
-    with pytest.raises(ValueError, match="levels is 0: it must be positive"):
-        BasisOptions(levels=0)
-    with pytest.raises(ValueError, match="contact_stiffness is nan"):
-        BasisOptions(contact_stiffness=np.nan)
-    with pytest.raises(ValueError, match="at least resonances"):
-        BasisOptions(free_modes=1)
-
-
-def test_needs_an_assembly_that_is_held(assembly, preload, principal):
+def test_needs_an_assembly_that_is_held(assembly, preload, pod_modes):
     loose = assembly.isel(clamped=slice(0, 0))
     with pytest.raises(RuntimeError, match="natural frequencies are zero within rounding"):
-        find_pod_modes(loose, preload)
+        find_pod_modes(loose, preload, SMALL)
 
 
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
 @pytest.mark.parametrize(
     "extreme",
-    [{"contact_stiffness": 1e300}, {"contact_stiffness": 1e-300}, {"friction_coefficient": 1e300}],
+    [
+        {"contact_stiffness_N_per_m": 1e300},
+        {"contact_stiffness_N_per_m": 1e-300},
+        {"friction_coefficient": 1e300},
+    ],
 )
-def test_motions_lost_in_rounding_end_with_what_to_do(assembly, preload, extreme):
+def test_snapshots_lost_in_rounding_are_refused(assembly, preload, extreme):
     with pytest.raises(
         RuntimeError, match="choose the values of contact_adapted_basis nearer to their"
     ):
-        find_pod_modes(assembly, preload, BasisOptions(levels=1, resonances=1, **extreme))
+        find_pod_modes(assembly, preload, ContactAdaptedBasis(levels=1, resonances=1, **extreme))
 
 
-def test_refuses_to_keep_nothing(assembly, preload):
-    with pytest.raises(ValueError, match="most is 0: it must be positive"):
-        find_pod_modes(assembly, preload, most=0)
-
-
-def test_result_is_the_same_every_time(assembly, preload, principal, enriched, tmp_path):
+def test_result_is_the_same_every_time(assembly, preload, pod_modes, enriched, tmp_path):
     again = find_pod_modes(assembly, preload, SMALL)
-    assert principal.identical(again)
+    assert pod_modes.identical(again)
     assert enriched.identical(find_modes(assembly, "enriched-24", again))
-    save(principal, tmp_path / "contact_adapted_basis.nc")
+    save(pod_modes, tmp_path / "contact_adapted_basis.nc")
