@@ -1,6 +1,6 @@
 """Strain of the bolt shanks under preload, beside the strain at which bolts yield.
 
-The model is linear: it takes any preload. Bolts do not, so a preload that no bolt bears is told.
+The model is linear, so it accepts any preload; a preload beyond yield gives a warning.
 """
 
 #: property class 8.8 of ISO 898-1, 640 MPa, over the Young's modulus of steel, 206 GPa; only a

@@ -1,6 +1,6 @@
-"""Displacements that are free: from the unknowns of an assembly to its nodal displacements.
+"""Constraints of an assembly: from its unknowns to nodal and relative displacements.
 
-And what holds of a structure that is held: its stiffness has factors, and no mode is at 0 Hz.
+A structure that is held has a nonsingular stiffness and no mode at 0 Hz; both are checked here.
 """
 
 import numpy as np
@@ -13,12 +13,14 @@ from boltjoint import checks
 from boltjoint.structure.elasticity import assemble
 
 _AXES = np.arange(3)
-#: what to do about a structure that is not held
+
+#: advice where a structure is not held
 _HELD = (
     "a part of the assembly is not held, or its stiffnesses are too far apart: check that its "
     "elements are not much longer than wide, and that its material is nearer to steel"
 )
-#: squared frequencies below this share of the mesh's highest are lost in rounding, to 1e-3 of them
+
+#: share of the mesh's highest squared frequency below which others are lost in rounding
 _RIGID = 1e-13
 
 

@@ -1,9 +1,13 @@
-"""How stiff and how heavy is a mesh of hexahedra? Sparse stiffness and consistent mass.
+"""Stiffness and consistent mass of a mesh of hexahedra.
 
-The element is the eight-node brick with incompatible modes of Wilson, corrected to pass the patch
-test (Taylor, Beresford and Wilson, Int. J. Numer. Meth. Engng 10, 1976): three quadratic
-displacements, which belong to the element alone, let it bend without locking in shear. They are
+The element is the eight-node brick with incompatible modes, corrected to pass the patch test: three
+quadratic displacements, internal to the element, let it bend without shear locking. They are
 condensed in the element and cost no unknowns.
+
+References
+----------
+R. L. Taylor, P. J. Beresford, E. L. Wilson: A non-conforming element for stress analysis.
+International Journal for Numerical Methods in Engineering 10 (1976) 1211-1219.
 """
 
 import numpy as np

@@ -65,9 +65,7 @@ class Modes:
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def find_modes(
-    assembly: xr.Dataset,
-    family: str,
-    pod_modes: xr.Dataset | None = None,
+    assembly: xr.Dataset, family: str, pod_modes: xr.Dataset | None = None
 ) -> xr.Dataset:
     """Modal basis of an assembly, as ``modes.nc`` holds it.
 

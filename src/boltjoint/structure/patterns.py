@@ -1,4 +1,4 @@
-"""How far is a basis from the full model? Resonances while parts of the contact stick.
+"""Verification of a modal basis against the full model while parts of the contact stick.
 
 The full finite-element model gets a linear spring on each pair that sticks and none on the others.
 Its resonances are the reference for the same springs in any modal basis.

@@ -1,10 +1,16 @@
-"""How do the bars touch when the bolts are tight? Normal load and gap of every contact pair.
+"""Static equilibrium under bolt preload: normal load and gap of every contact pair.
 
-Each shank is cut in its middle and its ends are drawn over one another until the bolt carries its
-preload. The bars touch node to node, push but do not pull, and rub (Coulomb). Both laws are made
-single-valued by a stiff penalty, and the equilibrium is found by the semismooth Newton method, for
-which an open, a sticking and a slipping pair are just three branches of one piecewise smooth law
-(Alart and Curnier, Comput. Methods Appl. Mech. Engng 92, 1991).
+Each shank is cut in its middle and its ends overlap until the bolt carries its preload. The bars
+are in unilateral, frictional (Coulomb) node-to-node contact. Both laws are made single-valued by a
+stiff penalty, and the equilibrium is found by the semismooth Newton method, for which an open, a
+sticking and a slipping pair are three branches of one piecewise smooth law.
+
+References
+----------
+P. Alart, A. Curnier: A mixed formulation for frictional contact problems prone to Newton like
+solution methods. Computer Methods in Applied Mechanics and Engineering 92 (1991) 353-375.
+H. Matthies, G. Strang: The solution of nonlinear finite element equations. International Journal
+for Numerical Methods in Engineering 14 (1979) 1613-1626.
 """
 
 import logging
@@ -34,19 +40,20 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: reduction of the linear residual in one Newton correction; the next correction mends the rest
+#: reduction of the linear residual in one Newton iteration; the next iteration reduces it further
 _LINEAR_TOLERANCE = 1e-4
+
 #: solutions with old factors that cost about as much as new factors
-_MOST_LINEAR_ITERATIONS = 60
+_MAXIMUM_LINEAR_ITERATIONS = 60
 
 
 @dataclass(frozen=True)
 class ContactEquilibrium:
-    """Equilibrium of an elastic body with frictional contact, or how far the search came.
+    """Equilibrium of an elastic body with frictional contact, or the last iterate.
 
     ``unknown`` (unknowns,); ``relative`` (pairs, 3) [m] and ``force`` (pairs, 3) [N] of the contact
     along x, y and the normal; ``residual`` (iterations + 1,): largest unbalanced force before each
-    correction and after the last, relative to the largest applied one.
+    iteration and after the last, relative to the largest applied one.
     """
 
     unknown: Array
@@ -59,13 +66,9 @@ class ContactEquilibrium:
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def apply_preload(
-    assembly: xr.Dataset,
-    preload: float,
-    *,
-    tolerance: float = 1e-10,
-    maximum_iterations: int = 40,
+    assembly: xr.Dataset, preload: float, *, tolerance: float = 1e-10, maximum_iterations: int = 40
 ) -> xr.Dataset:
-    """Tighten all bolts and find what every contact pair carries, as ``preload.nc`` holds it.
+    """Contact under the preload of all bolts, as ``preload.nc`` holds it.
 
     Parameters
     ----------
@@ -76,7 +79,7 @@ def apply_preload(
     tolerance
         Largest unbalanced force relative to the preload.
     maximum_iterations
-        Newton corrections after which the search ends.
+        Newton iterations after which the search ends.
 
     Returns
     -------
@@ -89,7 +92,8 @@ def apply_preload(
     Raises
     ------
     ValueError
-        If preload, tolerance or iterations are not positive numbers, or the assembly is none.
+        If preload, tolerance or iterations are not positive, or a variable of the assembly is
+        missing.
     RuntimeError
         If no equilibrium is found.
     """
@@ -172,8 +176,8 @@ def solve_contact(
 
     Finds q with ``K q + C^T g(C q) = force``, g the ``contact_force``, by the semismooth Newton
     method with a line search, starting with all pairs closed and sticking. The linear equations of
-    the later corrections are solved by GMRES with the factors of the first, since they differ by
-    the few pairs that open or slip; the factors are renewed when that takes too long.
+    the later iterations are solved by GMRES with the factors of the first, since they differ by
+    the few pairs that open or slip; new factors are computed when that takes too long.
 
     Parameters
     ----------
@@ -191,7 +195,7 @@ def solve_contact(
     tolerance
         Largest unbalanced force relative to the largest applied one.
     maximum_iterations
-        Newton corrections after which the search ends.
+        Newton iterations after which the search ends.
 
     Raises
     ------
@@ -309,31 +313,26 @@ def _shank_area(assembly: xr.Dataset) -> float:
 
 
 def _closed_and_sticking(stiffness: Array, friction_coefficient: float) -> tuple[Array, Array]:
-    """Where the search begins: no force yet, every pair ready to carry in all directions."""
+    """Initial guess: no force, and the stiffness of pairs that are closed and stick."""
     in_plane = stiffness if friction_coefficient > 0 else np.zeros_like(stiffness)
     derivative = np.stack([in_plane, in_plane, stiffness], axis=-1)[:, :, None] * np.eye(3)
     return np.zeros((len(stiffness), 3)), derivative
 
 
 def _step_length(
-    force: float,
-    stiffness: float,
-    relative: Array,
-    step: Array,
-    contact: Callable[[Array], Array],
+    force: float, stiffness: float, relative: Array, step: Array, contact: Callable[[Array], Array]
 ) -> float:
-    """Share of a Newton step to take: all of it, or to where its work vanishes.
+    """Factor of a Newton step by line search: 1, or where the work of the unbalanced force is zero.
 
-    Weak friction turns round when a step overshoots, and full steps may then go to and fro for
-    ever. So where the unbalanced force at the end of the step works back by more than half of
-    what it did at the start, the step ends where that work is zero (Matthies and Strang, Int. J.
-    Numer. Meth. Engng 14, 1979). Along the step the elastic forces are linear, which leaves the
-    contact to be evaluated.
+    Weak friction reverses when a step overshoots, and full steps may then cycle. So where the work
+    of the unbalanced force at the end of the step is negative and more than half of that at its
+    start, the step ends where the work is zero (Matthies and Strang 1979). The elastic forces are
+    linear along the step, so only the contact is evaluated.
 
     Parameters
     ----------
     force, stiffness
-        Work of the elastic and applied forces on the step, s ahead: ``force - s stiffness``.
+        Work of the elastic and applied forces on the step at the factor s: ``force - s stiffness``.
     relative, step
         Relative displacements before the step and their change, shape (pairs, 3).
     contact
@@ -344,7 +343,7 @@ def _step_length(
         return force - s * stiffness - np.sum(contact(relative + s * step) * step)
 
     start, end = work(0.0), work(1.0)
-    # works that are no numbers tell nothing either
+    # not either where the work is no number
     if not (start > 0 and end < -start / 2):
         return 1.0
     return float(brentq(work, 0.0, 1.0, xtol=1e-3))
@@ -365,7 +364,7 @@ def _solve_with_old_factors(
             through_factors,
             right_side,
             rtol=_LINEAR_TOLERANCE,
-            restart=_MOST_LINEAR_ITERATIONS,
+            restart=_MAXIMUM_LINEAR_ITERATIONS,
             maxiter=1,
         )
         if not failed:

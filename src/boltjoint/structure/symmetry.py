@@ -1,4 +1,8 @@
-"""The symmetric half of an assembly, which its bending in the plane of the bar needs only."""
+"""Symmetric half of an assembly: unknowns of the motion symmetric about the width.
+
+Excitation, response and normal load are symmetric, so bending in the plane of the bar needs these
+unknowns only.
+"""
 
 from dataclasses import dataclass
 
@@ -56,7 +60,7 @@ class SymmetricHalf:
 
 
 def symmetric_half(assembly: xr.Dataset) -> SymmetricHalf:
-    """The assembly in unknowns that move both halves of its width alike.
+    """The assembly in unknowns that move both halves of its width symmetrically.
 
     Raises
     ------
@@ -103,7 +107,7 @@ def _symmetric_unknowns(T: sparse.csc_array, mirrored_node: NDArray[np.int64]) -
     """The matrix that takes unknowns of symmetric motion to those of ``u = T q``."""
     displacement = T.indices[T.indptr[:-1]]
     node, axis = np.divmod(displacement, 3)
-    # every displacement follows one unknown; those that are held follow none and are not asked for
+    # every free displacement follows one unknown; held displacements are not used
     follows = np.zeros(T.shape[0], dtype=np.int64)
     follows[T.indices] = np.repeat(np.arange(T.shape[1]), np.diff(T.indptr))
     image = follows[3 * mirrored_node[node] + axis]

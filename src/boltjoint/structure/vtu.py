@@ -1,4 +1,4 @@
-"""How do mesh, modes and contact look in ParaView? VTU files, deterministic to the byte."""
+"""Mesh, modes and contact as VTU files for ParaView, deterministic to the byte."""
 
 from pathlib import Path
 
@@ -45,9 +45,9 @@ def write_modes(assembly: xr.Dataset, modes: xr.Dataset, path: str | Path) -> No
 
 
 def write_preload(assembly: xr.Dataset, preload: xr.Dataset, path: str | Path) -> None:
-    """Write what the bolts do: displacement [m] of all nodes, and the state of the contact.
+    """Write the preloaded assembly: displacement [m] of all nodes, and the state of the contact.
 
-    The contact is a surface of its own, the ``part`` after the last bolt. On its nodes are
+    The contact is a separate surface, the ``part`` after the last bolt. On its nodes are
     ``normal_load`` [N], ``pressure`` [Pa] and ``gap`` [m]; other nodes have NaN.
 
     Parameters

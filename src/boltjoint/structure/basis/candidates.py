@@ -126,9 +126,7 @@ class SpringContact:
         """Squared frequencies and modes of unit strain energy, from an initial vector."""
         n = len(self.candidates.mass)
         stiffness = LinearOperator(
-            (n, n),
-            lambda a: a + self._rows.T @ (self._stiffness * (self._rows @ a)),
-            dtype=float,
+            (n, n), lambda a: a + self._rows.T @ (self._stiffness * (self._rows @ a)), dtype=float
         )
         inverse = LinearOperator((n, n), self.displacement, dtype=float)
         # low modes have the largest ratio of mass to stiffness

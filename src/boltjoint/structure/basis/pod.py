@@ -104,10 +104,7 @@ def find_pod_modes(
                 "POD mode, of unit strain energy with the contact stuck",
             ),
             "energy_share": quantity(
-                "pod_mode",
-                share,
-                "1",
-                "strain energy of the snapshots along it, over all of it",
+                "pod_mode", share, "1", "strain energy of the snapshots along it, over all of it"
             ),
             "position": assembly["position"].variable,
         },

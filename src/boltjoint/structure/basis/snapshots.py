@@ -16,11 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.basis.candidates import (
-    Candidates,
-    SpringContact,
-    stuck_spring_stiffness,
-)
+from boltjoint.structure.basis.candidates import Candidates, SpringContact, stuck_spring_stiffness
 
 if TYPE_CHECKING:
     from boltjoint.config.options import ContactAdaptedBasis

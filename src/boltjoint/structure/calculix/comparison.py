@@ -1,4 +1,8 @@
-"""Modes and contact of an assembly beside those of CalculiX."""
+"""Verification of modes and contact of an assembly against CalculiX.
+
+CalculiX has its own element, contact search and pretension (``calculix.decks``), so agreement
+within the bounds below verifies all of them.
+"""
 
 import logging
 from collections.abc import Iterator
@@ -12,14 +16,12 @@ from boltjoint.structure.constraints import assemble_assembly
 
 logger = logging.getLogger(__name__)
 
-
 Array = NDArray[np.float64]
 
-
-#: what the comparison has to keep: relative differences, and the least likeness
+#: largest relative differences of frequencies and loads
 FREQUENCY_BOUND, LOAD_BOUND = 3e-3, 1e-3
 
-
+#: smallest modal assurance criterion of mode shapes, and correlation of fields of the contact
 SHAPE_BOUND, CORRELATION_BOUND = 0.99, 0.999
 
 
@@ -30,10 +32,10 @@ def compare_with_calculix(
     other_modes: xr.Dataset,
     other_preload: xr.Dataset,
 ) -> pd.DataFrame:
-    """Natural frequencies and contact of an assembly from both programs, and how they differ.
+    """Natural frequencies and contact of an assembly from both programs, and their differences.
 
-    A mode is compared with the one of CalculiX that is most like it (modal assurance criterion,
-    weighted by mass), since modes of other families lie between.
+    A mode is compared with that of CalculiX of the largest modal assurance criterion (MAC, weighted
+    by mass), since modes of other families lie between.
 
     Parameters
     ----------
@@ -45,8 +47,8 @@ def compare_with_calculix(
     Returns
     -------
     DataFrame
-        A row for each quantity: both values, their difference, the likeness of the fields behind
-        them and what it is measured by; the bound and whether it holds, where there is one.
+        A row for each quantity: both values, their difference, and the agreement of their fields
+        (``likeness``) by the measure named; the bound and whether it holds, where there is one.
     """
     rows = [
         *_compare_modes(assembly, modes, other_modes),
@@ -68,16 +70,16 @@ def _compare_modes(
     )
     own, others = (np.einsum("im,im->m", each, M @ each) for each in (ours, theirs))
     assurance = (ours.T @ M @ theirs) ** 2 / np.outer(own, others)
-    for mode, like in enumerate(np.argmax(assurance, axis=1)):
+    for mode, match in enumerate(np.argmax(assurance, axis=1)):
         yield _row(
             f"natural frequency of bending mode {mode + 1}",
             "Hz",
             modes["natural_frequency"][mode],
-            other["natural_frequency"][like],
-            likeness=assurance[mode, like],
+            other["natural_frequency"][match],
+            likeness=assurance[mode, match],
             measure="MAC of the shapes",
-            most_difference=FREQUENCY_BOUND,
-            least_likeness=SHAPE_BOUND,
+            maximum_difference=FREQUENCY_BOUND,
+            minimum_likeness=SHAPE_BOUND,
         )
 
 
@@ -88,11 +90,7 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
         each["friction_force"].transpose("pair", "plane").to_numpy() for each in (preload, other)
     )
     yield _row(
-        "normal load of all pairs",
-        "N",
-        load.sum(),
-        other_load.sum(),
-        most_difference=LOAD_BOUND,
+        "normal load of all pairs", "N", load.sum(), other_load.sum(), maximum_difference=LOAD_BOUND
     )
     yield _row(
         "largest normal load of a pair",
@@ -101,7 +99,7 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
         other_load.max(),
         likeness=_correlation(load, other_load),
         measure="correlation of the pairs",
-        least_likeness=CORRELATION_BOUND,
+        minimum_likeness=CORRELATION_BOUND,
     )
     yield _row(
         "pairs in contact",
@@ -144,18 +142,18 @@ def _row(
     *,
     likeness: float | None = None,
     measure: str = "",
-    most_difference: float | None = None,
-    least_likeness: float | None = None,
+    maximum_difference: float | None = None,
+    minimum_likeness: float | None = None,
 ) -> dict[str, object]:
     ours, theirs = float(ours), float(theirs)
     difference = theirs / ours - 1
     bounds, holds = [], True
-    if most_difference is not None:
-        bounds.append(f"difference within {100 * most_difference:g} %")
-        holds &= abs(difference) <= most_difference
-    if least_likeness is not None:
-        bounds.append(f"likeness above {least_likeness:g}")
-        holds &= float(likeness) > least_likeness
+    if maximum_difference is not None:
+        bounds.append(f"difference within {100 * maximum_difference:g} %")
+        holds &= abs(difference) <= maximum_difference
+    if minimum_likeness is not None:
+        bounds.append(f"likeness above {minimum_likeness:g}")
+        holds &= float(likeness) > minimum_likeness
     return {
         "quantity": name,
         "unit": unit,

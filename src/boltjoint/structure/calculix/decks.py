@@ -1,4 +1,14 @@
-"""CalculiX input decks of an assembly: free modes and bolt preload."""
+"""CalculiX input decks of an assembly: modes without contact and bolt preload.
+
+CalculiX gets mesh, material and clamp of an assembly, and is left to do the rest in its own way: it
+has its own brick with incompatible modes (C3D8I), finds the contact by searching which node of one
+surface is on which face of the other (penalty, node to surface), and cuts the shanks itself to
+tighten them.
+
+References
+----------
+G. Dhondt: CalculiX CrunchiX user's manual, version 2.20.
+"""
 
 import os
 import subprocess
@@ -17,14 +27,14 @@ _TENSION = 1e3
 
 
 def write_modes_deck(assembly: xr.Dataset, number: int, path: str | Path) -> None:
-    """Write the search for the first modes without contact.
+    """Write the deck for the first modes without contact.
 
     Parameters
     ----------
     assembly
         As from ``build_assembly``.
     number
-        Modes to find, of whatever family.
+        Number of modes, of all families.
     path
         The file to write, ending in ``.inp``; its folder is made.
 
@@ -39,7 +49,7 @@ def write_modes_deck(assembly: xr.Dataset, number: int, path: str | Path) -> Non
 
 
 def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -> None:
-    """Write the tightening of all bolts, with frictional contact between the bars.
+    """Write the deck for the preload of all bolts, with frictional contact between the bars.
 
     Parameters
     ----------
@@ -58,7 +68,7 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
     preload = checks.number("preload", preload, above=0)
     side_a, side_b = assembly["pair_node"].to_numpy().T
     penalty = assembly["contact_penalty"].item()
-    rubbing = assembly["friction_coefficient"].item()
+    friction = assembly["friction_coefficient"].item()
     # the nodes of the surface that is named first meet faces of the second
     contact = [
         *_set("SIDE_A", side_a),
@@ -68,11 +78,11 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         "*SURFACE INTERACTION, NAME=CONTACT",
         "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
         _fields(penalty, _TENSION),
-        *(["*FRICTION", _fields(rubbing, penalty)] if rubbing > 0 else []),
+        *(["*FRICTION", _fields(friction, penalty)] if friction > 0 else []),
         "*CONTACT PAIR, INTERACTION=CONTACT, TYPE=NODE TO SURFACE, SMALL SLIDING",
         "BAR_A, BAR_B",
     ]
-    # only what is reached at the end is printed, however many increments lead there
+    # printed at the end only, whatever the number of increments
     step = [
         "*STEP",
         "*STATIC",
@@ -92,14 +102,14 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
 
 
 def run(deck: str | Path, log: str | Path) -> None:
-    """Have CalculiX solve a deck; what it prints is beside it, ending in ``.dat``.
+    """Run CalculiX on a deck; its printed output is beside the deck, ending in ``.dat``.
 
     Parameters
     ----------
     deck
         A file ending in ``.inp``.
     log
-        File for what CalculiX tells about its progress.
+        File for the progress messages of CalculiX.
 
     Raises
     ------
@@ -112,9 +122,9 @@ def run(deck: str | Path, log: str | Path) -> None:
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     command = ["ccx", "-i", deck.stem]
     try:
-        with log.open("w") as told:
+        with log.open("w") as messages:
             done = subprocess.run(
-                command, cwd=deck.parent, env=environment, stdout=told, stderr=subprocess.STDOUT
+                command, cwd=deck.parent, env=environment, stdout=messages, stderr=subprocess.STDOUT
             )
     except FileNotFoundError:
         raise RuntimeError("there is no program ccx: install CalculiX") from None
@@ -122,8 +132,16 @@ def run(deck: str | Path, log: str | Path) -> None:
         raise RuntimeError(f"CalculiX could not solve {deck}, see {log}")
 
 
+def faces_among_nodes(assembly: xr.Dataset, node: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Faces of hexahedra with all corners among the nodes, shape (faces, 2): element, face."""
+    among = np.zeros(assembly.sizes["node"], dtype=bool)
+    among[node] = True
+    corners = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES]
+    return np.argwhere(among[corners].all(axis=2))
+
+
 def _structure(assembly: xr.Dataset) -> list[str]:
-    """Mesh, material and clamp, the sections closed: the nodes that face there are one node."""
+    """Mesh, material and clamp; the pretension sections are closed by joining their nodes."""
     nut_side, head_side = assembly["section_node"].to_numpy().T
     node = np.arange(assembly.sizes["node"])
     node[head_side] = nut_side
@@ -158,9 +176,9 @@ def _structure(assembly: xr.Dataset) -> list[str]:
 
 
 def _sections(assembly: xr.Dataset) -> Iterator[str]:
-    """Where CalculiX cuts the shanks: through the nodes on top of the elements of the nut's side.
+    """Pretension sections: through the nodes on top of the elements of the nut's side.
 
-    The displacement of a bolt's own node along x is the shortening, the force on it the tension,
+    The displacement of the node of a bolt along x is the shortening, the force on it the tension,
     if the normal points away from the elements that the surface belongs to.
     """
     nut_side = assembly["section_node"].sel(section_side="nut").to_numpy()
@@ -175,17 +193,9 @@ def _sections(assembly: xr.Dataset) -> Iterator[str]:
 
 
 def _tightening_nodes(assembly: xr.Dataset) -> range:
-    """Labels of the nodes that stand for the tightening of a bolt: those after the mesh."""
+    """Labels of the tightening nodes of the bolts: those after the mesh."""
     first = assembly.sizes["node"] + 1
     return range(first, first + assembly.sizes["bolt"])
-
-
-def faces_among_nodes(assembly: xr.Dataset, node: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Faces of hexahedra with all corners among the nodes, shape (faces, 2): element, face."""
-    among = np.zeros(assembly.sizes["node"], dtype=bool)
-    among[node] = True
-    corners = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES]
-    return np.argwhere(among[corners].all(axis=2))
 
 
 def _set(name: str, node: NDArray[np.integer]) -> list[str]:
@@ -202,7 +212,7 @@ def _labels(node: NDArray[np.integer]) -> list[int]:
 
 
 def _fields(*number: float) -> str:
-    # CalculiX reads twenty characters of a number and ignores the rest without a word
+    # CalculiX reads twenty characters of a number and ignores the rest silently
     return ", ".join(f"{value:.12e}" for value in number)
 
 

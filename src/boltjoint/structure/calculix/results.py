@@ -1,4 +1,4 @@
-"""Modes and contact read from the printed output of CalculiX."""
+"""Modes and contact of an assembly from the printed output of CalculiX."""
 
 import re
 from itertools import groupby, pairwise
@@ -13,7 +13,6 @@ from boltjoint.structure.calculix.decks import faces_among_nodes
 from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
 
 Array = NDArray[np.float64]
-
 
 #: where Fortran leaves out the E, before an exponent of three digits
 _LEFT_OUT = re.compile(r"(?<=\d)(?=[+-]\d{3})")
@@ -59,7 +58,7 @@ def read_modes(assembly: xr.Dataset, path: str | Path) -> xr.Dataset:
 
 
 def read_preload(assembly: xr.Dataset, path: str | Path) -> xr.Dataset:
-    """What CalculiX printed of the tightened assembly.
+    """Contact under preload that CalculiX printed.
 
     Parameters
     ----------

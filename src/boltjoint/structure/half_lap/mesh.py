@@ -1,9 +1,9 @@
-"""What is the finite-element model of a half-lap assembly? Hexahedra, contact pairs, named nodes.
+"""Finite-element model of a half-lap assembly: hexahedra, contact pairs and named nodes.
 
-Two bars and their bolts are plan views drawn up along z and joined node by node. Bar A is the
+Two bars and their bolts are plan views extruded along z and joined node by node. Bar A is the
 lower, clamped one and has the lower half of the lap; bar B is the upper one with the free end. They
-meet at z = 0 in pairs of nodes at the same place. Heads and nuts are tied to the bars: they share
-nodes. In the middle of a shank the nodes are double, for the bolt to be tightened there.
+meet at z = 0 in coincident node pairs. Heads and nuts are tied to the bars: they share nodes. In
+the middle of a shank, the pretension section, the nodes are double.
 """
 
 import logging
@@ -47,8 +47,8 @@ _GPA = 1e9
 def build_assembly(assembly: "Assembly") -> xr.Dataset:
     """Finite-element model of a half-lap assembly, as ``assembly.nc`` holds it.
 
-    It has everything the later stages need: mesh, contact pairs, pretension sections, clamped,
-    excited and observed nodes, material and static contact. Pairs are ordered by x, then by y.
+    It has everything the later stages need: mesh, contact pairs, pretension sections, clamped
+    nodes, excitation and output nodes, material and static contact. Pairs are ordered by x, then y.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
     ------
     ValueError
         If bolts, cells and lap do not fit together, if an odd number of elements across the width
-        leaves no nodes on the plane of symmetry, or if no node is near the excited or observed
-        point.
+        leaves no nodes on the plane of symmetry, or if no node is near the excitation or the
+        output point.
     """
     bar, mesh = assembly.bar, assembly.mesh
     if mesh.ring_cells_across_width % 2:
@@ -156,7 +156,7 @@ def tributary_area(plan: Plan) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        If the plan is none.
+        If ``plan`` is not a ``Plan``.
     """
     checks.instance("plan", plan, Plan)
     corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -171,7 +171,7 @@ def tributary_area(plan: Plan) -> NDArray[np.float64]:
 
 
 def extrude(plan: Plan, levels: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
-    """Draw a plan up along z.
+    """Extrude a plan along z.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def extrude(plan: Plan, levels: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
     Raises
     ------
     ValueError
-        If the plan is none, or there are not two or more levels that ascend.
+        If ``plan`` is not a ``Plan``, or there are not two or more ascending levels.
     """
     checks.instance("plan", plan, Plan)
     levels = checks.ascending("levels", levels)
@@ -207,7 +207,7 @@ class _Block:
 
 
 class _Blocks:
-    """Extruded plans one behind another, and which of their nodes are one and the same."""
+    """Extruded plans, and the pairs of their nodes that are joined."""
 
     def __init__(self) -> None:
         self._point, self._hexahedron, self._part = [], [], []
@@ -255,7 +255,7 @@ def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
     in_lap = lap.plan.moved(lap_start)
     lap_a = blocks.add(BAR_A, in_lap, lower)
     lap_b = blocks.add(BAR_B, in_lap, upper)
-    # the end of a bar in the lap touches the other bar's shoulder and has nodes of its own
+    # the end of a bar in the lap faces the shoulder of the other bar and has separate nodes
     elements = [int(number) for number in assembly.elements_outside_lap]
     x_a = np.linspace(0.0, lap_start, elements[0] + 1)
     x_b = np.linspace(lap_end, lap_end + _MM * bar.free_length_mm[1], elements[1] + 1)
@@ -336,7 +336,7 @@ def _part_variable(part: NDArray[np.int8], bolts: int) -> xr.Variable:
 def _points(
     assembly: "Assembly", coordinate: NDArray[np.float64], hexahedron: NDArray[np.int64]
 ) -> dict[str, xr.Variable]:
-    """Nodes of the bars nearest to where the force acts and where the response is observed."""
+    """Nodes of the bars nearest to the excitation and the output point."""
     candidates = np.unique(hexahedron)
     size = assembly.mesh.element_length_free_mm
     variables = {}

@@ -1,8 +1,13 @@
-"""What does the mesh look like from above? Quadrilaterals of the lap, of a free bar and of a bolt.
+"""Plan views of the mesh: quadrilaterals of the lap, of a free bar and of a bolt.
 
 Every bolt sits in a rectangular cell filled with rings of quadrilaterals, from the edge of the hole
 over the edge of the head to the edge of the cell (an O-grid); columns of rectangles fill the
 space between the cells. Lengths are in metres, x along the bar, y across its width.
+
+References
+----------
+W. J. Gordon, C. A. Hall: Transfinite element methods: blending-function interpolation over
+arbitrary curved element domains. Numerische Mathematik 21 (1973) 109-129.
 """
 
 from collections.abc import Sequence
@@ -34,7 +39,7 @@ class Plan:
     quad: Labels
 
     def __post_init__(self) -> None:
-        """Refuse what is no plan."""
+        """Check the shapes."""
         point = checks.array("point", self.point, ("points", 2))
         quad = checks.indices("quad", self.quad, ("quads", 4), count=len(point))
         object.__setattr__(self, "point", point)
@@ -88,7 +93,7 @@ class BoltPlan:
 
 @dataclass(frozen=True)
 class CellDivisions:
-    """How a bolt cell is divided: elements along its sides, rings between its circles.
+    """Divisions of a bolt cell: elements along its sides, rings between its circles.
 
     Raises
     ------
@@ -103,7 +108,7 @@ class CellDivisions:
     rings_head_to_edge: int
 
     def __post_init__(self) -> None:
-        """Refuse what does not divide a cell."""
+        """Check the numbers."""
         for name, value in vars(self).items():
             checks.whole(name, value, at_least=1)
 
@@ -128,7 +133,7 @@ class BoltRadii:
     head: float
 
     def __post_init__(self) -> None:
-        """Refuse a bolt that does not fit through its hole, or falls through."""
+        """Check that the radii increase."""
         for name, value in vars(self).items():
             checks.number(name, value, above=0)
         if not self.shank < self.hole < self.head:
@@ -222,7 +227,7 @@ def lap_plan(
     point, quad, offset = stack_plans([*cells, *strips])
     cell_offset, strip_offset = offset[: len(cells)], offset[len(cells) :]
 
-    # a strip gives up its first nodes to the cell before it and its last ones to the cell behind it
+    # a strip takes its first nodes from the cell before it and its last ones from the cell after it
     line = np.arange(across + 1)
     kept = [begin + cell_last for begin in cell_offset]
     kept += [begin + cell_first for begin in cell_offset]
@@ -274,8 +279,7 @@ def stack_plans(plans: Sequence[Plan]) -> tuple[Points, Labels, Labels]:
 def glue(point: Points, kept: Labels, given_up: Labels) -> tuple[Labels, Labels]:
     """Make two sets of nodes one: the new label of every node, and which nodes remain.
 
-    Nodes are joined by what they are, never because they happen to be close, so that the two faces
-    of a contact stay apart.
+    Nodes are joined by label, never by distance, so that the two faces of a contact stay apart.
 
     Raises
     ------
@@ -318,7 +322,7 @@ def _core_plan(shank_radius: float, divisions: CellDivisions) -> tuple[Plan, Lab
 
 
 def _fill(lattice: Points) -> Points:
-    """Inner points of a lattice from those on its edges (Gordon and Hall, Num. Math. 21, 1973)."""
+    """Inner points of a lattice from those on its edges (transfinite interpolation)."""
     u = np.linspace(0, 1, lattice.shape[0])[:, None, None]
     v = np.linspace(0, 1, lattice.shape[1])[None, :, None]
     west, east, south, north = lattice[:1], lattice[-1:], lattice[:, :1], lattice[:, -1:]
