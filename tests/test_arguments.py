@@ -38,7 +38,7 @@ from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error,
 from boltjoint.joint.minimax_curve import minimax_loading_curve
 from boltjoint.joint.model import merge_points
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.joint.partition import choose_count, partition_regions, tabulate_region_errors
+from boltjoint.joint.partition import choose_count, partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 from boltjoint.names import parse_coordinates
 from boltjoint.solvers.equations import StepControl
@@ -159,7 +159,7 @@ ATTACKS = {
         lambda: residual_in_time.forces_in_time([0], [1.0], [1.0], np.zeros((1, 6)), 8),
         lambda: regions(motion="nope"),
         lambda: choose_count(JOINT, PRELOAD, 0.1, motion="nope"),
-        lambda: tabulate_region_errors(JOINT, PRELOAD, [2], motion=None),
+        lambda: partition_regions(JOINT, PRELOAD, 2, motion=None),
     ],
     "point_of_element": [
         lambda: ConstantLoad([0.0], [1.0], [1.0]),

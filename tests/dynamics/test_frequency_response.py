@@ -68,7 +68,7 @@ def test_a_resonance_that_the_force_does_not_excite_is_refused(joint):
 def test_rounding_beside_the_output_point_is_no_excitation(joint):
     # as where the force acts across a symmetric structure
     noise = 1e-10 * np.array([1.0, -0.3, 0.2])
-    with pytest.raises(ValueError, match="this force does not excite the modes asked for"):
+    with pytest.raises(ValueError, match="this force does not excite the selected modes"):
         solve_branch(replace(joint, excitation_mode=noise), 1.0, loss_factor=LOSS)
 
 

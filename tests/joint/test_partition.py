@@ -8,17 +8,9 @@ from joint_examples import frozen_in_groups, grid
 from small_joint import make_joint, make_preload
 
 from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.joint.bands import (
-    bands_of_equal_load,
-    bands_of_equal_middle_load,
-)
+from boltjoint.joint.bands import bands_of_equal_load, bands_of_equal_middle_load
 from boltjoint.joint.model import merge_points
-from boltjoint.joint.partition import (
-    choose_count,
-    partition_regions,
-    region_error,
-    tabulate_region_errors,
-)
+from boltjoint.joint.partition import choose_count, partition_regions, region_error
 
 LAWS = ("constant", "variable")
 
@@ -198,27 +190,17 @@ def test_joints_of_other_elements_are_not_compared(joint):
         region_error(joint, make_joint(pairs=50))
 
 
-def test_errors_are_tabulated_against_the_number_of_regions(joint):
-    preload = make_preload(joint)
-    table = tabulate_region_errors(joint, preload, [2, 5, 9], "clusters", "load-weighted")
-    np.testing.assert_array_equal(table["count"], [2, 5, 9])
-    for count, error in zip([2, 5, 9], table["region_error"].to_numpy(), strict=True):
-        regions = partition_regions(joint, preload, count, "clusters", "load-weighted")
-        assert error == region_error(joint, regions)
-    for name in table.data_vars:
-        assert {"units", "long_name"} <= set(table[name].attrs), name
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_the_fewest_regions_within_the_tolerance_are_chosen(law):
     joint = make_joint(law=law)
     preload = make_preload(joint)
     chosen = choose_count(joint, preload, 0.004, "clusters")
     assert 2 < chosen < 60
-    errors = tabulate_region_errors(joint, preload, range(1, chosen + 1), "clusters")[
-        "region_error"
-    ].to_numpy()
-    assert errors[-1] <= 0.004 < errors[:-1].min()
+    errors = [
+        region_error(joint, partition_regions(joint, preload, count, "clusters"))
+        for count in range(1, chosen + 1)
+    ]
+    assert errors[-1] <= 0.004 < min(errors[:-1])
 
 
 @pytest.mark.parametrize("division", ["equal-load", "clusters"])

@@ -116,8 +116,8 @@ def test_symmetry_is_seen_on_the_middle_plane():
 @pytest.mark.parametrize(
     ("point", "message"),
     [
-        ("excitation", "this force does not excite the modes asked for: excitation_node"),
-        ("response", "the observed point does not move in the modes asked for: response_node"),
+        ("excitation", "this force does not excite the selected modes: excitation_node"),
+        ("response", "the output point does not move in the selected modes: response_node"),
     ],
 )
 @pytest.mark.parametrize("family", ["free-2", "free-13"])

@@ -28,7 +28,7 @@ Labels = NDArray[np.int64]
 
 
 def cluster_by_motion(joint: Joint, count: int, *, resonances: int = 1) -> Labels:
-    """Cluster the pairs that move alike while a resonance passes from stick to slip.
+    """Cluster the pairs by their motion while a resonance passes from stick to slip.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Joint: a structure in modal coordinates, its contact points and their friction elements.
 
 Node-to-node contact, regions and reduced joints are three ways to make the same data structure, so
-solvers need not tell them apart.
+solvers need not distinguish them.
 
 References
 ----------
@@ -35,7 +35,7 @@ class Joint:
     natural_frequency
         Of the structure without contact [Hz], shape (modes,).
     excitation_mode, response_mode
-        Mass-normalised modes at the excited and the observed point [kg^-1/2], shape (modes,).
+        Mass-normalised modes at the excitation and the output point [kg^-1/2], shape (modes,).
     tangential_mode
         Relative modal displacement, side A minus side B, along the bar at every contact point
         [kg^-1/2], shape (points, modes): u = tangential_mode @ q.
@@ -145,12 +145,12 @@ class Joint:
         participation = np.linalg.norm(self.excitation_mode @ modes)
         if participation <= rounding:
             raise ValueError(
-                "this force does not excite the modes asked for: excitation_mode has a share of "
+                "this force does not excite the selected modes: excitation_mode has a share of "
                 f"{participation:.1g} kg^-1/2 in resonance {resonance}"
             )
         if observed <= rounding:
             raise ValueError(
-                "the observed point does not move in the modes asked for: response_mode is at "
+                "the output point does not move in the selected modes: response_mode is at "
                 f"most {abs(self.response_mode).max():.1g} kg^-1/2"
             )
 

@@ -2,14 +2,8 @@
 
 The error of regions is known before any response is solved: from the resonance while an increasing
 slip fraction of the contact is released (``region_error``).
-
-References
-----------
-Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
-University: eq. 3.1 and 3.2.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Literal, get_args
@@ -21,7 +15,6 @@ from scipy.linalg import eigvalsh
 from scipy.spatial import KDTree
 
 from boltjoint import checks
-from boltjoint.dataset import quantity
 from boltjoint.joint.bands import (
     bands_of_equal_load,
     bands_of_equal_middle_load,
@@ -78,10 +71,10 @@ def partition_regions(
         of the width apart from those near the edges. ``clusters``: pairs of similar motion,
         anywhere on the surface.
     motion
-        ``mean``: as the mean of the pairs (eq. 3.1, 3.2). ``load-weighted``: as their mean weighted
-        by the load they carry, which keeps the friction force in full slip; a region without load
-        moves as the mean. ``linear``: every pair on the straight line along the bar that is nearest
-        to the motion of its region; all points stay.
+        ``mean``: as the mean of the pairs (``merge_points``). ``load-weighted``: as their mean
+        weighted by the load they carry, which keeps the friction force in full slip; a region
+        without load moves as the mean. ``linear``: every pair on the straight line along the bar
+        that is nearest to the motion of its region; all points stay.
     tolerance
         As for ``choose_count``, where no number is given.
     resonances
@@ -133,49 +126,6 @@ def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
     if regions.law.point_of_element.size != joint.law.point_of_element.size:
         raise ValueError("regions must have the elements of the joint they are compared with")
     return _largest_error(find_slip_states(joint, resonances), joint, regions)
-
-
-def tabulate_region_errors(
-    joint: Joint,
-    preload: xr.Dataset,
-    counts: Sequence[int],
-    division: Division = "equal-load",
-    motion: Motion = "mean",
-    *,
-    resonances: int = 1,
-) -> xr.Dataset:
-    """``region_error`` over the number of regions.
-
-    Parameters
-    ----------
-    joint, preload, division, motion, resonances
-        As for ``partition_regions``.
-    counts
-        Numbers of regions.
-
-    Returns
-    -------
-    Dataset
-        ``count(partition)`` and ``region_error(partition)``.
-
-    Raises
-    ------
-    ValueError
-        As for ``partition_regions``.
-    """
-    partition = _Partition(joint, preload, division, motion, resonances)
-    return xr.Dataset(
-        {
-            "count": quantity("partition", np.array(counts), "1", "number of regions"),
-            "region_error": quantity(
-                "partition",
-                np.array([partition.error(count) for count in counts]),
-                "1",
-                "largest relative error of the resonance over states of slip",
-            ),
-        },
-        attrs={"division": division, "motion": motion, "resonances": resonances},
-    )
 
 
 def choose_count(

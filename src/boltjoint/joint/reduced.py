@@ -1,10 +1,4 @@
-"""Reduced joints: a few fitted elements, or a tabulated law, for the many elements of a region.
-
-References
-----------
-Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
-University: section 3.1.1.4.
-"""
+"""Reduced joints: a few fitted elements, or a tabulated law, for the many of a region."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -79,36 +73,19 @@ def fit_reduced_joint(
         displacement.append(u)
         of_region.append(_loops(fit.amplitude, u, k, s))
         of_fit.append(_loops(fit.amplitude, u, fit.tangential_stiffness, fit.slip_force))
-    loop = ("point", "loop", "sample")
-    dataset = xr.Dataset(
-        {
-            "fit_cost": quantity("point", [f.cost for f in fits], "N2", "cost of eq. 3.3"),
-            "largest_loop_error": quantity(
-                "point",
-                [e.largest for e in errors],
-                "1",
-                "largest force difference of all loops over the slip force",
-            ),
-            "rms_loop_error": quantity(
-                "point",
-                [e.rms for e in errors],
-                "1",
-                "mean force difference of loops at all amplitudes over the slip force",
-            ),
-            "loop_amplitude": quantity(
-                ("point", "loop"), [f.amplitude for f in fits], "m", "amplitude of a compared loop"
-            ),
-            "loop_displacement": quantity(
-                loop, np.array(displacement), "m", "displacement along the unloading branch"
-            ),
-            "loop_force_of_region": quantity(
-                loop, np.array(of_region), "N", "force of all elements of the region"
-            ),
-            "loop_force_of_fit": quantity(
-                loop, np.array(of_fit), "N", "force of the fitted elements"
-            ),
-        }
-    )
+    cost, amplitude = [f.cost for f in fits], [f.amplitude for f in fits]
+    largest, rms = [e.largest for e in errors], [e.rms for e in errors]
+    of_all, of_mean = "largest force difference of all loops", "mean force difference of loops"
+    loop, over = ("point", "loop", "sample"), "over the slip force"
+    stored = {
+        "fit_cost": ("point", cost, "N2", "cost of eq. 3.3"),
+        "largest_loop_error": ("point", largest, "1", f"{of_all} {over}"),
+        "rms_loop_error": ("point", rms, "1", f"{of_mean} at all amplitudes {over}"),
+        "loop_amplitude": (("point", "loop"), amplitude, "m", "amplitude of a compared loop"),
+        "loop_displacement": (loop, displacement, "m", "displacement along the unloading branch"),
+        "loop_force_of_region": (loop, of_region, "N", "force of all elements of the region"),
+        "loop_force_of_fit": (loop, of_fit, "N", "force of the fitted elements"),
+    }
     point_of_element = np.repeat(np.arange(joint.points), count)
     reduced = replace(
         joint,
@@ -119,7 +96,7 @@ def fit_reduced_joint(
         ),
         element_position=joint.position[point_of_element],
     )
-    return reduced, dataset
+    return reduced, xr.Dataset({name: quantity(*each) for name, each in stored.items()})
 
 
 def tabulate_joint(joint: Joint) -> Joint:

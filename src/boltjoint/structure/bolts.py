@@ -1,4 +1,4 @@
-"""Strain of the bolt shanks under preload, beside the strain at which bolts yield.
+"""Strain of the bolt shanks under preload, against the yield strain.
 
 The model is linear, so it accepts any preload; a preload beyond yield gives a warning.
 """
@@ -8,8 +8,8 @@ The model is linear, so it accepts any preload; a preload beyond yield gives a w
 YIELD_STRAIN = 640e6 / 206e9
 
 
-def shank_strain(preload: float, area: float, youngs_modulus: float) -> float:
-    """Strain of a shank of uniform tension, ``N / (E A)``.
+def yield_warning(preload: float, area: float, youngs_modulus: float) -> str | None:
+    """A sentence where shanks of uniform tension yield, ``N / (E A) > YIELD_STRAIN``, or None.
 
     Parameters
     ----------
@@ -20,18 +20,7 @@ def shank_strain(preload: float, area: float, youngs_modulus: float) -> float:
     youngs_modulus
         E [Pa].
     """
-    return preload / (youngs_modulus * area)
-
-
-def yield_warning(preload: float, area: float, youngs_modulus: float) -> str | None:
-    """A sentence where the shanks are strained beyond yield; None where they are not.
-
-    Parameters
-    ----------
-    preload, area, youngs_modulus
-        As for ``shank_strain``.
-    """
-    strain = shank_strain(preload, area, youngs_modulus)
+    strain = preload / (youngs_modulus * area)
     if strain <= YIELD_STRAIN:
         return None
     return (

@@ -3,14 +3,18 @@
 A structure that is held has a nonsingular stiffness and no mode at 0 Hz; both are checked here.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from boltjoint import checks
 from boltjoint.structure.elasticity import assemble
+
+Array = NDArray[np.float64]
 
 _AXES = np.arange(3)
 
@@ -72,6 +76,53 @@ def free_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_a
     return sparse.csc_array((value, (row, unknown)), shape=(3 * nodes, size))
 
 
+@dataclass(frozen=True)
+class ConstrainedStructure:
+    """An assembly without contact in the unknowns q of its constraints.
+
+    Attributes
+    ----------
+    displacement
+        T of ``u = T q`` from the unknowns to all nodes, shape (3 * nodes, unknowns).
+    stiffness, mass
+        K and M of the unknowns.
+    """
+
+    displacement: sparse.csc_array
+    stiffness: sparse.csc_array
+    mass: sparse.csc_array
+
+    def unknowns(self, displacement: Array) -> Array:
+        """The unknowns of displacements that keep the constraints, shape (3 * nodes, columns)."""
+        first = self.displacement.indptr[:-1]
+        sign = self.displacement.data[first]
+        return sign[:, None] * displacement[self.displacement.indices[first]]
+
+    def modes(
+        self, factors: SuperLU, stiffness: sparse.csc_array, count: int
+    ) -> tuple[Array, Array]:
+        """The first modes with a stiffness and its factors: squared frequencies and vectors.
+
+        Raises
+        ------
+        RuntimeError
+            If one of the frequencies is no number or zero within rounding.
+        """
+        # a fixed start that no mode is orthogonal to repeats the result
+        start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
+        inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
+        squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
+        check_held(squared, stiffness, self.mass)
+        order = np.argsort(squared)
+        return squared[order], q[:, order]
+
+
+def constrain(assembly: xr.Dataset, displacement: sparse.csc_array) -> ConstrainedStructure:
+    """The assembly in the unknowns of ``u = T q``."""
+    T, (K, M) = displacement, assemble_assembly(assembly)
+    return ConstrainedStructure(T, (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc())
+
+
 def relative_displacements(assembly: xr.Dataset) -> sparse.csr_array:
     """The matrix that takes nodal displacements to those of side A minus side B.
 
@@ -124,10 +175,6 @@ def assemble_assembly(assembly: xr.Dataset) -> tuple[sparse.csc_array, sparse.cs
     )
 
 
-def _nodes(assembly: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np.int64]:
-    return checks.index_variable("assembly", assembly, name, dims, count=assembly.sizes["node"])
-
-
 def factorise(matrix: sparse.csc_array) -> SuperLU:
     """LU factors of a sparse matrix that is symmetric, or nearly so, and needs no pivoting.
 
@@ -150,9 +197,7 @@ def factorise(matrix: sparse.csc_array) -> SuperLU:
         raise RuntimeError(f"the stiffness matrix is singular: {_HELD}") from error
 
 
-def check_held(
-    squared: NDArray[np.float64], stiffness: sparse.csc_array, mass: sparse.csc_array
-) -> None:
+def check_held(squared: Array, stiffness: sparse.csc_array, mass: sparse.csc_array) -> None:
     """Refuse natural frequencies that a structure which is held cannot have.
 
     Parameters
@@ -175,3 +220,7 @@ def check_held(
             f"{np.count_nonzero(lost)} of {len(squared)} natural frequencies are zero within "
             f"rounding, or no numbers: {_HELD}"
         )
+
+
+def _nodes(assembly: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np.int64]:
+    return checks.index_variable("assembly", assembly, name, dims, count=assembly.sizes["node"])

@@ -188,7 +188,7 @@ def smallest_jacobian(coordinate: Array, connectivity: NDArray[np.integer]) -> A
     """Smallest Jacobian determinant among corners and Gauss points of each element [m3].
 
     Shape (elements,); zero or negative where an element is turned inside out. A corner may be
-    folded over where no Gauss point tells.
+    folded over where no Gauss point is.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Modal bases of an assembly: bending modes without contact, or a contact-adapted basis.
 
 The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
-together. Families of modes are told apart by their kinetic energy. A contact-adapted basis
+together. Families of modes are distinguished by kinetic energy. A contact-adapted basis
 (``structure.basis``) also holds what modes without contact cannot, and is used like modes.
 """
 
@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
@@ -21,13 +20,13 @@ from boltjoint.dataset import quantity
 from boltjoint.structure.basis.pod import basis_of_pod_modes
 from boltjoint.structure.constraints import (
     assemble_assembly,
-    check_held,
+    constrain,
     factorise,
     free_displacements,
     relative_displacements,
 )
 from boltjoint.structure.half_lap.mesh import FIRST_BOLT
-from boltjoint.structure.symmetry import symmetric_displacements
+from boltjoint.structure.symmetry import symmetric_half
 
 logger = logging.getLogger(__name__)
 
@@ -35,8 +34,8 @@ Array = NDArray[np.float64]
 
 #: points of an assembly that must move, and the problem where they do not
 _POINTS = {
-    "response": "the observed point does not move in the modes asked for",
-    "excitation": "this force does not excite the modes asked for",
+    "response": "the output point does not move in the selected modes",
+    "excitation": "this force does not excite the selected modes",
 }
 
 #: bending modes up to which the whole model is solved; for more, its symmetric half
@@ -155,7 +154,7 @@ def find_modes(
 def classify(
     energy_share: Array, symmetric_share: Array, width: float, height: float
 ) -> NDArray[np.str_]:
-    """Tell bending, axial, lateral and torsional modes of a bar apart.
+    """Classify bending, axial, lateral and torsional modes of a bar.
 
     Symmetric about the width: bending where more than half of the kinetic energy is along z, else
     axial. Antisymmetric: the energy along z is all from twisting. A rigidly twisting rectangle has
@@ -232,23 +231,19 @@ def symmetric_share(coordinate: Array, mass: Array, shape: Array) -> Array:
 
 def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
     """Modes with the contact removed up to the N-th bending one, and which of them bend."""
-    many = number > _MAXIMUM_OF_WHOLE
-    T = symmetric_displacements(assembly) if many else free_displacements(assembly, tightened=False)
-    K, M = assemble_assembly(assembly)
-    K_free, M_free = (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc()
-    factors = factorise(K_free)
-    inverse = LinearOperator(K_free.shape, factors.solve, dtype=float)
-    # a fixed initial vector that no mode is orthogonal to repeats the result
-    start = np.random.default_rng(0).standard_normal(len(K_free.indptr) - 1)
-
+    if number > _MAXIMUM_OF_WHOLE:
+        structure = symmetric_half(assembly)
+    else:
+        structure = constrain(assembly, free_displacements(assembly, tightened=False))
+    _, M = assemble_assembly(assembly)
+    K = structure.stiffness
+    factors = factorise(K)
     # in a slender bar about every third mode bends in the plane; where not, search further
     count = 3 * number + 2
-    while count < start.size - 1:
-        squared, q = eigsh(K_free, k=count, M=M_free, sigma=0.0, OPinv=inverse, v0=start)
-        order = np.argsort(squared)
-        shape = (T @ q[:, order]).reshape(-1, 3, count)
-        check_held(squared, K_free, M_free)
-        modes = _classified(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
+    while count < K.shape[0] - 1:
+        squared, q = structure.modes(factors, K, count)
+        shape = (structure.displacement @ q).reshape(-1, 3, count)
+        modes = _classified(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
         bending = np.flatnonzero(modes.family == "bending")
         if len(bending) >= number:
             return modes, bending[:number]
@@ -257,7 +252,7 @@ def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.
 
 
 def _candidates(modes: Modes) -> dict[str, xr.Variable]:
-    """All modes that were solved for, and the energies that tell their families apart."""
+    """All modes that were solved for, and the energies that distinguish their families."""
     return {
         "candidate_frequency": quantity(
             "candidate", modes.frequency, "Hz", "natural frequencies met in the search"

@@ -14,8 +14,8 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.constraints import factorise, relative_displacements
-from boltjoint.structure.symmetry import SymmetricHalf, symmetric_half
+from boltjoint.structure.constraints import ConstrainedStructure, factorise, relative_displacements
+from boltjoint.structure.symmetry import symmetric_half
 
 logger = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ def resonances(
     """First bending resonances of the full model for each pattern of sticking pairs.
 
     They are the modes symmetric about the width with more than half of their kinetic energy along
-    z, as ``modes.classify`` tells bending modes.
+    z, as bending modes of ``modes.classify``.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _bending(stiffness: sparse.csc_array, half: SymmetricHalf, number: int) -> Array:
+def _bending(stiffness: sparse.csc_array, half: ConstrainedStructure, number: int) -> Array:
     """Frequencies of the first bending modes among twice as many symmetric ones [Hz]."""
     squared, q = half.modes(factorise(stiffness), stiffness, 2 * number)
     # x, y, z of a symmetric mode, whose energies the mass matrix of the nodes does not mix

@@ -308,7 +308,7 @@ def _shank_area(assembly: xr.Dataset) -> float:
     """Cross-section of the first shank [m2], by the nodes of its pretension section."""
     of_first = assembly["section_bolt"].to_numpy() == 0
     node = assembly["section_node"].to_numpy()[of_first, 0]
-    # what the hull of points in the plane calls volume is its area
+    # the volume of a hull in the plane is its area
     return float(ConvexHull(assembly["coordinate"].to_numpy()[node, :2]).volume)
 
 

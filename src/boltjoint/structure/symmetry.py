@@ -4,62 +4,16 @@ Excitation, response and normal load are symmetric, so bending in the plane of t
 unknowns only.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 from scipy.spatial import cKDTree
 
-from boltjoint.structure.constraints import assemble_assembly, check_held, free_displacements
-
-Array = NDArray[np.float64]
+from boltjoint.structure.constraints import ConstrainedStructure, constrain, free_displacements
 
 
-@dataclass(frozen=True)
-class SymmetricHalf:
-    """An assembly whose motion is symmetric about the width, without contact.
-
-    Attributes
-    ----------
-    displacement
-        T of ``u = T q`` from the unknowns to all nodes, shape (3 * nodes, unknowns).
-    stiffness, mass
-        K and M of the unknowns, for the whole assembly.
-    """
-
-    displacement: sparse.csc_array
-    stiffness: sparse.csc_array
-    mass: sparse.csc_array
-
-    def unknowns(self, displacement: Array) -> Array:
-        """The unknowns of symmetric displacements, shape (3 * nodes, motions)."""
-        first = self.displacement.indptr[:-1]
-        sign = self.displacement.data[first]
-        return sign[:, None] * displacement[self.displacement.indices[first]]
-
-    def modes(
-        self, factors: SuperLU, stiffness: sparse.csc_array, count: int
-    ) -> tuple[Array, Array]:
-        """The first modes with a stiffness and its factors: squared frequencies and vectors.
-
-        Raises
-        ------
-        RuntimeError
-            If one of the frequencies is no number or zero within rounding.
-        """
-        # a fixed start that no mode is orthogonal to repeats the result
-        start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
-        inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
-        squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
-        check_held(squared, stiffness, self.mass)
-        order = np.argsort(squared)
-        return squared[order], q[:, order]
-
-
-def symmetric_half(assembly: xr.Dataset) -> SymmetricHalf:
+def symmetric_half(assembly: xr.Dataset) -> ConstrainedStructure:
     """The assembly in unknowns that move both halves of its width symmetrically.
 
     Raises
@@ -67,21 +21,8 @@ def symmetric_half(assembly: xr.Dataset) -> SymmetricHalf:
     ValueError
         If the mesh is not symmetric about y = 0.
     """
-    T = symmetric_displacements(assembly)
-    K, M = assemble_assembly(assembly)
-    return SymmetricHalf(T, (T.T @ K @ T).tocsc(), (T.T @ M @ T).tocsc())
-
-
-def symmetric_displacements(assembly: xr.Dataset) -> sparse.csc_array:
-    """The matrix T of ``u = T q`` whose motions are symmetric about the width.
-
-    Raises
-    ------
-    ValueError
-        If the mesh is not symmetric about y = 0.
-    """
     T = free_displacements(assembly, tightened=False)
-    return (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc()
+    return constrain(assembly, (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc())
 
 
 def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:

@@ -22,8 +22,7 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from boltjoint.structure.constraints import factorise, relative_displacements
-from boltjoint.structure.symmetry import SymmetricHalf
+from boltjoint.structure.constraints import ConstrainedStructure, factorise, relative_displacements
 
 Array = NDArray[np.float64]
 
@@ -143,7 +142,7 @@ class SpringContact:
 
 
 def find_candidates(
-    assembly: xr.Dataset, preload: xr.Dataset, half: SymmetricHalf, free_modes: int
+    assembly: xr.Dataset, preload: xr.Dataset, half: ConstrainedStructure, free_modes: int
 ) -> Candidates:
     """Modes without contact, and attachment modes of unit forces on every pair along x and z.
 

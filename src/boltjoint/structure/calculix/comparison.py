@@ -18,6 +18,9 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
+#: agreement of two fields: its value, what measures it, and its lower bound if there is one
+Agreement = tuple[float | None, str, float | None]
+
 #: largest relative differences of frequencies and loads
 FREQUENCY_BOUND, LOAD_BOUND = 3e-3, 1e-3
 
@@ -76,10 +79,8 @@ def _compare_modes(
             "Hz",
             modes["natural_frequency"][mode],
             other["natural_frequency"][match],
-            likeness=assurance[mode, match],
-            measure="MAC of the shapes",
-            maximum_difference=FREQUENCY_BOUND,
-            minimum_likeness=SHAPE_BOUND,
+            FREQUENCY_BOUND,
+            (assurance[mode, match], "MAC of the shapes", SHAPE_BOUND),
         )
 
 
@@ -89,33 +90,23 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
     friction, other_friction = (
         each["friction_force"].transpose("pair", "plane").to_numpy() for each in (preload, other)
     )
-    yield _row(
-        "normal load of all pairs", "N", load.sum(), other_load.sum(), maximum_difference=LOAD_BOUND
-    )
+    closed, other_closed = load > 0, other_load > 0
+    same_state = np.mean(closed == other_closed), "share of pairs in the same state", None
+    yield _row("normal load of all pairs", "N", load.sum(), other_load.sum(), LOAD_BOUND)
     yield _row(
         "largest normal load of a pair",
         "N",
         load.max(),
         other_load.max(),
-        likeness=_correlation(load, other_load),
-        measure="correlation of the pairs",
-        minimum_likeness=CORRELATION_BOUND,
+        agreement=_correlation(load, other_load, CORRELATION_BOUND),
     )
-    yield _row(
-        "pairs in contact",
-        "",
-        np.count_nonzero(load > 0),
-        np.count_nonzero(other_load > 0),
-        likeness=np.mean((load > 0) == (other_load > 0)),
-        measure="share of pairs in the same state",
-    )
+    yield _row("pairs in contact", "", closed.sum(), other_closed.sum(), agreement=same_state)
     yield _row(
         "largest gap of a pair",
         "µm",
         1e6 * gap.max(),
         1e6 * other_gap.max(),
-        likeness=_correlation(gap, other_gap),
-        measure="correlation of the pairs",
+        agreement=_correlation(gap, other_gap),
     )
     if friction.any():
         yield _row(
@@ -123,15 +114,10 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
             "N",
             np.linalg.norm(friction, axis=1).sum(),
             np.linalg.norm(other_friction, axis=1).sum(),
-            likeness=_correlation(friction, other_friction),
-            measure="correlation of the pairs",
+            agreement=_correlation(friction, other_friction),
         )
-    yield _row(
-        "mean shortening of the shanks",
-        "µm",
-        1e6 * preload["shank_shortening"].mean(),
-        1e6 * other["shank_shortening"].mean(),
-    )
+    shortening = (1e6 * each["shank_shortening"].mean() for each in (preload, other))
+    yield _row("mean shortening of the shanks", "µm", *shortening)
 
 
 def _row(
@@ -139,21 +125,19 @@ def _row(
     unit: str,
     ours: float,
     theirs: float,
-    *,
-    likeness: float | None = None,
-    measure: str = "",
     maximum_difference: float | None = None,
-    minimum_likeness: float | None = None,
+    agreement: Agreement = (None, "", None),
 ) -> dict[str, object]:
     ours, theirs = float(ours), float(theirs)
+    likeness, measure, minimum = agreement
     difference = theirs / ours - 1
     bounds, holds = [], True
     if maximum_difference is not None:
         bounds.append(f"difference within {100 * maximum_difference:g} %")
         holds &= abs(difference) <= maximum_difference
-    if minimum_likeness is not None:
-        bounds.append(f"likeness above {minimum_likeness:g}")
-        holds &= float(likeness) > minimum_likeness
+    if minimum is not None:
+        bounds.append(f"likeness above {minimum:g}")
+        holds &= float(likeness) > minimum
     return {
         "quantity": name,
         "unit": unit,
@@ -167,5 +151,7 @@ def _row(
     }
 
 
-def _correlation(ours: Array, theirs: Array) -> float:
-    return float(np.corrcoef(ours.ravel(), theirs.ravel())[0, 1])
+def _correlation(ours: Array, theirs: Array, bound: float | None = None) -> Agreement:
+    """Correlation of the pairs, and its lower bound."""
+    value = float(np.corrcoef(ours.ravel(), theirs.ravel())[0, 1])
+    return value, "correlation of the pairs", bound

@@ -88,7 +88,7 @@ def read_preload(assembly: xr.Dataset, path: str | Path) -> xr.Dataset:
     side_a, side_b = assembly["pair_node"].to_numpy().T
     opening = _of_nodes(assembly, on_b)[side_b, 2] - _of_nodes(assembly, on_a)[side_a, 2]
     force = _of_nodes(assembly, stress)[side_a] * _slave_area(assembly)[:, None]
-    # tangents of a face that looks down: the first along x, the second along -y
+    # tangents of a face with a downward normal: the first along x, the second along -y
     friction = force[:, 1:] * [1, -1]
     return xr.Dataset(
         {

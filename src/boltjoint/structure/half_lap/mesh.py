@@ -19,6 +19,7 @@ from boltjoint.dataset import quantity
 from boltjoint.structure.half_lap.plan import (
     BoltRadii,
     CellDivisions,
+    Labels,
     LapPlan,
     Plan,
     bolt_plan,
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly
 
 logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
 
 #: parts of the assembly; the bolts follow the bars
 BAR_A, BAR_B, FIRST_BOLT = 0, 1, 2
@@ -96,7 +99,7 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
     ]
     coordinate, hexahedron, part, label = blocks.joined()
 
-    pair = label[np.stack([bars.lap_a.label[-1], bars.lap_b.label[0]], axis=-1)]
+    pair = label[np.stack([bars.lap_a[-1], bars.lap_b[0]], axis=-1)]
     # to a picometre: nodes on one line across the bar have the same x but for rounding
     along, across, _ = np.round(coordinate[pair[:, 0]], 12).T
     order = np.lexsort([across, along])
@@ -148,7 +151,7 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
     return dataset
 
 
-def tributary_area(plan: Plan) -> NDArray[np.float64]:
+def tributary_area(plan: Plan) -> Array:
     """Area of each node [m2], shape (points,): its shape function integrated over the plan.
 
     A uniform pressure times these areas is its consistent nodal force.
@@ -170,7 +173,7 @@ def tributary_area(plan: Plan) -> NDArray[np.float64]:
     return area
 
 
-def extrude(plan: Plan, levels: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+def extrude(plan: Plan, levels: Array) -> tuple[NDArray, NDArray]:
     """Extrude a plan along z.
 
     Parameters
@@ -199,13 +202,6 @@ def extrude(plan: Plan, levels: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
     return point, np.concatenate([below, below + n], axis=-1).reshape(-1, 8)
 
 
-@dataclass(frozen=True)
-class _Block:
-    """Labels of the nodes of an extruded plan, shape (levels, points)."""
-
-    label: NDArray[np.int64]
-
-
 class _Blocks:
     """Extruded plans, and the pairs of their nodes that are joined."""
 
@@ -214,16 +210,17 @@ class _Blocks:
         self._kept, self._given_up = [], []
         self._nodes = 0
 
-    def add(self, part: int, plan: Plan, levels: NDArray[np.float64]) -> _Block:
+    def add(self, part: int, plan: Plan, levels: Array) -> Labels:
+        """Extrude a plan; the labels of its nodes, shape (levels, points)."""
         point, hexahedron = extrude(plan, levels)
         label = self._nodes + np.arange(len(point)).reshape(len(levels), -1)
         self._point.append(point)
         self._hexahedron.append(self._nodes + hexahedron)
         self._part.append(np.full(len(hexahedron), part, dtype=np.int8))
         self._nodes += len(point)
-        return _Block(label)
+        return label
 
-    def join(self, kept: NDArray[np.int64], given_up: NDArray[np.int64]) -> None:
+    def join(self, kept: Labels, given_up: Labels) -> None:
         self._kept.append(kept.ravel())
         self._given_up.append(given_up.ravel())
 
@@ -237,11 +234,11 @@ class _Blocks:
 
 @dataclass(frozen=True)
 class _Bars:
-    """The halves of the lap, and the labels of the clamped nodes."""
+    """Labels of the nodes of both halves of the lap, shape (levels, points), and of the clamp."""
 
-    lap_a: _Block
-    lap_b: _Block
-    clamped: NDArray[np.int64]
+    lap_a: Labels
+    lap_b: Labels
+    clamped: Labels
 
 
 def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
@@ -261,19 +258,14 @@ def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
     x_b = np.linspace(lap_end, lap_end + _MM * bar.free_length_mm[1], elements[1] + 1)
     free_a = blocks.add(BAR_A, rectangle_plan(x_a, y), full_height)
     free_b = blocks.add(BAR_B, rectangle_plan(x_b, y), full_height)
-    blocks.join(lap_a.label[:, lap.first], free_a.label[: len(lower), -len(y) :])
-    blocks.join(lap_b.label[:, lap.last], free_b.label[-len(upper) :, : len(y)])
-    return _Bars(lap_a, lap_b, clamped=free_a.label[:, : len(y)].ravel())
+    blocks.join(lap_a[:, lap.first], free_a[: len(lower), -len(y) :])
+    blocks.join(lap_b[:, lap.last], free_b[-len(upper) :, : len(y)])
+    return _Bars(lap_a, lap_b, clamped=free_a[:, : len(y)].ravel())
 
 
 def _add_bolt(
-    blocks: _Blocks,
-    assembly: "Assembly",
-    bars: _Bars,
-    under_head: NDArray[np.int64],
-    axis: float,
-    part: int,
-) -> NDArray[np.int64]:
+    blocks: _Blocks, assembly: "Assembly", bars: _Bars, under_head: Labels, axis: float, part: int
+) -> Labels:
     """Add a bolt and return the labels of its pretension section, shape (pairs, 2)."""
     bolts, layers = assembly.bolts, assembly.mesh.layers_in_head
     plan = bolt_plan(_radii(assembly), _divisions(assembly))
@@ -289,11 +281,11 @@ def _add_bolt(
     head = blocks.add(part, head_plan, head_levels)
 
     in_shank = len(shank_plan.point)
-    blocks.join(shank_a.label[0], nut.label[-1, :in_shank])
-    blocks.join(shank_b.label[-1], head.label[0, :in_shank])
-    blocks.join(bars.lap_a.label[0, under_head], nut.label[-1, plan.under_head])
-    blocks.join(bars.lap_b.label[-1, under_head], head.label[0, plan.under_head])
-    return np.stack([shank_a.label[-1], shank_b.label[0]], axis=-1)
+    blocks.join(shank_a[0], nut[-1, :in_shank])
+    blocks.join(shank_b[-1], head[0, :in_shank])
+    blocks.join(bars.lap_a[0, under_head], nut[-1, plan.under_head])
+    blocks.join(bars.lap_b[-1, under_head], head[0, plan.under_head])
+    return np.stack([shank_a[-1], shank_b[0]], axis=-1)
 
 
 def _radii(assembly: "Assembly") -> BoltRadii:
@@ -316,7 +308,7 @@ def _divisions(assembly: "Assembly") -> CellDivisions:
     )
 
 
-def _levels(assembly: "Assembly") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _levels(assembly: "Assembly") -> tuple[Array, Array]:
     """Levels along z of the lower and of the upper half of the height."""
     half, layers = _MM * assembly.bar.height_mm / 2, assembly.mesh.layers_per_half_height
     return np.linspace(-half, 0.0, layers + 1), np.linspace(0.0, half, layers + 1)
@@ -333,9 +325,7 @@ def _part_variable(part: NDArray[np.int8], bolts: int) -> xr.Variable:
     return variable
 
 
-def _points(
-    assembly: "Assembly", coordinate: NDArray[np.float64], hexahedron: NDArray[np.int64]
-) -> dict[str, xr.Variable]:
+def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict[str, xr.Variable]:
     """Nodes of the bars nearest to the excitation and the output point."""
     candidates = np.unique(hexahedron)
     size = assembly.mesh.element_length_free_mm
