@@ -165,7 +165,7 @@ def test_weak_friction_that_turns_round_converges(assembly, friction_coefficient
 
 
 def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatch):
-    monkeypatch.setattr(statics, "_MOST_LINEAR_ITERATIONS", 1)
+    monkeypatch.setattr(statics, "_MAXIMUM_LINEAR_ITERATIONS", 1)
     renewed = apply_preload(assembly, 8e3)
     # both leave 1e-10 of the preload unbalanced
     np.testing.assert_allclose(renewed["normal_load"], preload["normal_load"], atol=1e-5)
