@@ -67,9 +67,7 @@ def test_without_springs_a_basis_of_free_modes_is_exact(assembly, preload, modes
     np.testing.assert_allclose(found["error"], 0, atol=1e-8)
 
 
-def test_contact_adapted_basis_beats_free_modes(
-    assembly, preload, modes, patterns
-):
+def test_contact_adapted_basis_beats_free_modes(assembly, preload, modes, patterns):
     free = resonances_in(modes, patterns)["error"]
     basis = find_modes(
         assembly, "enriched-40", find_pod_modes(assembly, preload, ContactAdaptedBasis())

@@ -8,7 +8,7 @@ from examples import brick_bar
 from scipy import sparse
 
 from boltjoint.dataset import save
-from boltjoint.structure import preload as statics
+from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.preload import apply_preload, contact_force, solve_contact
 
@@ -165,7 +165,7 @@ def test_weak_friction_that_turns_round_converges(assembly, friction_coefficient
 
 
 def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatch):
-    monkeypatch.setattr(statics, "_MAXIMUM_LINEAR_ITERATIONS", 1)
+    monkeypatch.setattr(bolt_preload, "_MAXIMUM_LINEAR_ITERATIONS", 1)
     renewed = apply_preload(assembly, 8e3)
     # both leave 1e-10 of the preload unbalanced
     np.testing.assert_allclose(renewed["normal_load"], preload["normal_load"], atol=1e-5)
