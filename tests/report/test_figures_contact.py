@@ -9,7 +9,13 @@ from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import merge_points
-from boltjoint.report.figures.contact import _STATES, plot_contact, plot_regions, plot_states
+from boltjoint.report.figures.contact import (
+    _STATES,
+    plot_contact,
+    plot_regions,
+    plot_states,
+    slip_force,
+)
 
 
 def state_areas(axes):
@@ -155,3 +161,9 @@ def test_states_of_any_number_of_levels(assembly, variable, variable_response, l
 def test_states_need_the_joint_that_was_solved(assembly, variable, response):
     with pytest.raises(ValueError, match="the joint has 21 elements, the response 60"):
         plot_states(assembly, joint_to_dataset(variable), response)
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_slip_forces_in_a_file_are_those_of_the_law(law):
+    joint = make_joint(law=law)
+    np.testing.assert_array_equal(slip_force(joint_to_dataset(joint)), joint.law.slip_force)

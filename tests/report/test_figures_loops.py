@@ -18,22 +18,22 @@ def test_loops_are_whole_and_end_on_the_loading_curve(reduced, regions):
     law = regions.law.tangential_stiffness[of], regions.law.slip_force[of]
     for loop in range(3):
         amplitude = reduced["loop_amplitude"].to_numpy()[1, loop]
-        many = drawn[f"region 2, all its {of.sum()} elements, {amplitude * 1e6:.3g} μm"]
+        many = drawn[f"region 2, all {of.sum()} elements, {amplitude * 1e6:.3g} μm"]
         half = len(many) // 2
         np.testing.assert_allclose(many[:half], -many[half:])
         tip = [amplitude * 1e6, loading_curve(np.array(amplitude), *law)]
         np.testing.assert_allclose(many[0], tip)
         # from tip to tip and back
         np.testing.assert_allclose(many[half - 1], many[half], rtol=1e-9)
-        few = drawn[f"the 2 fitted to them, {amplitude * 1e6:.3g} μm"]
+        few = drawn[f"2 fitted elements, {amplitude * 1e6:.3g} μm"]
         np.testing.assert_allclose(
             few[:half, 1], reduced["loop_force_of_fit"].to_numpy()[1, loop], rtol=1e-12
         )
     assert axes.get_xlabel() == "relative displacement (μm)"
     assert axes.get_ylabel() == "friction force (N)"
     texts = legend_texts(axes)
-    assert f"region 2, all its {of.sum()} elements" in texts
-    assert "the 2 fitted to them" in texts
+    assert f"region 2, all {of.sum()} elements" in texts
+    assert "2 fitted elements" in texts
 
 
 def test_open_elements_have_no_part_in_loops():
@@ -45,7 +45,7 @@ def test_open_elements_have_no_part_in_loops():
     first = regions.law.point_of_element == 0
     loaded = np.sum(regions.law.normal_load[first] > 0)
     assert loaded < first.sum()
-    expected = f"region 1, its {loaded} elements under load, of {first.sum()}"
+    expected = f"region 1, {loaded} elements under load of {first.sum()}"
     assert expected in legend_texts(axes)
 
 

@@ -67,7 +67,7 @@ def test_a_level_has_one_colour_in_both_methods(response, reference):
     assert len(set.union(*colours.values())) == 3
 
 
-def test_a_broken_path_ends_in_a_cross_and_is_named(regions, reference):
+def test_a_broken_branch_ends_in_a_cross_and_is_named(regions, reference):
     short = StepControl(maximum_solutions=12)
     broken = solve_response(regions, FORCES, loss_factor=0.01, control=short)
     (axes,) = plot_response(broken, "regions=3", "linear", reference).axes
@@ -148,7 +148,7 @@ def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, los
         assert texts_in(figure) == ["no results"]
 
 
-def test_solutions_that_no_sweep_shows_are_dashed(response):
+def test_solutions_on_no_sweep_are_dashed(response):
     folded = response.copy(deep=True)
     mine = np.flatnonzero(folded["excitation_force"] == 5.0)
     hidden = mine[20:25]
@@ -160,16 +160,16 @@ def test_solutions_that_no_sweep_shows_are_dashed(response):
     assert np.isfinite(np.delete(solid, slice(20, 25), axis=0)).all()
     (dashed,) = (line for line in axes.get_lines() if line.get_linestyle() == "--")
     shown = np.flatnonzero(np.isfinite(dashed.get_ydata()))
-    # joined to what a sweep shows
+    # joined to the solutions on a sweep
     np.testing.assert_array_equal(shown, np.arange(19, 26))
-    assert "not shown by slow sweeps" in legend_texts(axes)
+    assert "not on a slow sweep" in legend_texts(axes)
 
 
-def test_a_response_that_linear_modes_stand_for_is_named(response):
+def test_a_response_replaced_by_linear_modes_is_named(response):
     replaced = response.copy(deep=True)
     replaced["fell_back"][1] = 1
     (axes,) = plot_response(replaced, "node-to-node", "rdnm-1").axes
-    assert "5 N\nlinear modes instead" in legend_texts(axes)
+    assert "5 N\nreplaced by linear modes" in legend_texts(axes)
 
 
 def test_a_backbone_without_states_has_a_figure(tmp_path):

@@ -6,8 +6,7 @@ import xarray as xr
 from figure_parts import polygon_area, shapes
 from matplotlib.collections import LineCollection
 
-from boltjoint.report.figures.drawing import _VIEW
-from boltjoint.report.figures.structure import plot_deformation, plot_mesh, plot_modes
+from boltjoint.report.figures.structure import _VIEW, plot_deformation, plot_mesh, plot_modes
 
 
 def test_a_mode_is_the_section_moved_by_its_shape(assembly, modes):

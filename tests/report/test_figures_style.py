@@ -36,3 +36,23 @@ def test_another_process_writes_the_same_bytes(response, reference, tmp_path):
     )
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
     assert Path(tmp_path, "here.svg").read_bytes() == Path(tmp_path, "there.svg").read_bytes()
+
+
+def test_figures_import_no_compiler():
+    program = (
+        "import sys\n"
+        "from boltjoint.report.figures import contact, convergence, loops, responses, structure\n"
+        "from boltjoint.report.figures import times\n"
+        "assert not {'numba', 'scipy'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_pages_import_neither_compiler_nor_figures():
+    program = (
+        "import sys\n"
+        "from boltjoint.report.pages import accuracy, overview, structure\n"
+        "from boltjoint.report.pages.case import page\n"
+        "assert not {'numba', 'scipy', 'matplotlib'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
