@@ -45,7 +45,7 @@ def test_open_elements_have_no_part_in_loops():
     first = regions.law.point_of_element == 0
     loaded = np.sum(regions.law.normal_load[first] > 0)
     assert loaded < first.sum()
-    expected = f"region 1, {loaded} elements under load of {first.sum()}"
+    expected = f"region 1, {loaded} of {first.sum()} elements under load"
     assert expected in legend_texts(axes)
 
 

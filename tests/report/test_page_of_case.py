@@ -80,7 +80,7 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(files):
     page = write(files)
     of_regions = figure(page, "response_mine_free-4_regions=6_linear_resonance=1")
     assert (
-        "There are several solutions at the same frequency at 50 N between 71.25 and 72.50 Hz "
+        "There are several solutions at the same frequency: at 50 N between 71.25 and 72.50 Hz "
         "(2 turning points). Sweeps with rising and with falling frequency follow different ones."
     ) in of_regions
     in_one_mode = figure(page, "response_mine_free-4_node-to-node_rdnm-1_resonance=1")

@@ -38,9 +38,9 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     preload
-        As ``structure.statics`` finds it, of that assembly.
+        As ``apply_preload`` returns it, of that assembly.
 
     Raises
     ------
@@ -59,13 +59,13 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
         ("normal load (N)", load, loaded, "magma_r"),
         ("gap (μm)", gap * UM, ~loaded, "GnBu"),
     )
-    for axes, (label, value, shown, name) in zip(panels, maps, strict=False):
+    for axes, (label, value, pairs, name) in zip(panels, maps, strict=False):
         colours = ListedColormap(matplotlib.colormaps[name](np.linspace(0.08, 1.0, 256)))
-        norm = Normalize(0, value[shown].max(initial=0) or 1)
-        cells = [surface.area_of([pair]) for pair in np.flatnonzero(shown)]
-        fill_shapes(axes, [surface.area_of(np.flatnonzero(~shown))], facecolors=BLANK_COLOUR)
+        norm = Normalize(0, value[pairs].max(initial=0) or 1)
+        cells = [surface.area_of([pair]) for pair in np.flatnonzero(pairs)]
+        fill_shapes(axes, [surface.area_of(np.flatnonzero(~pairs))], facecolors=BLANK_COLOUR)
         fill_shapes(
-            axes, cells, facecolors=colours(norm(value[shown])), edgecolors="face", linewidths=0.2
+            axes, cells, facecolors=colours(norm(value[pairs])), edgecolors="face", linewidths=0.2
         )
         figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=label, pad=0.01, aspect=8)
         _set_plan_view(axes, surface)
@@ -90,7 +90,7 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     joint
         A joint of regions (``joint.nc``) on that assembly.
 
@@ -158,11 +158,11 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     joint
         A joint on that assembly whose elements sit on contact pairs (``joint.nc``).
     response
-        Its response, as ``response.solve_response`` gives it.
+        Its response, as ``solve_response`` returns it.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     patches = [Patch(color=colour, linewidth=0) for colour in (*_STATES, BLANK_COLOUR)]
     names = [*contact_states.MEANINGS, "no element"]
-    for axes, found, force, frequency in zip(
+    for axes, of_level, force, frequency in zip(
         panels.flat,
         state,
         response["force_level"].to_numpy(),
@@ -193,8 +193,8 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     ):
         fill_shapes(axes, [without], facecolors=BLANK_COLOUR)
         for number, colour in enumerate(_STATES):
-            fill_shapes(axes, [surface.area_of(pair[found == number])], facecolors=colour)
-        unknown = surface.area_of(pair[found == contact_states.UNKNOWN])
+            fill_shapes(axes, [surface.area_of(pair[of_level == number])], facecolors=colour)
+        unknown = surface.area_of(pair[of_level == contact_states.UNKNOWN])
         fill_shapes(axes, [unknown], facecolors="white", edgecolors="0.6", hatch="////")
         _set_plan_view(axes, surface)
         axes.label_outer()
@@ -202,7 +202,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
             axes.set_title(f"{force:g} N: no peak found", loc="left")
             continue
         axes.set_title(f"{force:g} N, {frequency:.1f} Hz", loc="left")
-        share = {number: np.mean(found == number) for number in np.unique(found)}
+        share = {number: np.mean(of_level == number) for number in np.unique(of_level)}
         axes.legend(
             [patches[number] for number in share],
             [_percent(part) for part in share.values()],
@@ -218,15 +218,15 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
         axes.set_axis_off()
         panels[-2, 1].tick_params(labelbottom=True)
     figure.supxlabel("x (mm)", fontsize=9)
-    shown = list(np.unique(state[state != contact_states.UNKNOWN]))
+    numbers = list(np.unique(state[state != contact_states.UNKNOWN]))
     if len(pair) < len(surface.position):
-        shown.append(len(_STATES))
+        numbers.append(len(_STATES))
     figure.legend(
-        [patches[number] for number in shown],
-        [names[number] for number in shown],
+        [patches[number] for number in numbers],
+        [names[number] for number in numbers],
         title="contact state at the peak of every force",
         loc="outside upper center",
-        ncols=len(shown),
+        ncols=len(numbers),
     )
     return figure
 

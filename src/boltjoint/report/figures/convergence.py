@@ -25,7 +25,7 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
     Parameters
     ----------
     table
-        As ``convergence.tabulate_sampling`` gives it.
+        As ``tabulate_sampling`` returns it.
     """
     cases = list(table.groupby(["case", "law"], sort=False))
     columns = max(1, min(2, len(cases)))
@@ -61,20 +61,20 @@ def plot_models(models: pd.DataFrame) -> Figure:
     Parameters
     ----------
     models
-        As ``compare.tabulate_models`` gives it.
+        As ``tabulate_models`` returns it.
     """
     groups = list(models.groupby(["modes", "joint", "coordinates"], sort=False))
     groups.sort(key=lambda group: not is_enriched(group[0][0]))
     figure = Figure(figsize=(8, 1.1 + 0.2 * len(groups)), layout="constrained")
     errors, costs = figure.subplots(1, 2, sharey=True)
     columns = {"frequency": REGION_COLOURS[0], "amplitude": REGION_COLOURS[1]}
-    for row, (_, some) in enumerate(groups):
+    for row, (_, rows) in enumerate(groups):
         for what, colour in columns.items():
-            error = some[f"peak_{what}_error_percent"].abs().max()
-            marker = "o" if some["complete"].all() else "X"
+            error = rows[f"peak_{what}_error_percent"].abs().max()
+            marker = "o" if rows["complete"].all() else "X"
             if error > 0:
                 errors.plot(error, row, marker, color=colour, markersize=5)
-        costs.plot(some["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
+        costs.plot(rows["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
     words = [
         f"{basis}, {joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
         for (basis, joint, coordinates), _ in groups
@@ -109,16 +109,16 @@ def plot_patterns(table: pd.DataFrame) -> Figure:
     Parameters
     ----------
     table
-        As ``convergence.tabulate_patterns`` gives it.
+        As ``tabulate_patterns`` returns it.
     """
     springs = {"x": "springs along the bar", "xz": "springs along the bar and across the contact"}
     figure = Figure(figsize=(8, 3.6), layout="constrained")
     panels = figure.subplots(1, len(springs), sharex=True, sharey=True)
-    worst = table.groupby(["springs", "basis", "vectors", "resonance"], sort=False)[
+    largest = table.groupby(["springs", "basis", "vectors", "resonance"], sort=False)[
         "error_percent"
     ].max()
     for axes, (name, words) in zip(panels, springs.items(), strict=True):
-        errors = worst[name].reset_index()
+        errors = largest[name].reset_index()
         _plot_over_vectors(axes, errors, "error_percent", "resonance", "resonance {}")
         axes.set_title(words)
     _add_legend_of_bases(panels)
@@ -133,7 +133,7 @@ def plot_bases(table: pd.DataFrame) -> Figure:
     Parameters
     ----------
     table
-        As ``convergence.tabulate_basis_peaks`` gives it.
+        As ``tabulate_basis_peaks`` returns it.
     """
     figure = Figure(figsize=(8, 3.8), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True)
@@ -151,20 +151,20 @@ def plot_divisions(table: pd.DataFrame) -> Figure:
     Parameters
     ----------
     table
-        As ``convergence.tabulate_divisions`` gives it.
+        As ``tabulate_divisions`` returns it.
     """
     figure = Figure(figsize=(8, 4.4), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True)
     groups = list(table.groupby(["division", "motion"], sort=False))
     for ((division, motion), rows), colour in zip(groups, REGION_COLOURS, strict=False):
-        worst = rows.drop(columns=["division", "motion"]).abs().groupby("regions").max()
+        largest = rows.drop(columns=["division", "motion"]).abs().groupby("regions").max()
         style = {"color": colour, "linewidth": 1.2, "markersize": 4}
         for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
-            error = worst[f"peak_{what}_error_percent"]
+            error = largest[f"peak_{what}_error_percent"]
             label = f"{division}, {motion}".replace("-", " ")
-            axes.loglog(worst.index, error, marker="o", label=label, **style)
+            axes.loglog(largest.index, error, marker="o", label=label, **style)
         style |= {"linestyle": ":", "marker": ".", "linewidth": 0.9}
-        panels[0].loglog(worst.index, worst["region_error_percent"], zorder=1, **style)
+        panels[0].loglog(largest.index, largest["region_error_percent"], zorder=1, **style)
     for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
         axes.set_xticks(table["regions"].unique(), table["regions"].unique())
         axes.minorticks_off()
@@ -188,12 +188,12 @@ def _plot_over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, 
     enriched = table["basis"].map(is_enriched)
     for value, colour in zip(levels, level_colours(len(levels)), strict=True):
         for kind, style in zip((True, False), COORDINATE_LINES, strict=False):
-            some = table[(table[level] == value) & (enriched == kind)].sort_values("vectors")
-            size = some[error].abs()
+            rows = table[(table[level] == value) & (enriched == kind)].sort_values("vectors")
+            size = rows[error].abs()
             style = {"color": colour, "linewidth": 1.1, "markersize": 4, **style}
             words = label.format(value) if kind else None
             # the error of the largest basis is zero by definition
-            axes.loglog(some["vectors"][size > 0], size[size > 0], label=words, **style)
+            axes.loglog(rows["vectors"][size > 0], size[size > 0], label=words, **style)
     ticks = sorted(table["vectors"].unique())
     axes.set_xticks(ticks, ticks)
     axes.minorticks_off()

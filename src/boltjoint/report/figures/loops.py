@@ -45,7 +45,7 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     loaded = np.count_nonzero(many)
     elements = f"all {many.size} elements"
     if loaded < many.size:
-        elements = f"{loaded} elements under load of {many.size}"
+        elements = f"{loaded} of {many.size} elements under load"
     here = reduced.isel(point=region - 1).transpose(..., "loop", "sample")
     amplitude = here["loop_amplitude"].to_numpy() * UM
     figure = Figure(figsize=(8, 4.8), layout="constrained")

@@ -44,7 +44,7 @@ def plot_response(
     Parameters
     ----------
     response
-        As ``response.solve_response`` gives it.
+        As ``solve_response`` returns it.
     joint
         Name of the joint that was solved, such as ``regions=6/elements=7``.
     coordinates
@@ -69,9 +69,9 @@ def plot_response(
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.subplots()
     drawn, marks = [], {"peak": _PEAK_MARK}
-    for name, (solved, style) in layers.items():
+    for name, (dataset, style) in layers.items():
         size = 0.6 if style is REFERENCE_LINE and not is_reference else 1.0
-        curves = _curves(solved)
+        curves = _curves(dataset)
         for index, (curve, colour) in enumerate(
             zip(curves, level_colours(forces.size), strict=True)
         ):
@@ -89,7 +89,7 @@ def plot_response(
             if curve.broken_off:
                 axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **BREAK_MARK)
                 marks["branch breaks off"] = BREAK_MARK
-                levels[index] += f"\n{'reference ' if solved is reference else ''}{curve.end}"
+                levels[index] += f"\n{'reference ' if dataset is reference else ''}{curve.end}"
             if curve.fell_back:
                 levels[index] += "\nreplaced by linear modes"
         drawn += curves
@@ -169,15 +169,15 @@ def _curves(response: xr.Dataset) -> list[_Curve]:
     for level in range(response.sizes["force"]):
         at = response.isel(force=level)
         force = float(at["force_level"])
-        mine = (response["excitation_force"] == force) & (response["converged"] == 1)
-        solved = response.isel(solution=np.flatnonzero(mine))
-        amplitude = solved["response_amplitude"].to_numpy() * MM / force
-        peak = np.flatnonzero(solved["response_amplitude"] == at["peak_amplitude"])
+        of_level = (response["excitation_force"] == force) & (response["converged"] == 1)
+        solutions = response.isel(solution=np.flatnonzero(of_level))
+        amplitude = solutions["response_amplitude"].to_numpy() * MM / force
+        peak = np.flatnonzero(solutions["response_amplitude"] == at["peak_amplitude"])
         curves.append(
             _Curve(
-                frequency=solved["frequency"].to_numpy(),
+                frequency=solutions["frequency"].to_numpy(),
                 amplitude=amplitude,
-                off_sweeps=(solved["on_sweep_up"] + solved["on_sweep_down"]).to_numpy() == 0,
+                off_sweeps=(solutions["on_sweep_up"] + solutions["on_sweep_down"]).to_numpy() == 0,
                 peak=int(peak[0]) if peak.size else None,
                 broken_off=not at["complete"],
                 fell_back=bool(at["fell_back"]),
@@ -200,9 +200,9 @@ def _set_limits(axes: Axes, curves: Sequence[_Curve]) -> None:
     ends = [c.frequency[-1] for c in curves if c.broken_off]
     low, high = min([near.min(), *ends]), max([near.max(), *ends])
     margin = max(_MARGIN * (high - low), _LEAST_MARGIN * high)
-    solved = np.concatenate([c.frequency for c in curves])
-    if solved.min() < solved.max():
-        low, high = max(low - margin, solved.min()), min(high + margin, solved.max())
+    frequency = np.concatenate([c.frequency for c in curves])
+    if frequency.min() < frequency.max():
+        low, high = max(low - margin, frequency.min()), min(high + margin, frequency.max())
     else:
         low, high = low - margin, high + margin
     axes.set_xlim(low, high)

@@ -53,7 +53,7 @@ def plot_mesh(assembly: xr.Dataset) -> Figure:
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
 
     Raises
     ------
@@ -87,9 +87,9 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     modes
-        As ``structure.modes`` finds them, of that assembly.
+        As ``find_modes`` returns them, of that assembly.
 
     Raises
     ------
@@ -130,9 +130,9 @@ def plot_deformation(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     preload
-        As ``structure.statics`` finds it, of that assembly.
+        As ``apply_preload`` returns it, of that assembly.
 
     Raises
     ------

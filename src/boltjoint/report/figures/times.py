@@ -29,7 +29,7 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     Parameters
     ----------
     times
-        As ``compare.tabulate_times`` gives it.
+        As ``tabulate_times`` returns it.
     resonance
         The resonance that the branches were solved around.
 
@@ -55,17 +55,17 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     }
     panels = figure.subplots(2, len(jacobians), sharex=True, sharey="row", squeeze=False)
     for (seconds, ratios), (jacobian, ending) in zip(panels.T, jacobians.items(), strict=True):
-        for (joint, coordinates), of_one in times.groupby(["joint", "coordinates"], sort=False):
-            of_one = of_one.sort_values("force_N")
+        for (joint, coordinates), rows in times.groupby(["joint", "coordinates"], sort=False):
+            rows = rows.sort_values("force_N")
             place, cpu, ratio, published = (
-                of_one["place"],
-                of_one[f"cpu{ending}_s"],
-                1 - of_one[f"reduction{ending}_percent"] / 100,
-                1 - of_one["published_reduction_percent"] / 100,
+                rows["place"],
+                rows[f"cpu{ending}_s"],
+                1 - rows[f"reduction{ending}_percent"] / 100,
+                1 - rows["published_reduction_percent"] / 100,
             )
             colour, style = {"color": colours[joint]}, styles[coordinates]
             label = method_label(joint, coordinates)
-            complete = of_one["complete"].astype(bool)
+            complete = rows["complete"].astype(bool)
             seconds.plot(place, cpu.where(complete), label=label, **colour, **style, **_TIME_LINE)
             if not complete.all():
                 seconds.plot(place[~complete], cpu[~complete], **colour, **BREAK_MARK)

@@ -122,7 +122,7 @@ def largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
     Parameters
     ----------
     frame
-        As ``convergence.tabulate_basis_peaks`` or ``tabulate_divisions`` gives it.
+        As ``tabulate_basis_peaks`` or ``tabulate_divisions`` returns it.
     by
         Columns that become the index.
     """
@@ -136,20 +136,20 @@ def summary(frame: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     frame
-        As ``compare.tabulate_models`` gives it.
+        As ``tabulate_models`` returns it.
     """
-    rows = []
-    for (modes, joint, coordinates), some in frame.groupby(_MODEL, sort=False):
-        rows.append(
+    models = []
+    for (modes, joint, coordinates), rows in frame.groupby(_MODEL, sort=False):
+        models.append(
             {
                 "basis": modes,
                 "joint": joint_in_words(joint),
                 "solved_in": coordinates_in_words(coordinates),
-                "branches_solved": f"{int(some['complete'].sum())} of {len(some)}",
-                "frequency_error_percent": some["peak_frequency_error_percent"].abs().max(),
-                "amplitude_error_percent": some["peak_amplitude_error_percent"].abs().max(),
-                "cpu_s": some["cpu_s"].sum(),
+                "branches_solved": f"{int(rows['complete'].sum())} of {len(rows)}",
+                "frequency_error_percent": rows["peak_frequency_error_percent"].abs().max(),
+                "amplitude_error_percent": rows["peak_amplitude_error_percent"].abs().max(),
+                "cpu_s": rows["cpu_s"].sum(),
             }
         )
-    rows.sort(key=lambda row: not is_enriched(row["basis"]))
-    return pd.DataFrame(rows)
+    models.sort(key=lambda row: not is_enriched(row["basis"]))
+    return pd.DataFrame(models)

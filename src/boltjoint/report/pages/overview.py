@@ -124,26 +124,25 @@ def _peaks_and_errors(
     study: Study, case: Case, family: str, accuracy: pd.DataFrame
 ) -> dict[tuple[str, str], object]:
     row: dict[tuple[str, str], object] = {}
-    solved = select(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
-    linear = select(solved, coordinates=REFERENCE[1])
+    nodes = select(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
+    linear = select(nodes, coordinates=REFERENCE[1])
     for which, extreme in (("lowest", min), ("highest", max)):
         force = extreme(case.forces_N)
         is_common = all(extreme(each.forces_N) == force for each in study.cases.values())
         span = f"peak at {force:g} N" if is_common else f"peak at the {which} force"
-        at = select(linear, force_N=force)
         # the largest response of a part of a branch need not be the peak
-        at = at[at["complete"]]
-        found = at.iloc[0] if len(at) else {}
+        complete = select(linear, force_N=force, complete=True)
+        peak = complete.iloc[0] if len(complete) else {}
         row |= {
-            (span, "frequency_Hz"): found.get("peak_frequency_Hz"),
-            (span, "response_mm_per_N"): found.get("peak_mm_per_N"),
+            (span, "frequency_Hz"): peak.get("peak_frequency_Hz"),
+            (span, "response_mm_per_N"): peak.get("peak_mm_per_N"),
         }
-    kinds = solved["coordinates"].map(lambda name: parse_coordinates(name).kind)
+    kinds = nodes["coordinates"].map(lambda name: parse_coordinates(name).kind)
     for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
-        some = solved[kinds == kind]
-        row[(title, "amplitude_error_percent")] = some["peak_amplitude_error_percent"].abs().max()
-        broken_off = f"{int((~some['complete']).sum())} of {len(some)}"
-        row[(title, "broken_off")] = broken_off if len(some) else None
+        rows = nodes[kinds == kind]
+        row[(title, "amplitude_error_percent")] = rows["peak_amplitude_error_percent"].abs().max()
+        broken_off = f"{int((~rows['complete']).sum())} of {len(rows)}"
+        row[(title, "broken_off")] = broken_off if len(rows) else None
     if "residual_in_time" in accuracy:
         row[("", "residual_in_time")] = residual_in_time(accuracy["residual_in_time"].max())
     return row
@@ -173,15 +172,15 @@ def _elements_in_all(joint: str) -> int:
 
 def _time_saved_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
     keys = ["source_table", "joint", "coordinates"]
-    ours, theirs = "reduction_forward_difference_percent", "published_reduction_percent"
-    printed = times.dropna(subset=[theirs, "source_table"]) if theirs in times else times.iloc[:0]
+    here, source = "reduction_forward_difference_percent", "published_reduction_percent"
+    printed = times.dropna(subset=[source, "source_table"]) if source in times else times.iloc[:0]
     is_reference = (printed["joint"] == REFERENCE[0]) & (printed["coordinates"] == REFERENCE[1])
     printed = printed[~is_reference]
     if printed.empty:
         return pd.DataFrame()
-    medians = printed.groupby(keys, sort=False)[[ours, theirs]].median().reset_index()
+    medians = printed.groupby(keys, sort=False)[[here, source]].median().reset_index()
     medians.insert(0, "case", [link(f"{name}.html", name)] * len(medians))
-    return medians.rename(columns={ours: "here_percent", theirs: "source_percent"})
+    return medians.rename(columns={here: "here_percent", source: "source_percent"})
 
 
 def _index_of_tables(study: Study, paths: Sequence[str], published: Published) -> Markup:

@@ -90,11 +90,7 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
         ]
     frame = pd.DataFrame(columns).rename_axis("quantity").reset_index()
     described = table_with_caption(
-        frame,
-        "Dimensions, material and mesh",
-        notes,
-        anchor="dimensions-table",
-        verbatim=True,
+        frame, "Dimensions, material and mesh", notes, anchor="dimensions-table", verbatim=True
     )
     return described + content.figures("mesh", "Mesh of {subject}", _TEXT.mesh())
 

@@ -15,10 +15,7 @@ from boltjoint.study.tables.html import number
 
 LAWS = {"constant": "constant normal load", "variable": "variable normal load"}
 
-_DIVISIONS = {
-    "equal-load": "equal loads",
-    "equal-middle-load": "equal pressure along the middle",
-}
+_DIVISIONS = {"equal-load": "equal loads", "equal-middle-load": "equal pressure along the middle"}
 _MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
 _FRICTION = {"exact": "closed form (analytic)", "sampled": "AFT, sampled in time"}
 

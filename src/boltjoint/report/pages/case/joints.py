@@ -1,13 +1,13 @@
-"""Figures and tables of a joint: its regions, and the fit of its elements."""
+"""Figures of a joint and of its responses, with statements on their peaks, errors and ends."""
 
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.names import joint_in_words, parse_joint
+from boltjoint.names import REFERENCE, coordinates_in_words, joint_in_words, parse_joint
 from boltjoint.report.pages.case.basis import CaseBasis
-from boltjoint.report.pages.case.responses import capitalize
-from boltjoint.report.pages.content import StudyTable
-from boltjoint.report.pages.markup import prose, source_reference
+from boltjoint.report.pages.content import StudyTable, select
+from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.study.tables.html import number
 
 _TEXT = prose("case")
 
@@ -47,3 +47,137 @@ def _elements(table: StudyTable, frame: pd.DataFrame) -> Markup:
         anchor = f"table-{'-'.join(printed)}-{table.artefact.basis}"
         frame = frame.drop(columns="source_table")
     return table.html("Fitted elements", notes, ["region"], frame=frame, anchor=anchor)
+
+
+def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
+    """Responses of a joint around a resonance, and the contact states at their peaks."""
+    body = Markup()
+    around = f" around resonance {resonance}" if resonance > 1 else ""
+    for coordinates in basis.coordinates_by_joint(resonance)[joint]:
+        values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+        words = f"{joint_in_words(joint)}, {coordinates_in_words(coordinates)}{around}"
+        for kind, title, note in (
+            ("response", capitalize(words), _statement(basis, **values)),
+            ("states", f"Contact at the peaks: {words}", _TEXT.states_figure()),
+        ):
+            body += basis.content.figures(kind, title, note, basis=basis.name, **values)
+    return body
+
+
+def peaks(basis: CaseBasis, resonance: int) -> Markup:
+    """Peaks of the node-to-node joint, all kinds of coordinates side by side."""
+    if basis.accuracy is None:
+        return Markup()
+    nodes = select(basis.accuracy.frame, joint=REFERENCE[0], resonance=resonance)
+    columns = {"peak_frequency_Hz": "frequency_Hz", "peak_mm_per_N": "response_mm_per_N"}
+    # the largest response of a part of a branch need not be the peak
+    nodes = nodes.assign(**{name: nodes[name].where(nodes["complete"]) for name in columns})
+    parts = {
+        coordinates_in_words(coordinates): rows.set_index("force_N")[list(columns)].rename(
+            columns=columns
+        )
+        for coordinates, rows in nodes.groupby("coordinates", sort=False)
+    }
+    if not parts:
+        return Markup()
+    title = "Peaks of the node-to-node joint"
+    return table_with_caption(side_by_side(parts), title, [_TEXT.peaks()])
+
+
+def side_by_side(parts: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """Tables over force beside each other, each under its name."""
+    frame = pd.concat(parts, axis=1)
+    frame.insert(0, ("", "force_N"), frame.index)
+    return frame
+
+
+def capitalize(words: str) -> str:
+    """The same words, the first with a capital."""
+    return words[:1].upper() + words[1:]
+
+
+def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -> str:
+    """Peaks or errors of a response, and its folds, doubts and broken branches."""
+    if basis.accuracy is None:
+        return ""
+    values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+    rows = select(basis.accuracy.frame, **values)
+    is_reference = (joint, coordinates) == REFERENCE
+    about_peaks = _peaks_of_reference(rows) if is_reference else _errors_of_peaks(rows)
+    statements = (about_peaks, _folds(rows), _replaced(rows), _wrong(rows), _broken_off(rows))
+    return Markup(" ").join(filter(None, statements))
+
+
+def _peaks_of_reference(rows: pd.DataFrame) -> str:
+    complete = rows[rows["complete"]]
+    if complete.empty:
+        return ""
+    low, high = complete.iloc[0], complete.iloc[-1]
+    return (
+        f"The peak lies at {low['peak_frequency_Hz']:.1f} Hz with {low['force_N']:g} N and at "
+        f"{high['peak_frequency_Hz']:.1f} Hz with {high['force_N']:g} N."
+    )
+
+
+def _errors_of_peaks(rows: pd.DataFrame) -> str:
+    complete = rows[rows["complete"]].set_index("force_N")
+    errors = {
+        quantity: complete[f"peak_{quantity}_error_percent"].abs()
+        for quantity in ("frequency", "amplitude")
+    }
+    if any(error.isna().all() for error in errors.values()):
+        return ""
+    largest = " and ".join(
+        f"{number(error.max(), 2)} % in {quantity} (at {error.idxmax():g} N)"
+        for quantity, error in errors.items()
+    )
+    medians = " and ".join(f"{number(error.median(), 2)} %" for error in errors.values())
+    return f"Errors of the peak against the reference: at most {largest}; medians {medians}."
+
+
+def _folds(rows: pd.DataFrame) -> str:
+    """Where there are several solutions at one frequency."""
+    folded = rows[rows["turning_points"] > 0]
+    if folded.empty:
+        return ""
+    ranges = ", ".join(
+        f"at {one.force_N:g} N between {one.folded_from_Hz:.2f} and {one.folded_to_Hz:.2f} Hz "
+        f"({one.turning_points} turning points)"
+        for one in folded.itertuples()
+    )
+    return (
+        f"There are several solutions at the same frequency: {ranges}. Sweeps with rising and with "
+        "falling frequency follow different ones."
+    )
+
+
+def _replaced(rows: pd.DataFrame) -> str:
+    replaced = rows[rows["fell_back"]]
+    if replaced.empty:
+        return ""
+    return f"At {_forces(replaced)} N it is replaced by the response in linear modes."
+
+
+def _wrong(rows: pd.DataFrame) -> str:
+    """Where the error estimated in all linear modes is too large."""
+    wrong = rows[rows["wrong"]]
+    if wrong.empty:
+        return ""
+    at_peak = wrong["estimated_peak_error_percent"].max()
+    return _TEXT.wrong(
+        _forces(wrong),
+        number(wrong["estimated_largest_error_percent"].max(), 2),
+        "" if pd.isna(at_peak) else number(at_peak, 2),
+    )
+
+
+def _broken_off(rows: pd.DataFrame) -> str:
+    lost = rows[~rows["complete"]]
+    if lost.empty:
+        return ""
+    reasons = "; ".join(lost["reason"].dropna().unique())
+    return f"Broken off at {_forces(lost)} N{f': {reasons}' if reasons else ''}."
+
+
+def _forces(rows: pd.DataFrame) -> str:
+    return ", ".join(f"{force:g}" for force in rows["force_N"])

@@ -7,12 +7,17 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.options import Solver
 from boltjoint.names import joint_in_words, parse_joint
-from boltjoint.report.pages.case.accuracy import accuracy, contact_states, fits, higher_harmonics
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.facts import LAWS, facts
-from boltjoint.report.pages.case.joints import joint_figures
-from boltjoint.report.pages.case.responses import capitalize, peaks, responses
-from boltjoint.report.pages.case.times import published_times, solution_times
+from boltjoint.report.pages.case.joints import capitalize, joint_figures, peaks, responses
+from boltjoint.report.pages.case.tables import (
+    accuracy,
+    contact_states,
+    fits,
+    higher_harmonics,
+    published_times,
+    solution_times,
+)
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, prose
