@@ -8,7 +8,6 @@ import pandas as pd
 from boltjoint.config.case import Case
 from boltjoint.config.options import Solver
 from boltjoint.config.study import load_study
-from boltjoint.report.pages.artefacts import artefacts_on_page
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.study.published import Published
@@ -83,9 +82,7 @@ def overview_of(files, table="The cases", **changed):
     """The cells of the rows of a table of the overview, after its heading."""
     case = Case.model_validate(CASE | changed)
     study = load_study(ROOT).model_copy(update={"cases": {"mine": case}})
-    page = overview_page(
-        study, files, artefacts_on_page("mine", files, ["mine"]), Published(SOURCE)
-    )
+    page = overview_page(study, files, files, Published(SOURCE))
     assert not repeated_ids(page)
     rows = re.findall(r"<tr.*?</tr>", page.split(f"{table}</strong>")[1], re.DOTALL)
     cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in rows[1:4]]

@@ -2,9 +2,8 @@ import pytest
 from page_examples import ROOT, SOURCE
 
 from boltjoint.config.study import load_study
-from boltjoint.names import PAGES
-from boltjoint.report.pages.artefacts import Artefact, artefacts_on_page, figures_and_tables
-from boltjoint.study import layout
+from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
+from boltjoint.study.contents import Contents
 from boltjoint.study.published import Published
 
 
@@ -69,7 +68,7 @@ from boltjoint.study.published import Published
     ],
 )
 def test_names_of_files_tell_their_content(stem, expected):
-    artefact = Artefact.of(f"results/figures/{stem}.svg")
+    artefact = ArtefactFile.of(f"results/figures/{stem}.svg")
     page = artefact.page(["a", "a_38kN", "a_free-4_b", "free-8", "linear"])
     assert (artefact.kind, artefact.subject, artefact.basis, artefact.joint, page) == expected
 
@@ -77,33 +76,24 @@ def test_names_of_files_tell_their_content(stem, expected):
 def test_names_tell_in_what_a_response_is_solved():
     coordinates = ("linear", "backbone", "rdnm-2", "complex-rdnm-2")
     for name in coordinates:
-        artefact = Artefact.of(
+        artefact = ArtefactFile.of(
             f"results/figures/response_a_free-4_node-to-node_{name}_resonance=1.svg"
         )
         assert (artefact.coordinates, artefact.resonance, artefact.subject) == (name, 1, "a")
 
 
-def test_every_artefact_of_the_study_has_its_place():
-    for artefact in figures_and_tables(layout.targets(load_study(ROOT))):
-        assert artefact.subject or artefact.kind in ("contact", "natural_frequencies", "sampling")
-
-
-def test_every_figure_and_table_of_the_study_has_a_page():
+def test_every_figure_and_table_of_the_study_is_on_its_page():
     study = load_study(ROOT)
-    targets = layout.targets(study)
-    placed = [
-        path
-        for page in (*PAGES, *study.cases)
-        for path in artefacts_on_page(page, targets, study.cases)
-    ]
-    assert sorted(placed) == sorted(each.path for each in figures_and_tables(targets))
-    assert len(set(placed)) == len(placed) > 0
+    artefacts = [each for each in Contents(study).artefacts if each.form in ("figure", "table")]
+    files = figures_and_tables([each.path for each in artefacts])
+    assert [each.page(study.cases) for each in files] == [each.page for each in artefacts]
+    assert [each.kind for each in files] == [each.kind for each in artefacts]
 
 
 def test_the_study_has_every_figure_of_the_source_that_can_be_made():
     study = load_study(ROOT)
     found = set()
-    for artefact in figures_and_tables(layout.targets(study)):
+    for artefact in figures_and_tables([each.path for each in Contents(study).artefacts]):
         case = study.cases.get(artefact.page(study.cases))
         found.update(artefact.in_source(Published(SOURCE, case.published if case else None)))
     index = Published(SOURCE).figures()

@@ -1,4 +1,4 @@
-"""The figures of a study, each from the results that it shows."""
+"""Figures of a study, each drawn from its results."""
 
 from collections.abc import Callable
 
@@ -18,9 +18,9 @@ def draw(artefact: Artefact, results: Results, **options: object) -> Figure:
     artefact
         The figure; the keys of its kind are those of ``_FIGURES``.
     results
-        The data that it shows.
+        The data that it is drawn from.
     options
-        What it needs besides: ``assembly`` of the case, ``regions`` whose loops are shown by joint,
+        Further data: ``assembly`` of the case, ``regions`` whose loops are drawn, by joint,
         ``joints`` with backbones by resonance, ``forces`` [N].
     """
     return _FIGURES[artefact.kind](artefact, results, options)
@@ -71,12 +71,12 @@ def _loops(artefact: Artefact, results: Results, options: dict) -> Figure:
 def _response(artefact: Artefact, results: Results, _: dict) -> Figure:
     joint, coordinates = REFERENCE
     reference = artefact.which | {"joint": joint, "coordinates": coordinates}
-    shown = reference != artefact.which and results.has("response", **reference)
+    has_reference = reference != artefact.which and results.has("response", **reference)
     return responses.plot_response(
         results.dataset("response", **artefact.which),
         artefact.joint,
         artefact.coordinates,
-        reference=results.dataset("response", **reference) if shown else None,
+        reference=results.dataset("response", **reference) if has_reference else None,
     )
 
 

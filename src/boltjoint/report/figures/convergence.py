@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from boltjoint.names import coordinates_in_words, is_enriched, joint_in_words
+from boltjoint.names import Basis, Coordinates, JointName
 from boltjoint.report.figures.style import (
     COORDINATE_LINES,
     REGION_COLOURS,
@@ -64,7 +64,7 @@ def plot_models(models: pd.DataFrame) -> Figure:
         As ``tabulate_models`` returns it.
     """
     groups = list(models.groupby(["modes", "joint", "coordinates"], sort=False))
-    groups.sort(key=lambda group: not is_enriched(group[0][0]))
+    groups.sort(key=lambda group: not Basis(group[0][0]).is_contact_adapted)
     figure = Figure(figsize=(8, 1.1 + 0.2 * len(groups)), layout="constrained")
     errors, costs = figure.subplots(1, 2, sharey=True)
     columns = {"frequency": REGION_COLOURS[0], "amplitude": REGION_COLOURS[1]}
@@ -76,7 +76,7 @@ def plot_models(models: pd.DataFrame) -> Figure:
                 errors.plot(error, row, marker, color=colour, markersize=5)
         costs.plot(rows["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
     words = [
-        f"{basis}, {joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
+        f"{basis}, {JointName(joint).label}, {Coordinates(coordinates).short_label}"
         for (basis, joint, coordinates), _ in groups
     ]
     errors.set_yticks(range(len(groups)), words, fontsize=8)
@@ -185,7 +185,7 @@ def plot_divisions(table: pd.DataFrame) -> Figure:
 def _plot_over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label: str) -> None:
     """Draw an error over the vectors of a basis: a line for each level and kind of basis."""
     levels = table[level].unique()
-    enriched = table["basis"].map(is_enriched)
+    enriched = table["basis"].map(lambda name: Basis(name).is_contact_adapted)
     for value, colour in zip(levels, level_colours(len(levels)), strict=True):
         for kind, style in zip((True, False), COORDINATE_LINES, strict=False):
             rows = table[(table[level] == value) & (enriched == kind)].sort_values("vectors")

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from boltjoint.names import joint_in_words
+from boltjoint.names import JointName
 from boltjoint.report.figures.style import (
     BREAK_MARK,
     MM,
@@ -126,7 +126,7 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
             panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
         ):
             values = backbone[name].to_numpy() * scale
-            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=joint_in_words(joint))
+            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=JointName(joint).label)
             if peaks.size:
                 at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
                 axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)

@@ -19,7 +19,7 @@ from matplotlib.path import Path as Shape
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from boltjoint.names import coordinates_in_words, joint_in_words
+from boltjoint.names import Coordinates, JointName
 
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -133,4 +133,4 @@ def fill_shapes(axes: Axes, shapes: Sequence[Shape], **style: object) -> None:
 
 def method_label(joint: str, coordinates: str) -> str:
     """Label of a method, such as ``6 regions of 7 elements, 1 RDNM``."""
-    return f"{joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
+    return f"{JointName(joint).label}, {Coordinates(coordinates).short_label}"

@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from boltjoint.names import coordinates_in_words, joint_in_words
+from boltjoint.names import Coordinates, JointName
 from boltjoint.report.figures.style import (
     BREAK_MARK,
     COORDINATE_LINES,
@@ -83,9 +83,9 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     panels[0, 0].set_ylabel("processor time (s)")
     panels[1, 0].set_ylabel("time over that of\nnode-to-node, linear modes")
     plain = {"color": "0.4"}
-    entries = {joint_in_words(j): Line2D([], [], color=c, lw=3) for j, c in colours.items()}
+    entries = {JointName(j).label: Line2D([], [], color=c, lw=3) for j, c in colours.items()}
     for coordinates, style in styles.items():
-        entries[coordinates_in_words(coordinates, short=True)] = Line2D(
+        entries[Coordinates(coordinates).short_label] = Line2D(
             [], [], **plain, **style, **_TIME_LINE
         )
     if "forward-difference" in jacobians and times["published_reduction_percent"].notna().any():

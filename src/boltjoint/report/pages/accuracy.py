@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.names import coordinates_in_words, is_enriched, joint_in_words
+from boltjoint.names import Basis, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, table_with_caption
@@ -143,13 +143,13 @@ def summary(frame: pd.DataFrame) -> pd.DataFrame:
         models.append(
             {
                 "basis": modes,
-                "joint": joint_in_words(joint),
-                "solved_in": coordinates_in_words(coordinates),
+                "joint": JointName(joint).label,
+                "solved_in": Coordinates(coordinates).label,
                 "branches_solved": f"{int(rows['complete'].sum())} of {len(rows)}",
                 "frequency_error_percent": rows["peak_frequency_error_percent"].abs().max(),
                 "amplitude_error_percent": rows["peak_amplitude_error_percent"].abs().max(),
                 "cpu_s": rows["cpu_s"].sum(),
             }
         )
-    models.sort(key=lambda row: not is_enriched(row["basis"]))
+    models.sort(key=lambda row: not Basis(row["basis"]).is_contact_adapted)
     return pd.DataFrame(models)

@@ -5,8 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from boltjoint.names import NAME
-from boltjoint.study import layout
+from boltjoint.names import NAME, JointName
 from boltjoint.study.published import BASIS, Published
 
 _FAMILY = r"_(?P<modes>(?:free|enriched)-\d+)"
@@ -59,7 +58,7 @@ _NAMES = [
 
 
 @dataclass(frozen=True)
-class Artefact:
+class ArtefactFile:
     """A figure or a table and what it holds, as its file is named.
 
     Parameters
@@ -70,8 +69,8 @@ class Artefact:
         Such as ``response`` or ``accuracy``.
     subject
         An assembly or a case; None for all assemblies.
-    basis, joint, coordinates, resonance, preload
-        Where the name has them; the preload in N.
+    basis, joint, coordinates, resonance, preload_N
+        Where the name has them.
     """
 
     path: str
@@ -81,10 +80,10 @@ class Artefact:
     joint: str | None
     coordinates: str | None
     resonance: int | None
-    preload: float | None
+    preload_N: float | None  # noqa: N815
 
     @classmethod
-    def of(cls, path: str | Path) -> "Artefact":
+    def of(cls, path: str | Path) -> "ArtefactFile":
         """The artefact in a file; the kind is the whole name where that follows no pattern."""
         stem = Path(path).stem
         matches = (re.fullmatch(name, stem) for name in _NAMES)
@@ -96,10 +95,10 @@ class Artefact:
             kind=part["kind"],
             subject=part.get("subject"),
             basis=part.get("modes"),
-            joint=layout.unflat(joint) if joint else None,
+            joint=JointName(joint.replace("_", "/")) if joint else None,
             coordinates=part.get("coordinates"),
             resonance=int(resonance) if resonance else None,
-            preload=float(newton) if newton else None,
+            preload_N=float(newton) if newton else None,
         )
 
     @property
@@ -139,7 +138,7 @@ class Artefact:
         if self.basis not in (None, BASIS):
             return []
         of_assembly = {"assembly": self.subject}
-        under_preload = {**of_assembly, "preload_N": f"{self.preload or 0:.15g}"}
+        under_preload = {**of_assembly, "preload_N": f"{self.preload_N or 0:.15g}"}
         of_joint = {"joint": self.joint}
         solved = {**of_joint, "coordinates": self.coordinates, "resonance": self.resonance}
         which = {
@@ -157,22 +156,7 @@ class Artefact:
         return list(published.figures_of(self.kind, **which[self.kind])["figure"])
 
 
-def figures_and_tables(files: Sequence[str]) -> list[Artefact]:
+def figures_and_tables(files: Sequence[str]) -> list[ArtefactFile]:
     """The figures (SVG) and tables (CSV) among a study's files, in their order."""
     pattern = re.compile(r"(^|.*/)(figures/[^/]+\.svg|tables/[^/]+\.csv)")
-    return [Artefact.of(path) for path in files if pattern.fullmatch(str(path))]
-
-
-def artefacts_on_page(page: str, files: Sequence[str], cases: Collection[str]) -> list[str]:
-    """The figures and tables of a page, among a study's files.
-
-    Parameters
-    ----------
-    page
-        One of ``names.PAGES``, or the name of a case.
-    files
-        Such as ``layout.targets`` lists them.
-    cases
-        Names of the study's cases.
-    """
-    return [each.path for each in figures_and_tables(files) if each.page(cases) == page]
+    return [ArtefactFile.of(path) for path in files if pattern.fullmatch(str(path))]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.report.pages.artefacts import Artefact, figures_and_tables
+from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
 from boltjoint.report.pages.document import Section
 from boltjoint.report.pages.markup import (
     figure_with_caption,
@@ -22,7 +22,7 @@ from boltjoint.study.tables import files as tables
 class StudyTable:
     """A table of the study: its artefact and its content."""
 
-    artefact: Artefact
+    artefact: ArtefactFile
     frame: pd.DataFrame
 
     def html(
@@ -92,7 +92,7 @@ class PageContent:
 
     def _take(
         self, kind: str, is_figure: bool, values: dict[str, object], count: int | None = None
-    ) -> list[Artefact]:
+    ) -> list[ArtefactFile]:
         found = [
             each
             for each in self._left
@@ -102,8 +102,8 @@ class PageContent:
         self._left = [each for each in self._left if each not in found]
         return found
 
-    def _figure(self, artefact: Artefact, title: str, notes: Sequence[str]) -> Markup:
-        preload = f"{artefact.preload or 0:.15g}"
+    def _figure(self, artefact: ArtefactFile, title: str, notes: Sequence[str]) -> Markup:
+        preload = f"{artefact.preload_N or 0:.15g}"
         numbers = source_reference("Figure", artefact.in_source(self.published))
         return figure_with_caption(
             artefact.path,

@@ -11,8 +11,8 @@ from markupsafe import Markup
 from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
-from boltjoint.names import REFERENCE, joint_in_words, parse_coordinates, parse_joint
-from boltjoint.report.pages.artefacts import Artefact, figures_and_tables
+from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, link, prose, table_with_caption
@@ -137,7 +137,7 @@ def _peaks_and_errors(
             (span, "frequency_Hz"): peak.get("peak_frequency_Hz"),
             (span, "response_mm_per_N"): peak.get("peak_mm_per_N"),
         }
-    kinds = nodes["coordinates"].map(lambda name: parse_coordinates(name).kind)
+    kinds = nodes["coordinates"].map(lambda name: Coordinates(name).kind)
     for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
         rows = nodes[kinds == kind]
         row[(title, "amplitude_error_percent")] = rows["peak_amplitude_error_percent"].abs().max()
@@ -155,7 +155,7 @@ def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str,
         for basis, joint, _, resonance in case.solved()
         if (basis, resonance) == (family, first)
     )
-    fitted = [joint for joint in joints if parse_joint(joint).elements is not None]
+    fitted = [joint for joint in joints if JointName(joint).elements is not None]
     smallest = min(fitted, key=_elements_in_all, default=None)
     saved = select(times, joint=smallest, coordinates=REFERENCE[1], resonance=first)
     return {
@@ -165,7 +165,7 @@ def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str,
 
 
 def _elements_in_all(joint: str) -> int:
-    parsed = parse_joint(joint)
+    parsed = JointName(joint)
     # how many regions a tolerance asks for is not known here: it makes no difference to the order
     return (1 if parsed.count == "auto" else parsed.count or 0) * (parsed.elements or 0)
 
@@ -190,7 +190,7 @@ def _index_of_tables(study: Study, paths: Sequence[str], published: Published) -
     for printed in index.itertuples():
         content = _TABLES[printed.kind]
         if printed.joint:
-            content += f": {joint_in_words(printed.joint)}"
+            content += f": {JointName(printed.joint).label}"
         # one table may print the stiffness of the elements and another their slip forces
         same = select(index, case=printed.case, kind=printed.kind, joint=printed.joint)
         anchor = {
@@ -219,7 +219,7 @@ def _index_of_tables(study: Study, paths: Sequence[str], published: Published) -
 
 
 def _is_reproduced(
-    printed: NamedTuple, name: str, case: Case, artefacts: Sequence[Artefact]
+    printed: NamedTuple, name: str, case: Case, artefacts: Sequence[ArtefactFile]
 ) -> bool:
     """Whether a case has what a table of the source prints."""
     kind = "elements" if printed.kind == "parameters" else "times"

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.config.options import Solver
-from boltjoint.names import parse_joint
+from boltjoint.names import JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.tables.html import number
@@ -85,7 +85,7 @@ def _quantities(
     if solver.friction == "sampled":
         yield "time samples per period", str(solver.samples), None
     yield "basis", ", ".join(case.bases), None
-    joints = [parse_joint(joint) for joint in case.joints(case.bases[0])]
+    joints = [JointName(joint) for joint in case.joints(case.bases[0])]
     bands = _counts(joint.count for joint in joints if joint.division == "regions")
     yield "regions", bands, "regions"
     yield "division into regions", _DIVISIONS[case.regions.division], None

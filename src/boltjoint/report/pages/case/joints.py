@@ -3,7 +3,7 @@
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.names import REFERENCE, coordinates_in_words, joint_in_words, parse_joint
+from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.content import StudyTable, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
@@ -14,12 +14,12 @@ _TEXT = prose("case")
 
 def joint_figures(basis: CaseBasis, joint: str) -> Markup:
     """How a joint is made: the place of its regions, and the fit of its elements."""
-    parsed = parse_joint(joint)
+    parsed = JointName(joint)
     content = basis.content
     body = Markup()
     if parsed.division is not None:
         values = {"basis": basis.name, "joint": parsed.regions}
-        words = capitalize(joint_in_words(parsed.regions))
+        words = capitalize(JointName(parsed.regions).label)
         body += content.figures("regions", f"{words} on the contact", _TEXT.map(), **values)
         if table := content.table("regions", **values):
             body += table.html(words)
@@ -55,7 +55,7 @@ def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
     around = f" around resonance {resonance}" if resonance > 1 else ""
     for coordinates in basis.coordinates_by_joint(resonance)[joint]:
         values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
-        words = f"{joint_in_words(joint)}, {coordinates_in_words(coordinates)}{around}"
+        words = f"{JointName(joint).label}, {Coordinates(coordinates).label}{around}"
         for kind, title, note in (
             ("response", capitalize(words), _statement(basis, **values)),
             ("states", f"Contact at the peaks: {words}", _TEXT.states_figure()),
@@ -73,7 +73,7 @@ def peaks(basis: CaseBasis, resonance: int) -> Markup:
     # the largest response of a part of a branch need not be the peak
     nodes = nodes.assign(**{name: nodes[name].where(nodes["complete"]) for name in columns})
     parts = {
-        coordinates_in_words(coordinates): rows.set_index("force_N")[list(columns)].rename(
+        Coordinates(coordinates).label: rows.set_index("force_N")[list(columns)].rename(
             columns=columns
         )
         for coordinates, rows in nodes.groupby("coordinates", sort=False)

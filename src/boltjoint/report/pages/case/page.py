@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.options import Solver
-from boltjoint.names import joint_in_words, parse_joint
+from boltjoint.names import JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.facts import LAWS, facts
 from boltjoint.report.pages.case.joints import capitalize, joint_figures, peaks, responses
@@ -21,7 +21,6 @@ from boltjoint.report.pages.case.tables import (
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, prose
-from boltjoint.study import layout
 from boltjoint.study.published import Published
 
 _TEXT = prose("case")
@@ -106,12 +105,12 @@ def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
         yield Section(f"{stage}-{basis.name}", title + where, body)
         if stage != "nodes":
             for joint, body in bodies.items():
-                words = capitalize(joint_in_words(joint)) + where
-                yield Section(f"{layout.flat(joint)}-{basis.name}", words, body, level=3)
+                words = capitalize(JointName(joint).label) + where
+                yield Section(f"{JointName(joint).file_name}-{basis.name}", words, body, level=3)
 
 
 def _stage_of(joint: str) -> str:
-    parsed = parse_joint(joint)
+    parsed = JointName(joint)
     if parsed.division is None:
         return "nodes"
     return "regions" if parsed.reduction is None else "elements"

@@ -3,7 +3,7 @@
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.names import REFERENCE, coordinates_in_words, joint_in_words
+from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.joints import side_by_side
 from boltjoint.report.pages.content import StudyTable, select
@@ -82,7 +82,7 @@ def fits(basis: CaseBasis) -> Markup:
     """Cost and errors of the fitted elements of all joints."""
     if not (table := basis.content.table("fits", basis=basis.name)):
         return Markup()
-    frame = table.frame.assign(joint=table.frame["joint"].map(joint_in_words))
+    frame = table.frame.assign(joint=table.frame["joint"].map(lambda name: JointName(name).label))
     return _TEXT.fits() + table.html("Fits of elements", frame=frame)
 
 
@@ -101,14 +101,14 @@ def published_times(basis: CaseBasis, joint: str) -> Markup:
     body = Markup()
     for printed, of_table in of_joint.groupby("source_table", sort=False):
         parts = {
-            coordinates_in_words(coordinates): _beside_published(
+            Coordinates(coordinates).label: _beside_published(
                 rows.set_index("force_N"), (joint, coordinates) == REFERENCE
             )
             for coordinates, rows in of_table.groupby("coordinates", sort=False)
         }
         body += table_with_caption(
             side_by_side(parts),
-            f"Solution times: {joint_in_words(joint)}",
+            f"Solution times: {JointName(joint).label}",
             [_TEXT.published_times(), source_reference("Table", [str(printed)])],
             anchor=f"table-{printed}-{basis.name}",
         )
