@@ -7,7 +7,7 @@ from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.masing import loading_curve
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
-from boltjoint.report.figures.loops import plot_loops
+from boltjoint.report.figures.contact import plot_loops
 
 
 def test_loops_are_whole_and_end_on_the_loading_curve(reduced, regions):

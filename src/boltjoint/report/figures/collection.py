@@ -5,7 +5,7 @@ from collections.abc import Callable
 from matplotlib.figure import Figure
 
 from boltjoint.names import REFERENCE
-from boltjoint.report.figures import contact, convergence, loops, responses, structure, times
+from boltjoint.report.figures import contact, convergence, responses, structure, times
 from boltjoint.study.contents import Artefact
 from boltjoint.study.results import Results
 
@@ -61,7 +61,7 @@ def _states(artefact: Artefact, results: Results, options: dict) -> Figure:
 
 
 def _loops(artefact: Artefact, results: Results, options: dict) -> Figure:
-    return loops.plot_loops(
+    return contact.plot_loops(
         results.dataset("joint", **artefact.which),
         results.dataset("joint", **_of_joint(artefact) | {"joint": artefact.joint.regions}),
         options["regions"][artefact.joint],

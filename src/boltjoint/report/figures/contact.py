@@ -1,4 +1,4 @@
-"""Figures of the contact surface: normal load, regions, contact states."""
+"""Figures of the contact: normal load, regions, contact states, hysteresis loops."""
 
 from itertools import pairwise
 
@@ -18,10 +18,14 @@ from boltjoint.report.figures.outlines import ContactSurface, positions_of
 from boltjoint.report.figures.style import (
     BLANK_COLOUR,
     MM,
+    MODEL_LINE,
+    REFERENCE_LINE,
     REGION_COLOURS,
     UM,
+    add_legends,
     figure_style,
     fill_shapes,
+    level_colours,
 )
 
 #: contact states in their order, in the source's red, blue, cyan and green, of a lightness that
@@ -239,6 +243,54 @@ def slip_force(joint: xr.Dataset) -> NDArray[np.float64]:
     return joint["friction_coefficient"].to_numpy() * normal_load
 
 
+@figure_style
+def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Figure:
+    """Hysteresis loops of a region with all its elements, and with the few fitted elements.
+
+    The normal load is that of the assembled state, so elements on open pairs carry no force.
+
+    Parameters
+    ----------
+    reduced
+        A reduced joint (``joint.nc``) with the loops of its fit.
+    regions
+        The joint of regions that it was fitted to.
+    region
+        Which region, from 1 at the clamped end.
+
+    Raises
+    ------
+    ValueError
+        If there is no such region.
+    """
+    if not 1 <= region <= reduced.sizes["point"]:
+        raise ValueError(f"region {region} of {reduced.sizes['point']}")
+    few, many = (
+        slip_force(joint)[joint["point_of_element"].to_numpy() == region - 1]
+        for joint in (reduced, regions)
+    )
+    loaded = np.count_nonzero(many)
+    elements = f"all {many.size} elements"
+    if loaded < many.size:
+        elements = f"{loaded} of {many.size} elements under load"
+    here = reduced.isel(point=region - 1).transpose(..., "loop", "sample")
+    amplitude = here["loop_amplitude"].to_numpy() * UM
+    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    axes = figure.subplots()
+    original, fitted = f"region {region}, {elements}", f"{few.size} fitted elements"
+    levels = [f"{a:.3g} μm" for a in amplitude]
+    branches = ("loop_displacement", "loop_force_of_region", "loop_force_of_fit")
+    loops = zip(*(here[name].to_numpy() for name in branches), strict=True)
+    for loop, level, colour in zip(loops, levels, level_colours(len(levels)), strict=True):
+        u, of_region, of_fit = (_whole_loop(branch) for branch in loop)
+        axes.plot(u * UM, of_fit, color=colour, label=f"{fitted}, {level}", **MODEL_LINE)
+        axes.plot(u * UM, of_region, color=colour, label=f"{original}, {level}", **REFERENCE_LINE)
+    axes.set(xlabel="relative displacement (μm)", ylabel="friction force (N)")
+    axes.grid(True)
+    add_legends(axes, {original: REFERENCE_LINE, fitted: MODEL_LINE}, "amplitude", levels)
+    return figure
+
+
 def _draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]) -> None:
     """Draw values of the pairs along the middle of the width; open pairs are hollow."""
     edges = surface.edges_along_middle()
@@ -283,3 +335,8 @@ def _percent(share: float) -> str:
     if 0 < share < 0.01:
         return "<1 %"
     return ">99 %" if 0.99 < share < 1 else f"{100 * share:.0f} %"
+
+
+def _whole_loop(unloading: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacement or force over a whole loop; loading is unloading with both signs changed."""
+    return np.concatenate([unloading, -unloading])

@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from boltjoint.names import Basis, Coordinates, JointName
+from boltjoint.names import Basis
 from boltjoint.report.figures.style import (
     COORDINATE_LINES,
     REGION_COLOURS,
     figure_style,
     level_colours,
+    method_label,
 )
 
 
@@ -76,8 +77,7 @@ def plot_models(models: pd.DataFrame) -> Figure:
                 errors.plot(error, row, marker, color=colour, markersize=5)
         costs.plot(rows["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
     words = [
-        f"{basis}, {JointName(joint).label}, {Coordinates(coordinates).short_label}"
-        for (basis, joint, coordinates), _ in groups
+        f"{basis}, {method_label(joint, coordinates)}" for (basis, joint, coordinates), _ in groups
     ]
     errors.set_yticks(range(len(groups)), words, fontsize=8)
     errors.set_ylim(len(groups) - 0.5, -0.5)

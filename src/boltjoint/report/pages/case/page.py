@@ -70,13 +70,14 @@ def _sections(basis: CaseBasis) -> Iterator[Section]:
     where = "" if len(basis.case.bases) == 1 else f" in {basis.name}"
     first, *others = basis.case.resonances(basis.name)
     yield from _stages(basis, first, where)
+    title = "Backbones of resonance"
     bodies = {
         **{
             f"resonance-{resonance}": (f"Resonance {resonance}", _joints(basis, resonance))
             for resonance in others
         },
         "fits": ("Fits of elements", fits(basis)),
-        "backbones": ("Backbones", _backbones(basis)),
+        "backbones": ("Backbones", basis.figures_by_resonance("backbone", title, _TEXT.backbone())),
         "harmonics": higher_harmonics(basis),
         "states": ("Contact at the peaks", contact_states(basis)),
         "accuracy": ("Accuracy", accuracy(basis)),
@@ -120,17 +121,4 @@ def _joints(basis: CaseBasis, resonance: int) -> Markup:
     return joined(
         joint_figures(basis, joint) + responses(basis, joint, resonance)
         for joint in basis.coordinates_by_joint(resonance)
-    )
-
-
-def _backbones(basis: CaseBasis) -> Markup:
-    return joined(
-        basis.content.figures(
-            "backbone",
-            f"Backbones of resonance {resonance}",
-            _TEXT.backbone(),
-            basis=basis.name,
-            resonance=resonance,
-        )
-        for resonance in basis.case.resonances(basis.name)
     )

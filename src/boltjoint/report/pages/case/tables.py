@@ -7,7 +7,7 @@ from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.joints import side_by_side
 from boltjoint.report.pages.content import StudyTable, select
-from boltjoint.report.pages.markup import joined, prose, source_reference, table_with_caption
+from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.report.pages.statements import (
     harmonics_in_words,
     largest_errors,
@@ -131,16 +131,8 @@ def solution_times(basis: CaseBasis) -> Markup:
     """Times of all responses, as figures and as a table."""
     if basis.times is None:
         return Markup()
-    figures = joined(
-        basis.content.figures(
-            "times",
-            f"Solution times around resonance {resonance}",
-            _TEXT.times_figure(),
-            basis=basis.name,
-            resonance=resonance,
-        )
-        for resonance in basis.case.resonances(basis.name)
-    )
+    title = "Solution times around resonance"
+    figures = basis.figures_by_resonance("times", title, _TEXT.times_figure())
     frame = basis.without_published(basis.times.frame)
     table = basis.times.html("Every response", groups=_GROUPS, frame=frame)
     return _TEXT.times() + figures + table
