@@ -165,9 +165,9 @@ def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str,
 
 
 def _elements_in_all(joint: str) -> int:
-    parsed = JointName(joint)
+    name = JointName(joint)
     # how many regions a tolerance asks for is not known here: it makes no difference to the order
-    return (1 if parsed.count == "auto" else parsed.count or 0) * (parsed.elements or 0)
+    return (1 if name.count == "auto" else name.count or 0) * (name.elements or 0)
 
 
 def _time_saved_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:

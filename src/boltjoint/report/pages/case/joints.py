@@ -13,23 +13,23 @@ _TEXT = prose("case")
 
 
 def joint_figures(basis: CaseBasis, joint: str) -> Markup:
-    """How a joint is made: the place of its regions, and the fit of its elements."""
-    parsed = JointName(joint)
+    """Regions of a joint on the contact, and the fit of its elements."""
+    name = JointName(joint)
     content = basis.content
     body = Markup()
-    if parsed.division is not None:
-        values = {"basis": basis.name, "joint": parsed.regions}
-        words = capitalize(JointName(parsed.regions).label)
+    if name.division is not None:
+        values = {"basis": basis.name, "joint": name.regions}
+        words = capitalize(name.regions.label)
         body += content.figures("regions", f"{words} on the contact", _TEXT.map(), **values)
         if table := content.table("regions", **values):
             body += table.html(words)
-    if parsed.elements is not None:
+    if name.elements is not None:
         values = {"basis": basis.name, "joint": joint}
         region = content.published.region_of_loops(joint)
         body += content.figures(
             "loops",
             f"Hysteresis loops of region {region}",
-            _TEXT.loops(parsed.elements, parsed.reduction == "elements"),
+            _TEXT.loops(name.elements, name.reduction == "elements"),
             **values,
         )
         if table := content.table("elements", **values):
@@ -97,7 +97,7 @@ def capitalize(words: str) -> str:
 
 
 def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -> str:
-    """Peaks or errors of a response, and its folds, doubts and broken branches."""
+    """Peaks or errors of a response, its folds, and where it is replaced, wrong or broken off."""
     if basis.accuracy is None:
         return ""
     values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
@@ -152,6 +152,7 @@ def _folds(rows: pd.DataFrame) -> str:
 
 
 def _replaced(rows: pd.DataFrame) -> str:
+    """Where the response in linear modes takes its place."""
     replaced = rows[rows["fell_back"]]
     if replaced.empty:
         return ""

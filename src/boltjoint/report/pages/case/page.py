@@ -111,10 +111,10 @@ def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
 
 
 def _stage_of(joint: str) -> str:
-    parsed = JointName(joint)
-    if parsed.division is None:
+    name = JointName(joint)
+    if name.division is None:
         return "nodes"
-    return "regions" if parsed.reduction is None else "elements"
+    return "regions" if name.reduction is None else "elements"
 
 
 def _joints(basis: CaseBasis, resonance: int) -> Markup:
