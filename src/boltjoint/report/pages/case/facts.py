@@ -17,7 +17,6 @@ LAWS = {"constant": "constant normal load", "variable": "variable normal load"}
 
 _DIVISIONS = {"equal-load": "equal loads", "equal-middle-load": "equal pressure along the middle"}
 _MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
-_FRICTION = {"exact": "closed form (analytic)", "sampled": "AFT, sampled in time"}
 
 #: keys of the contact and the columns of the source's table of cases
 _CONTACT = {
@@ -80,9 +79,10 @@ def _quantities(
         yield "friction elements, node to node", str(elements), "contact_nodes"
     yield "loss factor", number(case.loss_factor), None
     yield "forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"
-    yield "friction forces", _FRICTION.get(solver.friction, solver.friction), None
+    friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
+    yield "friction forces", friction, None
     yield "harmonics of the response", str(solver.harmonics), None
-    if solver.friction == "sampled":
+    if solver.sampling is not None:
         yield "time samples per period", str(solver.samples), None
     yield "basis", ", ".join(case.bases), None
     joints = [JointName(joint) for joint in case.joints(case.bases[0])]
