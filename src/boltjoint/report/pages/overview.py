@@ -16,7 +16,7 @@ from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, link, prose, table_with_caption
-from boltjoint.report.pages.statements import reference_statement, residual_in_time
+from boltjoint.report.pages.statements import format_residual_in_time, reference_statement
 from boltjoint.study import layout
 from boltjoint.study.published import BASIS, Published
 
@@ -144,7 +144,7 @@ def _peaks_and_errors(
         broken_off = f"{int((~rows['complete']).sum())} of {len(rows)}"
         row[(title, "broken_off")] = broken_off if len(rows) else None
     if "residual_in_time" in accuracy:
-        row[("", "residual_in_time")] = residual_in_time(accuracy["residual_in_time"].max())
+        row[("", "residual_in_time")] = format_residual_in_time(accuracy["residual_in_time"].max())
     return row
 
 

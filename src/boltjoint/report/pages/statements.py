@@ -56,10 +56,10 @@ def harmonics_in_words(peaks: pd.DataFrame) -> str:
     return "one harmonic" if list(numbers) in ([], [1]) else f"harmonics up to {max(numbers)}"
 
 
-def residual_in_time(residual: float) -> str | None:
+def format_residual_in_time(residual: float) -> str | None:
     """A residual in time as a cell of a table, no smaller than its resolution.
 
-    >>> residual_in_time(3e-7), residual_in_time(2.5e-4)
+    >>> format_residual_in_time(3e-7), format_residual_in_time(2.5e-4)
     ('below 10⁻⁶', '0.00025')
     """
     if pd.isna(residual):

@@ -9,9 +9,9 @@ from boltjoint.report.pages.case.joints import side_by_side
 from boltjoint.report.pages.content import StudyTable, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.report.pages.statements import (
+    format_residual_in_time,
     harmonics_in_words,
     largest_errors,
-    residual_in_time,
     with_fewest_harmonics,
 )
 
@@ -39,10 +39,12 @@ def accuracy(basis: CaseBasis) -> Markup:
         ):
             row[f"largest_{column.removeprefix('estimated_')}"] = rows[column].abs().max()
         if "residual_in_time" in rows:
-            row["residual_in_time"] = residual_in_time(rows["residual_in_time"].max())
+            row["residual_in_time"] = format_residual_in_time(rows["residual_in_time"].max())
         largest.append(row)
     if "residual_in_time" in frame:
-        frame = frame.assign(residual_in_time=frame["residual_in_time"].map(residual_in_time))
+        frame = frame.assign(
+            residual_in_time=frame["residual_in_time"].map(format_residual_in_time)
+        )
     title = "Largest errors over all forces"
     return (
         _TEXT.accuracy()
