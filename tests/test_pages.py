@@ -11,7 +11,7 @@ import xarray as xr
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.config.study import load_study
 from boltjoint.names import PAGES
 from boltjoint.report.pages import accuracy, markup, overview, structure
@@ -307,15 +307,15 @@ def test_facts_stand_beside_those_of_the_source(page):
 
 def test_facts_tell_how_friction_is_solved(files):
     exact = write(files)
-    assert "friction forces exact, in closed form – harmonics of the response 1" in figure(
+    assert "friction forces analytic describing function – harmonics of the response 1" in figure(
         exact, "case-table"
     )
-    assert "samples a period" not in exact
+    assert "time samples of a period" not in exact
     assert "first-harmonic" not in exact
-    sampled = write(files, Solver(friction="sampled", harmonics=3, samples=128))
+    sampled = write(files, Solver(friction_force="aft", harmonics=3, time_samples=128))
     facts = figure(sampled, "case-table")
-    assert "friction forces sampled in time – harmonics of the response 3" in facts
-    assert "samples a period 128" in facts
+    assert "friction forces alternating frequency/time (AFT) – harmonics of the response 3" in facts
+    assert "time samples of a period 128" in facts
     assert "those of its first-harmonic amplitude" in sampled
 
 

@@ -60,7 +60,7 @@ rule find_pod_modes:
     params:
         library=library("find_pod_modes.py"),
         contact_adapted_basis=study.contact_adapted_basis.options,
-        most=study.contact_adapted_basis.most,
+        most=study.contact_adapted_basis.maximum_vectors,
     script:
         "../scripts/find_pod_modes.py"
 

@@ -1,7 +1,7 @@
 """Write the page of a case."""
 
 from boltjoint.config.case import Case
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.report.pages import case, markup
 from boltjoint.study.published import Published
 from boltjoint.workflow import logs

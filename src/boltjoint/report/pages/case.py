@@ -8,7 +8,7 @@ import pandas as pd
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.names import REFERENCE, coordinates_in_words, joint_in_words, parse_joint
 from boltjoint.report.pages import markup
 from boltjoint.report.pages.markup import Section, in_time, number, source, table
@@ -31,7 +31,10 @@ _DIVISIONS = {
 
 _MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
 
-_FRICTION = {"exact": "exact, in closed form", "sampled": "sampled in time"}
+_FRICTION_FORCE = {
+    "analytic": "analytic describing function",
+    "aft": "alternating frequency/time (AFT)",
+}
 
 _GROUPS = ["joint", "coordinates", "resonance"]
 
@@ -51,7 +54,7 @@ def page(
     name, case
         The case and how it is configured.
     solver
-        How friction was solved: exact or sampled, in how many harmonics.
+        Friction force (analytic or AFT) and number of harmonics of the responses.
     files
         Figures and tables (CSV) to show, and the node-to-node joint (``joint.nc``) of every basis.
     published
@@ -107,11 +110,11 @@ def _facts(case: Case, solver: Solver, shelf: Shelf) -> str:
     rows += [
         ("loss factor", number(case.loss_factor), None),
         ("forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"),
-        ("friction forces", _FRICTION[solver.friction], None),
+        ("friction forces", _FRICTION_FORCE[solver.friction_force], None),
         ("harmonics of the response", str(solver.harmonics), None),
     ]
-    if solver.friction == "sampled":
-        rows.append(("samples a period", str(solver.samples), None))
+    if solver.friction_force == "aft":
+        rows.append(("time samples of a period", str(solver.time_samples), None))
     rows += [
         ("basis", ", ".join(case.bases), None),
         (
