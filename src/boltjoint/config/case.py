@@ -4,24 +4,24 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from boltjoint import names
 from boltjoint.config.contact import Contact
 from boltjoint.config.entries import Entry
 from boltjoint.config.regions import Regions
 from boltjoint.config.types import (
-    CoordinatesName,
     Description,
     Distinct,
     Fraction,
-    JointName,
+    Joint,
     KeyPath,
+    ModalBasis,
     ModesCount,
-    ModesName,
     Name,
     Positive,
     Problems,
     Several,
+    Unknowns,
 )
+from boltjoint.names import Basis, Coordinates, JointName
 
 
 class SolveBlock(Entry):
@@ -30,12 +30,12 @@ class SolveBlock(Entry):
     resonance: ModesCount
     """Number of the resonance, at most the vectors of the smallest basis of the block; with a basis
     ``enriched-N`` at most ``contact_adapted_basis.resonances``."""
-    joints: Several[JointName]
+    joints: Several[Joint]
     """Joint models, listed under *Joints*. There are at most as many clusters, and elements in all,
     as contact pairs, and as many regions as pairs on one side of the centre line and on it."""
-    modes: Several[ModesName] | None = None
+    modes: Several[ModalBasis] | None = None
     """Bases of this block; by default those of the case."""
-    coordinates: Several[CoordinatesName] | None = None
+    coordinates: Several[Unknowns] | None = None
     """Coordinates of this block; by default those of the case."""
     window_Hz: tuple[Positive, Positive] | None = None
     """Lowest and highest frequency, in Hz; by default chosen around the resonance. All blocks of a
@@ -71,13 +71,13 @@ class Case(Entry):
     """Forces of ``forces_N``, at which the peak of the node-to-node joint is found with up to
     9 harmonics too, in every basis; in the first basis ``free-N`` it is also integrated in time,
     and solved with up to 201 harmonics."""
-    modes: Several[ModesName]
+    modes: Several[ModalBasis]
     """Bases of all blocks that give none: ``free-N``, the first N bending modes without contact, as
     in the source; ``enriched-N``, the first N vectors of the contact-adapted basis, which also hold
     the motion of the contact in stick, slip and separation. N is at most
     ``contact_adapted_basis.maximum_vectors`` there, and at most ``free_modes`` and two for each
     contact pair on one side of the centre line and on it."""
-    coordinates: Several[CoordinatesName]
+    coordinates: Several[Unknowns]
     """Unknowns of all blocks that give none: ``linear``, all vectors of the basis; ``rdnm-N`` or
     ``complex-rdnm-N``, N real or complex response-dependent modes, at most the vectors of the
     smallest basis; ``backbone``, nonlinear modal synthesis from the damped nonlinear mode."""
@@ -99,11 +99,11 @@ class Case(Entry):
         )
 
     @property
-    def bases(self) -> tuple[str, ...]:
+    def bases(self) -> tuple[Basis, ...]:
         """All modal bases of all blocks, each once, in the order of the file."""
         return tuple(dict.fromkeys(basis for block in self.blocks for basis in block.modes))
 
-    def joints(self, basis: str) -> tuple[str, ...]:
+    def joints(self, basis: str) -> tuple[JointName, ...]:
         """All joints that are solved in a modal basis, each once, in the order of the file."""
         blocks = (block for block in self.blocks if basis in block.modes)
         return tuple(dict.fromkeys(joint for block in blocks for joint in block.joints))
@@ -113,7 +113,7 @@ class Case(Entry):
         blocks = (block for block in self.blocks if basis in block.modes)
         return tuple(dict.fromkeys(block.resonance for block in blocks))
 
-    def solved(self) -> tuple[tuple[str, str, str, int], ...]:
+    def solved(self) -> tuple[tuple[Basis, JointName, Coordinates, int], ...]:
         """Modal basis, joint, coordinates and resonance of every response, each once."""
         return tuple(
             dict.fromkeys(
@@ -127,7 +127,7 @@ class Case(Entry):
 
     def partition(self, joint: str) -> dict[str, Any]:
         """The options of ``partition.partition_regions`` for regions or clusters of this name."""
-        parsed = names.parse_joint(joint)
+        parsed = JointName(joint)
         if parsed.division == "clusters":
             options = {"division": "clusters", "motion": "mean"}
         else:
@@ -163,10 +163,10 @@ class Case(Entry):
 
     def _conflicts_in_block(self, index: int) -> Problems:
         block, above = self.blocks[index], ("solve", index)
-        smallest = min(block.modes, key=names.parse_modes)
-        available = names.parse_modes(smallest)
+        smallest = min(block.modes, key=lambda basis: basis.vectors)
+        available = smallest.vectors
         for place, name in enumerate(block.coordinates):
-            if (names.parse_coordinates(name).count or 0) > available:
+            if (name.count or 0) > available:
                 path = (*self.place_of("coordinates", index), place)
                 yield path, f"must not have more modes than the basis {smallest}"
         if block.resonance > available:
@@ -174,7 +174,7 @@ class Case(Entry):
             yield (*above, "resonance"), sentence
         if self.contact.law == "variable":
             for place, name in enumerate(block.joints):
-                if names.parse_joint(name).reduction == "table":
+                if name.reduction == "table":
                     sentence = "must not be tabulated: a table needs a constant normal load"
                     yield (*above, "joints", place), sentence
 

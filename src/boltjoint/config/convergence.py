@@ -1,8 +1,7 @@
 """Convergence study: bases and numbers of regions that are compared with converged ones."""
 
-from boltjoint import names
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import ComparedModesName, Count, Distinct, Problems
+from boltjoint.config.types import ComparedModalBasis, Count, Distinct, Problems
 
 #: resonances of the structure by which bases are compared; none can have fewer vectors
 COMPARED_RESONANCES = 2
@@ -15,7 +14,7 @@ class Convergence(Entry):
     whatever ``solver`` says.
     """
 
-    bases: Distinct[tuple[ComparedModesName, ...]] = ()
+    bases: Distinct[tuple[ComparedModalBasis, ...]] = ()
     """Bases in which the resonances of every assembly, with parts of its contact stuck, and the
     peaks of every case are found; the others are compared with the last, which is ``enriched-N``.
     No table if empty."""
@@ -25,5 +24,5 @@ class Convergence(Entry):
     and on it. No table if empty."""
 
     def conflicts(self) -> Problems:
-        if self.bases and not names.is_enriched(self.bases[-1]):
+        if self.bases and not self.bases[-1].is_contact_adapted:
             yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"

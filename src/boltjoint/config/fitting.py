@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from boltjoint import names
 from boltjoint.config.entries import Entry
 from boltjoint.config.types import Count, Distinct, Fraction
+from boltjoint.names import JointName
 
 
 class Fitting(Entry):
@@ -18,7 +18,7 @@ class Fitting(Entry):
 
     def fit(self, joint: str) -> dict[str, Any]:
         """The options of ``joint.reduced.fit_reduced_joint`` for a joint of this name."""
-        parsed = names.parse_joint(joint)
+        parsed = JointName(joint)
         if parsed.reduction == "harmonic":
             return {"count": parsed.elements, "method": "describing-function"}
         options = {"starts": self.initial_guesses, "load_fractions": self.load_fractions}

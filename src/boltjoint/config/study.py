@@ -18,6 +18,7 @@ from boltjoint.config.solver import Solver
 from boltjoint.config.strict_yaml import shown
 from boltjoint.config.timing import Timing
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, KeyPath, Problems
+from boltjoint.names import Basis
 
 
 class Study(Entry):
@@ -144,8 +145,7 @@ def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
     pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
     of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
     for block_index, block in enumerate(case.solve):
-        for index, name in enumerate(block.joints):
-            joint = names.parse_joint(name)
+        for index, joint in enumerate(block.joints):
             regions = 1 if joint.count == "auto" else joint.count or 0
             of_regions = of_one_side if joint.division == "regions" else pairs
             for count, what, (most, of_what) in (
@@ -162,12 +162,12 @@ def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
     """Resonances and coordinates that the numerical options do not allow."""
     most, harmonics = settings.contact_adapted_basis.resonances, settings.solver.harmonics
     for index, block in enumerate(case.blocks):
-        enriched = [name for name in block.modes if names.is_enriched(name)]
+        enriched = [basis for basis in block.modes if basis.is_contact_adapted]
         if enriched and block.resonance > most:
             sentence = f"must be at most {most}, contact_adapted_basis.resonances, in {enriched[0]}"
             yield ("solve", index, "resonance"), sentence
         for place, name in enumerate(block.coordinates):
-            if harmonics > 1 and names.parse_coordinates(name).kind in ("complex", "backbone"):
+            if harmonics > 1 and name.kind in ("complex", "backbone"):
                 path = (*case.place_of("coordinates", index), place)
                 yield path, f"must be linear or rdnm-N with solver.harmonics: {harmonics}"
 
@@ -187,7 +187,7 @@ def _missing_preloads(
 ) -> Iterator[tuple[str, str]]:
     """Assemblies that are to have an enriched basis but no contact to make it from."""
     used = {case.assembly for case in cases}
-    enriched = [basis for case in cases for basis in case.bases if names.is_enriched(basis)]
+    enriched = [basis for case in cases for basis in case.bases if basis.is_contact_adapted]
     for name, assembly in assemblies.items():
         if enriched and assembly and name not in used and assembly.preload_N is None:
             yield name, f"is missing: {enriched[0]} is made from the contact under preload"
@@ -202,7 +202,11 @@ def _conflicts_of_convergence(
     for index, basis in enumerate(settings.convergence.bases):
         if sentence := _too_large(basis, settings.contact_adapted_basis, assemblies):
             yield ("convergence", "bases", index), sentence
-    divided = {case.assembly for case in cases if case and any(map(names.is_enriched, case.bases))}
+    divided = {
+        case.assembly
+        for case in cases
+        if case and any(basis.is_contact_adapted for basis in case.bases)
+    }
     for index, count in enumerate(settings.convergence.regions):
         for name, assembly in assemblies.items():
             if name in divided and assembly and count > (most := assembly.pairs_of_one_side):
@@ -212,12 +216,12 @@ def _conflicts_of_convergence(
 
 
 def _too_large(
-    basis: str, options: ContactAdaptedBasis, assemblies: Mapping[str, Assembly | None]
+    basis: Basis, options: ContactAdaptedBasis, assemblies: Mapping[str, Assembly | None]
 ) -> str | None:
     """What an enriched basis of more vectors than are found must be, for the first assembly."""
-    if not names.is_enriched(basis):
+    if not basis.is_contact_adapted:
         return None
-    number, most = names.parse_modes(basis), options.maximum_vectors
+    number, most = basis.vectors, options.maximum_vectors
     if number > most:
         return (
             f"must have at most {most} vectors, as contact_adapted_basis.maximum_vectors in "

@@ -1,12 +1,13 @@
 """Types of the values that several sections share, and where the files of a study lie."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from boltjoint import names
+from boltjoint.names import Basis, ComparedBasis, Coordinates, JointName
 
 CONFIG_FILE = "config/config.yaml"
 COMMAND_LINE = "command line"
@@ -80,12 +81,17 @@ CaseName = Annotated[
     Field(json_schema_extra={"not": {"enum": list(names.PAGES)}}),
     AfterValidator(_no_page),
 ]
-ModesName = Annotated[str, Field(pattern=names.MODES)]
-ComparedModesName = Annotated[str, Field(pattern=names.COMPARED_MODES)]
-CoordinatesName = Annotated[str, Field(pattern=names.COORDINATES)]
-JointName = Annotated[str, Field(pattern=names.JOINT)]
-#: what each pattern asks for, in words
-PATTERNS: Mapping[str, str] = names.PATTERNS
+Joint = Annotated[str, Field(pattern=JointName.PATTERN), AfterValidator(JointName)]
+ModalBasis = Annotated[str, Field(pattern=Basis.PATTERN), AfterValidator(Basis)]
+ComparedModalBasis = Annotated[
+    str, Field(pattern=ComparedBasis.PATTERN), AfterValidator(ComparedBasis)
+]
+Unknowns = Annotated[str, Field(pattern=Coordinates.PATTERN), AfterValidator(Coordinates)]
+#: what each pattern asks for
+PATTERNS = {
+    names.NAME: names.NAME_MEANING,
+    **{each.PATTERN: each.MEANING for each in (JointName, Basis, ComparedBasis, Coordinates)},
+}
 
 # left out of model_dump(), so that a result made from the dump does not go stale with the text
 Description = Annotated[str, Field(exclude=True)]
