@@ -228,19 +228,13 @@ def test_larger_bases_than_are_found_are_refused(study):
     )
 
 
-@pytest.mark.parametrize(
-    ("key", "effect"),
-    [
-        ("excitation", "a force there does not excite any mode"),
-        ("response", "no mode moves there"),
-    ],
-)
-def test_a_point_in_the_clamp_is_refused(study, key, effect):
+@pytest.mark.parametrize("key", ["excitation", "response"])
+def test_a_point_in_the_clamp_is_refused(study, key):
     # four elements of 15 mm from the clamp to the lap
     point = {"y_mm": 0, "z_mm": 10, "direction": "z"}
     for x_mm in (0, 7.5):
         assert refused(study, ASSEMBLY_FILE, {key: point | {"x_mm": x_mm}}) == (
-            f"{key}.x_mm: {x_mm} is in the clamp: {effect}; must be more than 7.5 mm"
+            f"{key}.x_mm: {x_mm} is in the clamp, where no mode moves: must be more than 7.5 mm"
         )
     write(study / ASSEMBLY_FILE, ASSEMBLY | {key: point | {"x_mm": 7.6}})
     load_study(study)

@@ -216,32 +216,18 @@ class Assembly(Entry):
 
     def _conflicts_of_positions(self) -> Problems:
         key = ("bolts", "positions_from_lap_start_mm")
-        positions = self.bolts.positions_from_lap_start_mm
-        # to a nanometre: less room than that is a rounding error of the sums below
+        positions, cell = self.bolts.positions_from_lap_start_mm, self.mesh.bolt_cell_length_mm
+        # to a nanometre: less is a rounding error of the differences
         pitches = [round(right - left, 6) for left, right in pairwise(positions)]
         if any(pitch <= 0 for pitch in pitches):
             yield key, "must be ascending"
             return
-
-        cell = self.mesh.bolt_cell_length_mm
         for index, pitch in enumerate(pitches, start=1):
-            for length, what in (
-                (self.bolts.hole_diameter_mm, "holes"),
-                (self.bolts.head_diameter_mm, "heads"),
-                (cell, "bolt cells"),
-            ):
-                if pitch <= length:
-                    yield (
-                        (*key, index),
-                        f"is {pitch:g} mm from the bolt before it, where {what} of {length:g} mm "
-                        f"overlap or touch: must be more than {cell:g} mm from it",
-                    )
-                    break
-
+            if pitch <= cell:
+                sentence = f"is {pitch:g} mm from the bolt before it: must be more than {cell:g} mm"
+                yield (*key, index), f"{sentence} from it, the length of a bolt cell"
         for index, position in enumerate(positions):
-            before = round(position - cell / 2, 6)
-            behind = round(self.bar.lap_mm - position - cell / 2, 6)
-            if before <= 0 or behind <= 0:
+            if round(min(position, self.bar.lap_mm - position) - cell / 2, 6) <= 0:
                 yield (
                     (*key, index),
                     f"puts the bolt's cell outside the lap: must be more than {cell / 2:g} mm "
@@ -260,8 +246,5 @@ class Assembly(Entry):
         # half an element from the clamp the nearest node is as far in it as beyond it
         free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
         if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):
-            effect = {
-                "excitation": "a force there does not excite any mode",
-                "response": "no mode moves there",
-            }[key]
-            yield (key, "x_mm"), f"is in the clamp: {effect}; must be more than {free_mm:g} mm"
+            sentence = f"is in the clamp, where no mode moves: must be more than {free_mm:g} mm"
+            yield (key, "x_mm"), sentence

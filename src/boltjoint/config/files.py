@@ -19,41 +19,31 @@ class Layers:
 
     def __init__(self) -> None:
         self.content: dict[str, Any] = {}
-        self._layers: list[tuple[str, Mapping[str, Any]]] = []
+        self._origins: dict[KeyPath, str] = {}
 
-    def add(self, place: str, changes: Mapping[str, Any]) -> None:
+    def add(self, origin: str, changes: Mapping[str, Any]) -> None:
         """Replace the keys that a file or the command line gives."""
         self.content = _merged(self.content, changes)
-        self._layers.append((place, changes))
+        self._origins |= dict.fromkeys(_paths(changes), origin)
 
     def origin(self, path: KeyPath) -> str:
         """Origin of the value under a key path, or else of what that would be a part of."""
-        for length in range(len(path), 0, -1):
-            for place, changes in reversed(self._layers):
-                if _gives(changes, path[:length]):
-                    return place
-        return CONFIG_FILE
+        paths = (path[:length] for length in range(len(path), 0, -1))
+        return next((self._origins[each] for each in paths if each in self._origins), CONFIG_FILE)
 
 
-def _merged(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(content)
-    for key, value in changes.items():
-        if isinstance(value, Mapping):
-            below = merged.get(key)
-            value = _merged(below if isinstance(below, Mapping) else {}, value)
-        merged[key] = value
-    return merged
+def _merged(content: Any, changes: Any) -> Any:  # noqa: ANN401 - YAML
+    if not isinstance(changes, Mapping):
+        return changes
+    below = content if isinstance(content, Mapping) else {}
+    return {**below, **{key: _merged(below.get(key), value) for key, value in changes.items()}}
 
 
-def _gives(content: Any, path: KeyPath) -> bool:  # noqa: ANN401 - YAML
-    """Whether the value under a key path, or a list or word in which it would be, is given."""
-    for part in path:
-        if not isinstance(content, Mapping):
-            return True
-        if part not in content:
-            return False
-        content = content[part]
-    return True
+def _paths(content: Any, path: KeyPath = ()) -> Iterator[KeyPath]:  # noqa: ANN401 - YAML
+    yield path
+    if isinstance(content, Mapping):
+        for key, value in content.items():
+            yield from _paths(value, (*path, key))
 
 
 class StudyFiles:

@@ -9,30 +9,21 @@ from boltjoint import names
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-from boltjoint.config.convergence import Convergence
-from boltjoint.config.entries import Entry, choice, with_value
+from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import StudyFiles
-from boltjoint.config.fitting import Fitting
 from boltjoint.config.settings import Settings
-from boltjoint.config.solver import Solver
 from boltjoint.config.strict_yaml import shown
-from boltjoint.config.timing import Timing
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, KeyPath, Problems
 from boltjoint.names import Basis
 
 
-class Study(Entry):
-    """All that is to be computed: the cases, the assemblies they need, the numerical options."""
+class Study(Settings):
+    """All that is computed: the settings, with cases and assemblies in place of their names."""
 
     cases: dict[str, Case]
     """The cases that run, by name, in the order of config.yaml."""
     assemblies: dict[str, Assembly]
     """The assemblies that config.yaml names and those that its cases use, by name."""
-    contact_adapted_basis: ContactAdaptedBasis
-    solver: Solver
-    fitting: Fitting
-    timing: Timing
-    convergence: Convergence
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
@@ -98,8 +89,7 @@ def load_study(
         files.note(layers, (with_value(layers.content, *problem) for problem in problems))
 
     files.refuse_problems()
-    options = {key: getattr(settings, key) for key in Study.model_fields}
-    return Study.model_validate(options | {"cases": cases, "assemblies": assemblies})
+    return Study.model_validate({**dict(settings), "cases": cases, "assemblies": assemblies})
 
 
 def _case_file(name: str) -> str:
