@@ -48,7 +48,7 @@ def test_a_block_may_have_its_own_modes_and_coordinates():
         ],
     )
     assert case.bases == ("free-4", "free-8", "enriched-8")
-    assert list(case.solved()) == [
+    assert list(case.responses) == [
         ("free-4", "node-to-node", "linear", 2),
         ("free-4", "node-to-node", "rdnm-1", 2),
         ("free-8", "node-to-node", "linear", 2),
@@ -71,7 +71,7 @@ def test_a_basis_that_no_block_uses_is_not_made():
 
 @pytest.mark.parametrize("name", ["three_bolt_constant", "four_bolt_variable"])
 def test_nothing_is_solved_twice(name):
-    solved = list(load_study(ROOT).case(name).solved())
+    solved = list(load_study(ROOT).case(name).responses)
     assert len(solved) == len(set(solved)) > 4
 
 

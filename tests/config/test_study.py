@@ -74,7 +74,7 @@ def test_shipped_study_is_the_source_study():
         assert case.bases[0] == BASIS, name
         assert all(map(is_enriched, case.bases[1:])), name
         for family in case.bases:
-            solved = {which[2] for which in case.solved() if which[:2] == (family, "node-to-node")}
+            solved = {which[2] for which in case.responses if which[:2] == (family, "node-to-node")}
             assert {"linear", "backbone"} <= solved, name
 
 
@@ -85,13 +85,13 @@ def test_shipped_cases_that_differ_in_one_thing_differ_in_nothing_else():
     # of two that differ so little, one has more to it
     same = {"preload_N", "verification_forces_N", "solve"}
     assert stated.model_dump(exclude=same) == implied.model_dump(exclude=same)
-    assert set(implied.solved()) < set(stated.solved())
+    assert set(implied.responses) < set(stated.responses)
 
     stiff, soft = (study.case(f"three_bolt_variable{end}") for end in ("", "_soft"))
     for stiffness in ("tangential_stiffness_N_per_m", "normal_stiffness_N_per_m"):
         assert getattr(soft.contact, stiffness) == getattr(stiff.contact, stiffness) / 2
     same = {"published", "contact", "verification_forces_N", "solve"}
-    assert set(soft.solved()) < set(stiff.solved())
+    assert set(soft.responses) < set(stiff.responses)
     assert stiff.model_dump(exclude=same) == soft.model_dump(exclude=same)
 
 

@@ -113,7 +113,8 @@ class Case(Entry):
         blocks = (block for block in self.blocks if basis in block.modes)
         return tuple(dict.fromkeys(block.resonance for block in blocks))
 
-    def solved(self) -> tuple[tuple[Basis, JointName, Coordinates, int], ...]:
+    @property
+    def responses(self) -> tuple[tuple[Basis, JointName, Coordinates, int], ...]:
         """Modal basis, joint, coordinates and resonance of every response, each once."""
         return tuple(
             dict.fromkeys(

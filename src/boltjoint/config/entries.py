@@ -7,7 +7,7 @@ from typing import Any, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from boltjoint.config.renamed import RENAMED_KEYS, RENAMED_VALUES
-from boltjoint.config.strict_yaml import shown
+from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.types import PATTERNS, KeyPath, Problems, refuse
 
 
@@ -26,7 +26,7 @@ class Entry(BaseModel):
         yield from ()
 
 
-def explained(error: ValidationError, model: type[Entry], content: Mapping[str, Any]) -> Problems:
+def explain(error: ValidationError, model: type[Entry], content: Mapping[str, Any]) -> Problems:
     """Key path, and value with sentence, for each problem that the validation of the content met.
 
     Parameters
@@ -150,13 +150,9 @@ def _meaning(model: type[Entry], path: KeyPath) -> str:
     """The first sentence on a key."""
     for owner in _owners(model, path):
         if field := owner.model_fields.get(str(path[-1])):
-            return f": {first_sentence(field.description or '')}".rstrip(": ")
+            sentence = " ".join((field.description or "").split()).partition(". ")[0]
+            return f": {sentence.rstrip('.')}." if sentence else ""
     return ""
-
-
-def first_sentence(text: str) -> str:
-    """A text up to its first full stop, in one line."""
-    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."
 
 
 def choice(name: str, options: Sequence[str] | Mapping[str, object]) -> str:
@@ -172,4 +168,4 @@ def with_value(content: Any, path: KeyPath, sentence: str) -> tuple[KeyPath, str
         if isinstance(content, Mapping) and part not in content:
             return path, sentence
         content = content[part]
-    return path, f"{shown(content)} {sentence}"
+    return path, f"{as_text(content)} {sentence}"

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from boltjoint.config.entries import Entry, choice, explained
-from boltjoint.config.strict_yaml import TextError, read_mapping, shown, typed
+from boltjoint.config.entries import Entry, choice, explain
+from boltjoint.config.strict_yaml import TextError, as_text, read_mapping, resolve_types
 from boltjoint.config.types import COMMAND_LINE, CONFIG_FILE, ConfigError, KeyPath
 
 EntryT = TypeVar("EntryT", bound=Entry)
@@ -23,7 +23,7 @@ class Layers:
 
     def add(self, origin: str, changes: Mapping[str, Any]) -> None:
         """Replace the keys that a file or the command line gives."""
-        self.content = _merged(self.content, changes)
+        self.content = _merge(self.content, changes)
         self._origins |= dict.fromkeys(_paths(changes), origin)
 
     def origin(self, path: KeyPath) -> str:
@@ -32,11 +32,11 @@ class Layers:
         return next((self._origins[each] for each in paths if each in self._origins), CONFIG_FILE)
 
 
-def _merged(content: Any, changes: Any) -> Any:  # noqa: ANN401 - YAML
+def _merge(content: Any, changes: Any) -> Any:  # noqa: ANN401 - YAML
     if not isinstance(changes, Mapping):
         return changes
     below = content if isinstance(content, Mapping) else {}
-    return {**below, **{key: _merged(below.get(key), value) for key, value in changes.items()}}
+    return {**below, **{key: _merge(below.get(key), value) for key, value in changes.items()}}
 
 
 def _paths(content: Any, path: KeyPath = ()) -> Iterator[KeyPath]:  # noqa: ANN401 - YAML
@@ -67,13 +67,13 @@ class StudyFiles:
         if "study" in changes:
             file = changes["study"]
             if not isinstance(file, str) or "\0" in file:
-                problem = f"{shown(file)} must be the name of a file"
+                problem = f"{as_text(file)} must be the name of a file"
                 self.note(COMMAND_LINE, [(("study",), problem)])
             elif (content := self.read(file)) is not None:
                 layers.add(_plain(file), content)
         try:
             given = {key: value for key, value in changes.items() if key != "study"}
-            layers.add(COMMAND_LINE, typed(given))
+            layers.add(COMMAND_LINE, resolve_types(given))
         except ValueError as error:
             self.problems.append(f"{COMMAND_LINE}: {error}")
         return layers
@@ -100,7 +100,7 @@ class StudyFiles:
         if (self.folder / folder / f"{name}.yaml").exists():
             return self.read(f"{folder}/{name}.yaml")
         present = sorted(path.stem for path in (self.folder / folder).glob("*.yaml"))
-        problem = f"{shown(name)} is not in {folder}{choice(name, present)}"
+        problem = f"{as_text(name)} is not in {folder}{choice(name, present)}"
         self.note(place, [(path, problem)])
         return None
 
@@ -113,7 +113,7 @@ class StudyFiles:
         try:
             return model.model_validate(content)
         except ValidationError as error:
-            self.note(place, explained(error, model, content))
+            self.note(place, explain(error, model, content))
             return None
 
     def note(self, place: str | Layers, problems: Iterable[tuple[KeyPath, str]]) -> None:
@@ -130,4 +130,4 @@ def _keys(path: KeyPath) -> Iterator[str]:
 
 def _plain(text: str) -> str:
     """A key or file name as it is, or in quotes and cut where it is no plain word."""
-    return text if re.fullmatch(r"[\w./=+~-]{1,200}", text) else shown(text)
+    return text if re.fullmatch(r"[\w./=+~-]{1,200}", text) else as_text(text)

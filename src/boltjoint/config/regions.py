@@ -12,7 +12,7 @@ class Regions(Entry):
     division: Literal["equal-load", "equal-middle-load"] = "equal-load"
     """Bands ``regions=N`` along the bar of equal shares of the normal load, or of equal shares of
     the pressure along the middle of the width, as in the source under variable load; ``clusters=N``
-    are of pairs that move alike."""
+    are of pairs of similar motion."""
     motion: Literal["mean", "load-weighted"] = "mean"
     """Motion of a band: mean of its pairs as in the source, or their mean weighted by normal load,
     which keeps the friction dissipation in full slip."""

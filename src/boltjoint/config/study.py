@@ -12,7 +12,7 @@ from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import StudyFiles
 from boltjoint.config.settings import Settings
-from boltjoint.config.strict_yaml import shown
+from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, KeyPath, Problems
 from boltjoint.names import Basis
 
@@ -28,7 +28,7 @@ class Study(Settings):
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
         if name not in self.cases:
-            raise KeyError(f"{shown(name)} is not a case of this study{choice(name, self.cases)}")
+            raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, self.cases)}")
         return self.cases[name]
 
 
@@ -124,7 +124,10 @@ def _conflicts(
         yield from _conflicts_of_options(case, settings)
         yield from _conflicts_of_bases(case, assembly, settings.contact_adapted_basis)
     if published is not None and case.published is not None and case.published not in published:
-        yield ("published",), f"is no case study of the source{choice(case.published, published)}"
+        yield (
+            ("published",),
+            f"is no case study of the source{choice(case.published, published)}",
+        )
 
 
 def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:

@@ -138,7 +138,7 @@ class Contents:
         """All responses of a case, or of those in one basis."""
         found = [
             Response(Basis(modes), JointName(joint), Coordinates(coordinates), resonance)
-            for modes, joint, coordinates, resonance in self.study.case(case).solved()
+            for modes, joint, coordinates, resonance in self.study.case(case).responses
         ]
         return [each for each in found if basis in (None, each.basis)]
 

@@ -154,7 +154,7 @@ def estimate(study: Study) -> Estimate:
         key=largest.key,
         job=largest.does,
         seconds=sum(job.seconds for job in jobs),
-        responses=sum(len(list(case.solved())) for case in study.cases.values()),
+        responses=sum(len(case.responses) for case in study.cases.values()),
     )
 
 

@@ -295,7 +295,7 @@ class _Basis:
     def _solved(self, resonance: int) -> dict[str, list[str]]:
         """The joints around a resonance, and the coordinates in which each is solved."""
         found: dict[str, list[str]] = {}
-        for family, joint, coordinates, at in self.case.solved():
+        for family, joint, coordinates, at in self.case.responses:
             if (family, at) == (self.family, resonance):
                 found.setdefault(joint, []).append(coordinates)
         return found

@@ -201,7 +201,7 @@ def _savings(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str, st
     first = case.resonances(family)[0]
     joints = dict.fromkeys(
         joint
-        for basis, joint, _, resonance in case.solved()
+        for basis, joint, _, resonance in case.responses
         if (basis, resonance) == (family, first)
     )
     fitted = [joint for joint in joints if parse_joint(joint).elements is not None]
