@@ -90,10 +90,8 @@ class Case(Entry):
         """The blocks of ``solve``, with what the case gives for what they leave out."""
         return tuple(
             block.model_copy(
-                update={
-                    "modes": block.modes or self.modes,
-                    "coordinates": block.coordinates or self.coordinates,
-                }
+                update={"modes": block.modes or self.modes}
+                | {"coordinates": block.coordinates or self.coordinates}
             )
             for block in self.solve
         )
@@ -101,17 +99,15 @@ class Case(Entry):
     @property
     def bases(self) -> tuple[Basis, ...]:
         """All modal bases of all blocks, each once, in the order of the file."""
-        return tuple(dict.fromkeys(basis for block in self.blocks for basis in block.modes))
+        return tuple(dict.fromkeys(basis for basis, *_ in self.responses))
 
     def joints(self, basis: str) -> tuple[JointName, ...]:
         """All joints that are solved in a modal basis, each once, in the order of the file."""
-        blocks = (block for block in self.blocks if basis in block.modes)
-        return tuple(dict.fromkeys(joint for block in blocks for joint in block.joints))
+        return tuple(dict.fromkeys(each[1] for each in self.responses if each[0] == basis))
 
     def resonances(self, basis: str) -> tuple[int, ...]:
         """The resonances that are solved in a modal basis, each once, in the order of the file."""
-        blocks = (block for block in self.blocks if basis in block.modes)
-        return tuple(dict.fromkeys(block.resonance for block in blocks))
+        return tuple(dict.fromkeys(each[3] for each in self.responses if each[0] == basis))
 
     @property
     def responses(self) -> tuple[tuple[Basis, JointName, Coordinates, int], ...]:
@@ -150,13 +146,9 @@ class Case(Entry):
         for index, force in enumerate(self.verification_forces_N):
             if force not in self.forces_N:
                 yield ("verification_forces_N", index), f"must be one of forces_N: {there}"
-        problems = dict.fromkeys(
-            problem
-            for index in range(len(self.solve))
-            for conflicts in (self._conflicts_in_block, self._conflicts_between_blocks)
-            for problem in conflicts(index)
-        )
-        yield from problems
+        for index in range(len(self.solve)):
+            yield from self._conflicts_in_block(index)
+            yield from self._conflicts_between_blocks(index)
 
     def place_of(self, key: str, index: int) -> KeyPath:
         """Where modes or coordinates of a block are given: in the block or in the case."""

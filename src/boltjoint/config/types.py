@@ -36,7 +36,7 @@ def refuse(kind: str, problems: Problems) -> None:
     kind
         ``rule`` for what a JSON schema can say, ``contradiction`` for what it cannot.
     """
-    if found := list(problems):
+    if found := list(dict.fromkeys(problems)):
         sentences = "; ".join(sentence for _, sentence in found)
         raise PydanticCustomError(kind, "{sentences}", {"sentences": sentences, "problems": found})
 
