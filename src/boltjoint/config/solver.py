@@ -28,13 +28,11 @@ class Solver(Entry):
     jacobian: Literal["analytic", "forward-difference"] = "analytic"
     """Derivatives of the residual: analytic, or forward differences as in the source study."""
     basis_update: Literal["implicit", "lagged"] = "implicit"
-    """Response-dependent modes of ``rdnm-N``: those of the solution itself (self-consistent), or
-    lagged by one solution as in the source study, with which some branches cannot be followed and
-    which ``jacobian: forward-difference`` always takes. Those of ``complex-rdnm-N``: iterated
-    until they belong to the solution, or updated once for each."""
+    """Response-dependent modes: implicit, those of the solution itself (self-consistent RDNM);
+    lagged, updated once a solution, as in the source study, where some branches are not complete.
+    Modes of ``rdnm-N`` with ``jacobian: forward-difference`` are always lagged."""
     quasi_static_correction: StrictBool = True
-    """Whether ``complex-rdnm-N`` has the quasi-static response of the residual modes to the
-    excitation."""
+    """Whether ``complex-rdnm-N`` adds the quasi-static response of the residual modes."""
     tolerance: Fraction = StepControl.tolerance
     """Residual at which a solution is accepted, relative to the modal force."""
     largest_step: Positive = StepControl.largest_step
