@@ -6,7 +6,7 @@ BIN = .venv/bin
 STUDY ?=
 CONFIG = $(if $(STUDY),--config "study=$(STUDY)")
 
-.PHONY: reproduce test lint docs verify clean
+.PHONY: reproduce test lint docs reference verify clean
 
 reproduce: .venv/ready
 	$(BIN)/snakemake --cores $(CORES) $(CONFIG)
@@ -24,6 +24,10 @@ lint: .venv/ready
 # the pages of docs/ that quote results, from those of make reproduce STUDY=config/convergence.yaml
 docs: .venv/ready
 	$(BIN)/python docs/write.py
+
+# schemas of the YAML files, and the tables of their keys in config/README.md
+reference: .venv/ready
+	$(BIN)/python -m boltjoint.config.reference
 
 # modes and contact found by CalculiX too, another finite-element program
 verify: .venv/ready

@@ -19,7 +19,7 @@ import yaml
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.options import ContactAdaptedBasis
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.structure.basis.pod import find_pod_modes
 from boltjoint.structure.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes

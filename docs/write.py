@@ -19,7 +19,7 @@ import pandas as pd
 
 from boltjoint.config.study import load_study
 from boltjoint.joint.io import load_joint
-from boltjoint.names import MODES
+from boltjoint.names import Basis
 from boltjoint.report.pages import accuracy
 
 HERE = Path(__file__).parent
@@ -158,7 +158,7 @@ class Tables:
         for case in study.cases:
             for path in sorted(RESULTS.glob(f"tables/fits_{case}_*-*.csv"), reverse=True):
                 basis = path.stem.removeprefix(f"fits_{case}_")
-                if re.fullmatch(MODES, basis):
+                if re.fullmatch(Basis.PATTERN, basis):
                     parts.append(pd.read_csv(path).assign(case=case, basis=basis))
         return pd.concat(parts).to_dict("records")
 

@@ -81,11 +81,11 @@ SETTINGS = {
     "contact_adapted_basis": {
         "contact_stiffness_N_per_m": 1e9,
         "resonances": 1,
-        "levels": 5,
-        "most": 8,
+        "slip_levels": 5,
+        "maximum_vectors": 8,
     },
     "timing": {"repeats": 1},
-    "fitting": {"starts": 2},
+    "fitting": {"initial_guesses": 2},
     "convergence": {"bases": ["free-2", "enriched-8"], "regions": [2]},
 }
 

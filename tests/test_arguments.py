@@ -40,7 +40,7 @@ from boltjoint.joint.model import merge_points
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.joint.partition import choose_count, partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
-from boltjoint.names import parse_coordinates
+from boltjoint.names import Coordinates
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import convergence
 from boltjoint.study.timing import time_solver
@@ -384,7 +384,7 @@ ATTACKS = {
         lambda: solved(coordinates=None),
         lambda: responses(coordinates="rdnm-0"),
         lambda: formulate_equations("nope", BALANCE, 1),
-        lambda: parse_coordinates(1),
+        lambda: Coordinates(1),
     ],
     "jacobian": [
         lambda: solved(jacobian="nope"),

@@ -86,13 +86,13 @@ def test_a_mesh_that_no_machine_holds_is_refused_by_its_key(study, divisions):
 
 
 def test_many_harmonics_are_refused_by_their_key(study):
-    solver = {"friction": "sampled", "harmonics": 10**4, "samples": 10**5}
+    solver = {"friction_force": "aft", "harmonics": 10**4, "time_samples": 10**5}
     case = CASE | {"coordinates": ["linear"], "solve": CASE["solve"][:1]}
     found = estimate.estimate(study(case=case, solver=solver))
     line = estimate.shortage(found, 16 * GIB)
     assert line.startswith("config/config.yaml: solver.harmonics: needs some ")
     # sampled friction with as many harmonics as it had in closed form is as small
-    few = estimate.estimate(study(case=case, solver={"friction": "sampled"}))
+    few = estimate.estimate(study(case=case, solver={"friction_force": "aft"}))
     assert few.memory < 0.5 * GIB
     assert found.seconds > 1e4 * few.seconds
 

@@ -198,27 +198,3 @@ REFERENCE = (JointName("node-to-node"), Coordinates("linear"))
 
 def _counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' if number > 1 else ''}"
-
-
-MODES, COORDINATES, JOINT = Basis.PATTERN, Coordinates.PATTERN, JointName.PATTERN
-COMPARED_MODES = ComparedBasis.PATTERN
-PATTERNS = {NAME: NAME_MEANING} | {
-    each.PATTERN: each.MEANING for each in (Basis, ComparedBasis, Coordinates, JointName)
-}
-parse_joint, parse_coordinates = JointName, Coordinates
-
-
-def parse_modes(name: str) -> int:
-    return Basis(name).vectors
-
-
-def is_enriched(name: str) -> bool:
-    return Basis(name).is_contact_adapted
-
-
-def joint_in_words(name: str) -> str:
-    return JointName(name).label
-
-
-def coordinates_in_words(name: str, short: bool = False) -> str:
-    return Coordinates(name).short_label if short else Coordinates(name).label

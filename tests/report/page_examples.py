@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from boltjoint.config.case import Case
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.config.study import load_study
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page

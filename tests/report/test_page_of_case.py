@@ -1,7 +1,7 @@
 import numpy as np
 from page_examples import edit, figure, plain, write
 
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.report.pages.document import compressed_page
 
 

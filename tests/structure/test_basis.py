@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from boltjoint.config.options import ContactAdaptedBasis
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.dataset import save
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.basis.pod import find_pod_modes, proper_orthogonal_modes
@@ -21,7 +21,7 @@ from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in
 from boltjoint.structure.symmetry import symmetric_half
 
-SMALL = ContactAdaptedBasis(levels=5)
+SMALL = ContactAdaptedBasis(slip_levels=5)
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ def test_pod_modes_are_of_unit_energy_with_the_contact_stuck(assembly, preload, 
 
 
 def test_fewer_pod_modes_are_the_first_of_more(assembly, preload, pod_modes):
-    few = find_pod_modes(assembly, preload, ContactAdaptedBasis(levels=5, most=6))
+    few = find_pod_modes(assembly, preload, ContactAdaptedBasis(slip_levels=5, maximum_vectors=6))
     assert few.sizes["pod_mode"] == 6
     assert pod_modes.sizes["pod_mode"] == 80
     first = pod_modes["pod_mode_shape"][..., :6]
@@ -361,7 +361,9 @@ def test_snapshots_lost_in_rounding_are_refused(assembly, preload, extreme):
     with pytest.raises(
         RuntimeError, match="choose the values of contact_adapted_basis nearer to their"
     ):
-        find_pod_modes(assembly, preload, ContactAdaptedBasis(levels=1, resonances=1, **extreme))
+        find_pod_modes(
+            assembly, preload, ContactAdaptedBasis(slip_levels=1, resonances=1, **extreme)
+        )
 
 
 def test_result_is_the_same_every_time(assembly, preload, pod_modes, enriched, tmp_path):

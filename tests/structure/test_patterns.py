@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
-from boltjoint.config.options import ContactAdaptedBasis
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.dataset import save
 from boltjoint.structure.basis.pod import find_pod_modes
 from boltjoint.structure.constraints import (

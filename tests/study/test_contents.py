@@ -1,5 +1,6 @@
 """The list of all files of a study, and what it says of each."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -66,11 +67,6 @@ def test_the_converged_response_is_that_of_the_largest_contact_adapted_basis(con
     assert contents.converged("three_bolt_constant") == Response("enriched-40", *REFERENCE, 1)
 
 
-def test_checks_are_of_linear_modes_only(contents):
-    kinds = {each.coordinates for each in contents.select("check")}
-    assert kinds == {"linear"}
-
-
 def test_forward_differences_are_timed_of_what_the_source_solves(contents):
     def jacobians(joint, coordinates, basis="free-4"):
         (which,) = (
@@ -99,3 +95,91 @@ def test_a_file_is_named_by_all_that_it_is_of():
         "results/tables/regions_a_free-4_regions=6.csv",
         "results/tables/regions_a_free-4_regions=6.html",
     )
+
+
+def shipped(name):
+    """Contents of the study with the keys of another file of ``config/`` in place of its own."""
+    return Contents(load_study(ROOT, {"study": f"config/{name}.yaml"}))
+
+
+def test_every_basis_is_found_once_and_for_every_assembly():
+    contents = Contents(load_study(ROOT))
+    assert contents.bases() == ["free-4", "enriched-40"]
+    files = contents.files()
+    assert len(files) == len(set(files))
+    for name in contents.study.assemblies:
+        assert f"results/assemblies/{name}/enriched-40/modes.nc" in files
+        assert f"results/assemblies/{name}/preload=10000/preload.nc" in files
+
+
+def test_what_is_solved_is_shown_in_its_own_basis():
+    files = set(Contents(load_study(ROOT)).files())
+    where = "three_bolt_constant_enriched-40"
+    for path in (
+        f"tables/accuracy_{where}.csv",
+        f"tables/regions_{where}_clusters=12.csv",
+        f"tables/elements_{where}_clusters=12_harmonic=7.csv",
+        f"figures/loops_{where}_clusters=12_harmonic=7.svg",
+        f"figures/response_{where}_node-to-node_complex-rdnm-1_resonance=1.svg",
+        f"figures/states_{where}_node-to-node_complex-rdnm-1_resonance=1.svg",
+        f"figures/backbone_{where}_resonance=1.svg",
+    ):
+        assert f"results/{path}" in files, path
+    for basis in ("free-4", "enriched-40"):
+        assert f"results/tables/fits_three_bolt_constant_{basis}.csv" in files
+    # no states are drawn of what is rebuilt
+    assert f"results/figures/states_{where}_node-to-node_backbone_resonance=1.svg" not in files
+    # resonance 2 is solved in the source's basis only
+    assert "results/figures/times_three_bolt_constant_free-4_resonance=2.svg" in files
+    assert f"results/figures/times_{where}_resonance=2.svg" not in files
+    # a table has no elements to list, nor loops to compare
+    case = "three_bolt_constant_free-4_regions=6_table"
+    assert f"results/figures/response_{case}_linear_resonance=1.svg" in files
+    assert not [path for path in files if path.startswith((f"results/tables/elements_{case}",))]
+    assert not [path for path in files if path.startswith((f"results/figures/loops_{case}",))]
+
+
+def test_frequencies_and_shapes_are_shown_of_modes_not_of_vectors_that_hold_the_contact():
+    files = shipped("convergence").files()
+    shown = [path for path in files if re.search("/(natural_frequencies|modes)_", path)]
+    assert "results/tables/natural_frequencies_free-4.csv" in shown
+    assert "results/figures/modes_four_bolt_free-4.svg" in shown
+    assert not [path for path in shown if "enriched" in path]
+
+
+def test_bases_and_regions_are_compared_with_converged_ones_only_where_asked_for():
+    usual = Contents(load_study(ROOT)).files()
+    assert "results/tables/models_three_bolt_constant.csv" in usual
+    for kind in ("bases", "divisions", "patterns"):
+        assert not [path for path in usual if f"/{kind}_" in path]
+    asked_for = shipped("convergence")
+    added = {path for path in asked_for.files() if path not in usual}
+    subjects = {
+        "bases": list(asked_for.study.cases),
+        "divisions": [f"{case}_enriched-40" for case in asked_for.study.cases],
+        "patterns": list(asked_for.study.assemblies),
+    }
+    for kind, of in subjects.items():
+        for path in (f"tables/{kind}_{{}}.csv", f"figures/{kind}_{{}}.svg"):
+            assert {f"results/{path.format(name)}" for name in of} <= added
+    assert set(usual) <= set(asked_for.files())
+
+
+def test_the_short_study_has_both_laws_and_both_assemblies_and_all_kinds_of_tables():
+    short, whole = shipped("short"), shipped("convergence")
+    assert {case.contact.law for case in short.study.cases.values()} == {"constant", "variable"}
+    assert list(short.study.assemblies) == list(whole.study.assemblies)
+    kinds = [
+        {re.split("[_.]", Path(path).name)[0] for path in contents.files()}
+        for contents in (short, whole)
+    ]
+    assert kinds[0] == kinds[1]
+
+
+def test_the_residual_in_time_is_found_of_responses_in_all_modes_of_the_basis():
+    found = Contents(load_study(ROOT))
+    for case in found.study.cases:
+        kinds = {response.coordinates.kind for response in found.checked(case)}
+        assert kinds == {"linear"}
+        aft = Contents(load_study(ROOT, {"solver": {"friction_force": "aft"}}))
+        assert aft.checked(case) == []

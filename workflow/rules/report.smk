@@ -96,7 +96,9 @@ rule write_page_of_case:
         library=library("write_page_of_case.py"),
         case=lambda w: study.case(w.case).model_dump(),
         # no more of it: other options do not stand on the page
-        solver=study.solver.model_dump(include={"friction", "harmonics", "samples"}),
+        solver=study.solver.model_dump(
+            include={"friction_force", "harmonics", "time_samples"}
+        ),
         cases=list(study.cases),
     script:
         "../scripts/write_page_of_case.py"

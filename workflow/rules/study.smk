@@ -8,7 +8,7 @@ from pathlib import Path
 
 from snakemake.logging import logger
 
-from boltjoint.config.options import COMPARED_RESONANCES
+from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.names import NAME, PAGES, REFERENCE, Basis, Coordinates, JointName

@@ -1,7 +1,7 @@
 """Find the POD modes of snapshots of an assembly whose contact sticks, slips and opens."""
 
 from boltjoint import dataset
-from boltjoint.config.options import ContactAdaptedBasis
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.structure.basis.pod import find_pod_modes
 from boltjoint.workflow import logs
 

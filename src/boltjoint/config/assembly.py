@@ -1,26 +1,33 @@
-"""An assembly: bars, bolts, mesh, material and sensors."""
+"""Assembly: bars, bolts, mesh, material, excitation and output point."""
 
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from boltjoint.config.entries import INTEGRAL, Count, Entry, KeyPath, Number, Positive
-from boltjoint.config.types import Description
+from boltjoint.config.entries import Entry
+from boltjoint.config.types import (
+    INTEGRAL,
+    Count,
+    Description,
+    NotNegative,
+    Number,
+    Positive,
+    Problems,
+)
 
 
 class Bar(Entry):
-    """The two bars: of full height outside the lap, of half height in it."""
+    """Dimensions of the two bars."""
 
     width_mm: Positive
-    """Width of both bars (y)."""
+    """Width of both bars (y), greater than the diameter of the bolt heads."""
     height_mm: Positive
     """Height of a bar outside the lap (z); in the lap each bar has half of it."""
     free_length_mm: tuple[Positive, Positive]
     """Lengths outside the lap: from the clamp to the lap, and from the lap to the free end."""
     lap_mm: Positive
-    """Length of the lap (x)."""
+    """Length of the lap (x), greater than that of all bolt cells."""
 
     @property
     def length_mm(self) -> float:
@@ -29,47 +36,48 @@ class Bar(Entry):
 
 
 class Material(Entry):
-    """The linear elastic material of bars and bolts."""
+    """Linear elastic material of bars and bolts."""
 
     youngs_modulus_GPa: Positive
-    """Young's modulus in GPa."""
+    """Young's modulus."""
     poissons_ratio: Annotated[Number, Field(ge=0, lt=0.5)]
     """Poisson's ratio."""
     density_kg_per_m3: Positive
-    """Density in kg/m3."""
+    """Mass density."""
 
 
 class Bolts(Entry):
-    """A row of equal bolts on the centre line of the lap."""
+    """Row of equal bolts on the centre line of the lap."""
 
     positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)]
-    """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap."""
+    """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap. The bolt
+    cells lie inside the lap and apart from each other."""
     shank_diameter_mm: Positive
     """Diameter of the shank."""
     hole_diameter_mm: Positive
-    """Diameter of the clearance hole."""
+    """Diameter of the clearance hole, greater than that of the shank."""
     head_diameter_mm: Positive
-    """Outer diameter of head and nut, both modelled round."""
+    """Outer diameter of head and nut, both modelled round: greater than that of the hole, less than
+    the width of the bar and the length of a bolt cell."""
     head_height_mm: Positive
     """Height of the head."""
     nut_height_mm: Positive
     """Height of the nut."""
 
-    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
-        if self.hole_diameter_mm <= self.shank_diameter_mm:
-            yield (
-                ("hole_diameter_mm",),
-                f"must be greater than the shank's diameter of {self.shank_diameter_mm:g} mm",
-            )
-        if self.head_diameter_mm <= self.hole_diameter_mm:
-            yield (
-                ("head_diameter_mm",),
-                f"must be greater than the hole's diameter of {self.hole_diameter_mm:g} mm",
-            )
+    def conflicts(self) -> Problems:
+        for outer, inner in (("hole", "shank"), ("head", "hole")):
+            least = getattr(self, f"{inner}_diameter_mm")
+            if getattr(self, key := f"{outer}_diameter_mm") <= least:
+                yield (key,), f"must be greater than the {inner}'s diameter of {least:g} mm"
 
 
 class Mesh(Entry):
-    """Divisions of the mesh. Each bolt sits in a rectangular cell as wide as the bar."""
+    """Divisions of the mesh, in numbers of elements unless a length.
+
+    Each bolt sits in a rectangular cell as wide as the bar, with rings of elements around the hole;
+    columns of elements fill the lap between and beside the cells. The divisions also set the number
+    of contact pairs, 1370 and 1693 in the assemblies given here.
+    """
 
     ring_cells_across_width: Annotated[int, Field(strict=True, ge=2, multiple_of=2), INTEGRAL]
     """Elements across the width of the bar; even, so that nodes lie on the centre line."""
@@ -80,7 +88,8 @@ class Mesh(Entry):
     rings_head_to_cell_edge: Count
     """Rings of elements between the edge of the head and the edge of the bolt cell."""
     bolt_cell_length_mm: Positive
-    """Length of a bolt cell along the bar, half of it on each side of the bolt's axis."""
+    """Length of a bolt cell along the bar, half of it on each side of the bolt's axis: greater than
+    the diameter of the head, less than the distance between bolts."""
     columns_between_bolt_cells: Count
     """Elements along the bar between two bolt cells."""
     columns_at_each_lap_end: Count
@@ -88,7 +97,7 @@ class Mesh(Entry):
     layers_per_half_height: Count
     """Elements through half the height of a bar."""
     element_length_free_mm: Positive
-    """Wanted length of the elements outside the lap."""
+    """Approximate length of the elements outside the lap."""
     rings_in_shank: Count
     """Rings of elements in the shank of a bolt."""
     layers_in_head: Count
@@ -96,52 +105,61 @@ class Mesh(Entry):
 
 
 class StaticContact(Entry):
-    """Contact between the bars while the bolts are tightened."""
+    """Contact between the bars during tightening of the bolts."""
 
     penalty_N_per_m3: Positive = 1e15
-    """Normal contact stiffness for each unit of area, in N/m3."""
-    friction_coefficient: Annotated[Number, Field(ge=0)] = 0.1
+    """Normal contact stiffness for each unit of area."""
+    friction_coefficient: NotNegative = 0.1
     """Coulomb friction between the bars during tightening."""
 
 
 class Point(Entry):
-    """A point of the bars and a direction; the node nearest to the point is taken."""
+    """A point in the assembly and a direction; the node nearest to the point is taken.
+
+    For example ``response: {x_mm: 403.5, y_mm: 0, z_mm: 10, direction: z}``.
+    """
 
     x_mm: Number
-    """Distance from the clamp, along the bar."""
+    """Distance from the clamp along the bar, more than half an element: nodes in the clamp do not
+    move."""
     y_mm: Number
-    """Distance from the centre line, across the width."""
+    """Distance from the centre line across the width, at most half the width to each side."""
     z_mm: Number
-    """Height above the plane of contact."""
+    """Height above the plane of contact, at most half the height to each side."""
     direction: Literal["x", "y", "z"]
     """Direction of the force or of the displacement."""
 
 
 class Assembly(Entry):
-    """Two bars with a half-lap joint, clamped at one end and held by a row of bolts."""
+    """Two bars with a half-lap joint, clamped at one end and held by a row of bolts.
+
+    x runs along the bars from the clamp, y across the width from the centre line, and z upwards
+    from the plane of contact.
+    """
 
     description: Description = ""
-    """What the assembly is, in one line; free text that no result depends on."""
+    """Description of the assembly in one line; no result depends on it."""
     bar: Bar
     material: Material
     bolts: Bolts
     mesh: Mesh
     contact: StaticContact = StaticContact()
     preload_N: Positive | None = None
-    """Preload of each bolt, in N, to tabulate the contact while no case uses the assembly."""
+    """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
     excitation: Point | None = None
-    """Where the force acts; by default the middle of the free end's top edge, along z."""
+    """Point where the harmonic force acts; by default the middle of the free end's top edge, along
+    z."""
     response: Point | None = None
-    """Where the response is observed; by default as the force."""
+    """Output point of the response; by default the middle of the free end's top edge, along z."""
 
     @property
     def excitation_point(self) -> Point:
-        """Where the harmonic force acts, the default filled in."""
+        """Point where the harmonic force acts, the default filled in."""
         return self.excitation or self._free_end()
 
     @property
     def response_point(self) -> Point:
-        """Where the response is observed, the default filled in."""
+        """Output point of the response, the default filled in."""
         return self.response or self._free_end()
 
     @property
@@ -161,7 +179,7 @@ class Assembly(Entry):
 
     @property
     def pairs_of_one_side(self) -> int:
-        """Those on the centre line and to one side of it: the others are their mirror images."""
+        """Contact pairs on the centre line and on one side; the others are mirror images."""
         on_centre_line = 2 * self._rings_of_pairs + self._columns
         return (self.contact_pairs + on_centre_line) // 2
 
@@ -180,7 +198,7 @@ class Assembly(Entry):
     def _free_end(self) -> Point:
         return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
 
-    def conflicts(self) -> Iterator[tuple[KeyPath, str]]:
+    def conflicts(self) -> Problems:
         yield from self._conflicts_of_head()
         yield from self._conflicts_of_positions()
         for key in ("excitation", "response"):
@@ -188,52 +206,35 @@ class Assembly(Entry):
             if point is not None:
                 yield from self._conflicts_of_point(key, point)
 
-    def _conflicts_of_head(self) -> Iterator[tuple[KeyPath, str]]:
-        for room, what in (
+    def _conflicts_of_head(self) -> Problems:
+        for limit, what in (
             (self.bar.width_mm, "the bar's width"),
             (self.mesh.bolt_cell_length_mm, "the bolt cell's length"),
         ):
-            if self.bolts.head_diameter_mm >= room:
-                yield (
-                    ("bolts", "head_diameter_mm"),
-                    f"must be less than {what} of {room:g} mm",
-                )
+            if self.bolts.head_diameter_mm >= limit:
+                yield ("bolts", "head_diameter_mm"), f"must be less than {what} of {limit:g} mm"
 
-    def _conflicts_of_positions(self) -> Iterator[tuple[KeyPath, str]]:
+    def _conflicts_of_positions(self) -> Problems:
         key = ("bolts", "positions_from_lap_start_mm")
-        positions = self.bolts.positions_from_lap_start_mm
-        # to a nanometre: less room than that is a rounding error of the sums below
+        positions, cell = self.bolts.positions_from_lap_start_mm, self.mesh.bolt_cell_length_mm
+        # to a nanometre: less is a rounding error of the differences
         pitches = [round(right - left, 6) for left, right in pairwise(positions)]
         if any(pitch <= 0 for pitch in pitches):
             yield key, "must be ascending"
             return
-
-        cell = self.mesh.bolt_cell_length_mm
         for index, pitch in enumerate(pitches, start=1):
-            for length, what in (
-                (self.bolts.hole_diameter_mm, "holes"),
-                (self.bolts.head_diameter_mm, "heads"),
-                (cell, "bolt cells"),
-            ):
-                if pitch <= length:
-                    yield (
-                        (*key, index),
-                        f"is {pitch:g} mm from the bolt before it, where {what} of {length:g} mm "
-                        f"overlap or touch: must be more than {cell:g} mm from it",
-                    )
-                    break
-
+            if pitch <= cell:
+                sentence = f"is {pitch:g} mm from the bolt before it: must be more than {cell:g} mm"
+                yield (*key, index), f"{sentence} from it, the length of a bolt cell"
         for index, position in enumerate(positions):
-            before = round(position - cell / 2, 6)
-            behind = round(self.bar.lap_mm - position - cell / 2, 6)
-            if before <= 0 or behind <= 0:
+            if round(min(position, self.bar.lap_mm - position) - cell / 2, 6) <= 0:
                 yield (
                     (*key, index),
                     f"puts the bolt's cell outside the lap: must be more than {cell / 2:g} mm "
                     f"(half a bolt cell) from both ends of the lap of {self.bar.lap_mm:g} mm",
                 )
 
-    def _conflicts_of_point(self, key: str, point: Point) -> Iterator[tuple[KeyPath, str]]:
+    def _conflicts_of_point(self, key: str, point: Point) -> Problems:
         bar = self.bar
         for name, low, high in (
             ("x_mm", 0.0, bar.length_mm),
@@ -245,8 +246,5 @@ class Assembly(Entry):
         # half an element from the clamp the nearest node is as far in it as beyond it
         free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
         if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):
-            effect = {
-                "excitation": "a force there does not excite any mode",
-                "response": "no mode moves there",
-            }[key]
-            yield (key, "x_mm"), f"is in the clamp: {effect}; must be more than {free_mm:g} mm"
+            sentence = f"is in the clamp, where no mode moves: must be more than {free_mm:g} mm"
+            yield (key, "x_mm"), sentence

@@ -1,14 +1,12 @@
-"""JSON schemas of the configuration."""
+"""JSON schemas of the YAML files, by which editors complete and check them."""
 
-import argparse
 import json
 from pathlib import Path
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.entries import Entry
-from boltjoint.config.options import Settings
-from boltjoint.config.types import SCHEMA_FOLDER
+from boltjoint.config.settings import Settings
 
 SCHEMAS: dict[str, type[Entry]] = {"config": Settings, "assembly": Assembly, "case": Case}
 
@@ -27,9 +25,3 @@ def write_schemas(folder: str | Path) -> None:
     for name, model in SCHEMAS.items():
         path = Path(folder) / f"{name}.schema.json"
         path.write_text(schema_text(model), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="Write the JSON schemas of the YAML files.")
-    parser.add_argument("folder", nargs="?", default=SCHEMA_FOLDER, help="default: %(default)s")
-    write_schemas(parser.parse_args().folder)

@@ -1,8 +1,12 @@
-"""YAML 1.2 texts as data: keys with values, lists, words, numbers, true, false and null.
+"""YAML 1.2 as plain data: keys with values, lists, strings, numbers, true, false and null.
 
-A text is never more than its values. What else YAML has is refused where it stands: tags, which
-name types to construct, anchors and aliases, whose expansion has no bound, and a second document.
-A merge key ``<<`` is a key like any other.
+Everything else of YAML is refused with line and column: tags, which name types to construct,
+anchors and aliases, whose expansion has no bound, and a second document. A merge key ``<<`` is a
+key like any other. PyYAML parses the text; values have the types of the core schema.
+
+References
+----------
+YAML Ain't Markup Language (YAML) version 1.2, revision 1.2.2 (2021), section 10.3: core schema.
 """
 
 import json
@@ -18,8 +22,8 @@ LARGEST_FILE = 200_000
 #: levels of lists and mappings in each other, several times those of a study
 DEEPEST = 20
 
-# the core schema of YAML 1.2 (section 10.3.2); PyYAML itself reads scalars as YAML 1.1
-_WORDS = {
+# core schema; PyYAML itself reads scalars as YAML 1.1
+_CONSTANTS = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL")),
     **dict.fromkeys(("true", "True", "TRUE"), True),
     **dict.fromkeys(("false", "False", "FALSE"), False),
@@ -69,13 +73,13 @@ def parse_mapping(text: str) -> dict[str, Any]:
     Raises
     ------
     TextError
-        With line and column, if the text is not YAML, has a key twice or one that is no word, is
+        With line and column, if the text is not YAML, has a key twice or one that is no text, is
         nested deeper than ``DEEPEST``, has a number that is not finite, or a tag, anchor, alias or
         second document.
     """
     if found := _NO_TEXT.search(text):
         before = text[: found.start()]
-        raise TextError(f"{shown(found[0])} is no character of a text", *_line_and_column(before))
+        raise TextError(f"{as_text(found[0])} is no character of a text", *_line_and_column(before))
     try:
         content = _document(yaml.parse(text, Loader=yaml.SafeLoader))
     except yaml.MarkedYAMLError as error:
@@ -90,8 +94,8 @@ def parse_mapping(text: str) -> dict[str, Any]:
     return content
 
 
-def typed(value: Any) -> Any:  # noqa: ANN401 - YAML
-    """Words as YAML types them where they are not in quotes, also inside lists and mappings.
+def resolve_types(value: Any) -> Any:  # noqa: ANN401 - YAML
+    """Strings as YAML types them without quotes, also inside lists and mappings.
 
     Raises
     ------
@@ -99,13 +103,13 @@ def typed(value: Any) -> Any:  # noqa: ANN401 - YAML
         If a number is not finite.
     """
     if isinstance(value, Mapping):
-        return {key: typed(inner) for key, inner in value.items()}
+        return {key: resolve_types(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [typed(inner) for inner in value]
-    return _typed_word(value) if isinstance(value, str) else value
+        return [resolve_types(inner) for inner in value]
+    return _resolve_type(value) if isinstance(value, str) else value
 
 
-def shown(value: object) -> str:
+def as_text(value: object) -> str:
     """A value as it would stand in a file, cut where it is long."""
     text = json.dumps(value, ensure_ascii=False, default=str)
     if not text.isprintable():
@@ -125,17 +129,17 @@ def _document(events: Iterator[yaml.Event]) -> Any:  # noqa: ANN401 - YAML
 
 
 def _content(event: yaml.Event, events: Iterator[yaml.Event], depth: int = 0) -> Any:  # noqa: ANN401
-    """What begins with an event, the last event of which is then taken."""
+    """The value that begins with an event; its last event has then been read."""
     place = event.start_mark
     if event.anchor is not None:
         _refuse(place, "anchors (&) and aliases (*) are not allowed: write the value again")
     if event.tag is not None:
-        _refuse(place, f"the tag {shown(event.tag)} is not allowed: tags (!) have no meaning here")
+        _refuse(place, f"the tag {as_text(event.tag)} is not allowed: tags (!) mean nothing here")
     if isinstance(event, yaml.ScalarEvent):
         if found := _NO_TEXT.search(event.value):
-            _refuse(place, f"{shown(found[0])} is no character of a text")
+            _refuse(place, f"{as_text(found[0])} is no character of a text")
         try:
-            return _typed_word(event.value) if event.style is None else event.value
+            return _resolve_type(event.value) if event.style is None else event.value
         except ValueError as error:
             _refuse(place, str(error))
     if depth == DEEPEST:
@@ -150,33 +154,33 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], depth: int = 0) ->
     while not isinstance(event := next(events), yaml.MappingEndEvent):
         key, place = _content(event, events, depth + 1), event.start_mark
         if not isinstance(key, str):
-            _refuse(place, f"the key {shown(key)} must be a word")
+            _refuse(place, f"the key {as_text(key)} must be text")
         if key in lines:
-            _refuse(place, f"the key {shown(key)} stands twice, first in line {lines[key]}")
+            _refuse(place, f"the key {as_text(key)} stands twice, first in line {lines[key]}")
         lines[key] = place.line + 1
         mapping[key] = _content(next(events), events, depth + 1)
     return mapping
 
 
-def _typed_word(word: str) -> str | float | bool | None:
-    if word in _WORDS:
-        return _WORDS[word]
+def _resolve_type(text: str) -> str | float | bool | None:
+    if text in _CONSTANTS:
+        return _CONSTANTS[text]
     try:
-        if _WHOLE.fullmatch(word):
-            number = int(word)
-        elif _WHOLE_OF_BASE.fullmatch(word):
-            number = int(word, base=0)
-        elif _FLOAT.fullmatch(word):
-            number = float(word)
-        elif _NOT_FINITE.fullmatch(word):
+        if _WHOLE.fullmatch(text):
+            number = int(text)
+        elif _WHOLE_OF_BASE.fullmatch(text):
+            number = int(text, base=0)
+        elif _FLOAT.fullmatch(text):
+            number = float(text)
+        elif _NOT_FINITE.fullmatch(text):
             raise OverflowError
         else:
-            return word
-        # a whole number has no bound of its own, but one of digits that Python converts
+            return text
+        # Python converts whole numbers of any size, but of a limited number of digits
         if abs(float(number)) == float("inf"):
             raise OverflowError
     except (OverflowError, ValueError):
-        raise ValueError(f"{shown(word)} must be a finite number") from None
+        raise ValueError(f"{as_text(text)} must be a finite number") from None
     return number
 
 

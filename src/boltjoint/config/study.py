@@ -1,51 +1,34 @@
-"""A study as its YAML files describe it."""
+"""Study: the cases, assemblies and numerical options that its YAML files describe."""
 
 import re
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
-
-from pydantic import ValidationError
+from typing import Any
 
 from boltjoint import names
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
-from boltjoint.config.entries import Entry, KeyPath, choice, explained
-from boltjoint.config.options import (
-    ContactAdaptedBasis,
-    Convergence,
-    Fitting,
-    Settings,
-    Solver,
-    Timing,
-)
-from boltjoint.config.strict_yaml import TextError, read_mapping, shown, typed
-from boltjoint.config.types import (
-    ASSEMBLY_FOLDER,
-    CASE_FOLDER,
-    COMMAND_LINE,
-    CONFIG_FILE,
-    ConfigError,
-)
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.entries import choice, with_value
+from boltjoint.config.files import StudyFiles
+from boltjoint.config.settings import Settings
+from boltjoint.config.strict_yaml import as_text
+from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, KeyPath, Problems
+from boltjoint.names import Basis
 
 
-class Study(Entry):
-    """All that is to be computed: the cases, the assemblies they need, the numerical options."""
+class Study(Settings):
+    """All that is computed: the settings, with cases and assemblies in place of their names."""
 
     cases: dict[str, Case]
     """The cases that run, by name, in the order of config.yaml."""
     assemblies: dict[str, Assembly]
     """The assemblies that config.yaml names and those that its cases use, by name."""
-    contact_adapted_basis: ContactAdaptedBasis
-    solver: Solver
-    fitting: Fitting
-    timing: Timing
-    convergence: Convergence
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
         if name not in self.cases:
-            raise KeyError(f"{shown(name)} is not a case of this study{choice(name, self.cases)}")
+            raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, self.cases)}")
         return self.cases[name]
 
 
@@ -72,314 +55,49 @@ def load_study(
     ConfigError
         With one line for each problem of each file that the study uses.
     """
-    reader = _Reader(Path(folder))
-    settings = reader.settings(changes or {})
-    if reader.problems:
-        raise ConfigError(reader.problems)
+    files = StudyFiles(Path(folder))
+    layers = files.settings(changes or {})
+    files.refuse_problems()
 
     # Files named beside a problem are read all the same, to report their problems with it.
-    checked = reader.check(Settings, settings, settings.content)
-    cases = {}
-    named = [(settings, path, name) for path, name in _names(settings.content, "assemblies")]
-    for path, name in _names(settings.content, "cases"):
+    settings = files.check(Settings, layers, layers.content)
+    cases, contents = {}, {}
+    named = [(layers, path, name) for path, name in _names(layers.content, "assemblies")]
+    for path, name in _names(layers.content, "cases"):
         if name in names.PAGES:
             continue
-        file, content = reader.find(CASE_FOLDER, name, settings, path)
-        cases[name] = reader.check(Case, file, content)
+        file, content = _case_file(name), files.find(CASE_FOLDER, name, layers, path)
+        cases[name], contents[name] = files.check(Case, file, content), content
         if content is not None and _is_name(content.get("assembly")):
             named.append((file, ("assembly",), content["assembly"]))
     assemblies: dict[str, Assembly | None] = {}
     for place, path, name in named:
-        file, content = reader.find(ASSEMBLY_FOLDER, name, place, path)
+        content = files.find(ASSEMBLY_FOLDER, name, place, path)
         if name not in assemblies:
-            assemblies[name] = reader.check(Assembly, file, content)
+            assemblies[name] = files.check(Assembly, _assembly_file(name), content)
+
     for name, case in cases.items():
-        file = f"{CASE_FOLDER}/{name}.yaml"
-        if case is not None and (assembly := assemblies[case.assembly]) is not None:
-            reader.check_regions(file, case, assembly)
-        if case is not None and checked is not None:
-            reader.check_options(file, case, checked)
-            reader.check_bases(file, case, checked.contact_adapted_basis, assemblies[case.assembly])
-        if case is not None and published is not None:
-            reader.check_published(file, case, published)
-
+        if case is not None:
+            problems = _conflicts(case, assemblies[case.assembly], settings, published)
+            found = (with_value(contents[name], *problem) for problem in dict.fromkeys(problems))
+            files.note(_case_file(name), found)
     if all(cases.values()):
-        reader.check_preloads(cases.values(), assemblies)
-    if checked is not None:
-        reader.check_convergence(settings, checked, cases.values(), assemblies)
+        for name, sentence in _missing_preloads(cases.values(), assemblies):
+            files.note(_assembly_file(name), [(("preload_N",), sentence)])
+    if settings is not None:
+        problems = _conflicts_of_convergence(settings, cases.values(), assemblies)
+        files.note(layers, (with_value(layers.content, *problem) for problem in problems))
 
-    if reader.problems or checked is None:
-        raise ConfigError(reader.problems)
-    return Study(
-        cases=cases,
-        assemblies=assemblies,
-        contact_adapted_basis=checked.contact_adapted_basis,
-        solver=checked.solver,
-        fitting=checked.fitting,
-        timing=checked.timing,
-        convergence=checked.convergence,
-    )
+    files.refuse_problems()
+    return Study.model_validate({**dict(settings), "cases": cases, "assemblies": assemblies})
 
 
-def _updated(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The content with what is given in the changes; both may hold keys in keys."""
-    updated = dict(content)
-    for key, value in changes.items():
-        if isinstance(value, Mapping):
-            below = updated.get(key)
-            value = _updated(below if isinstance(below, Mapping) else {}, value)
-        updated[key] = value
-    return updated
+def _case_file(name: str) -> str:
+    return f"{CASE_FOLDER}/{name}.yaml"
 
 
-class _Settings:
-    """The content of config.yaml after what a study file and the command line change of it."""
-
-    def __init__(self) -> None:
-        self.content: dict[str, Any] = {}
-        self._layers: list[tuple[str, Mapping[str, Any]]] = []
-
-    def update(self, place: str, changes: Mapping[str, Any]) -> None:
-        """Replace the keys that a file or the command line holds."""
-        self.content = _updated(self.content, changes)
-        self._layers.append((place, changes))
-
-    def place(self, path: KeyPath) -> str:
-        """What gave the value under a key path, or else what that would stand in."""
-        for length in range(len(path), 0, -1):
-            for place, changes in reversed(self._layers):
-                if _gives(changes, path[:length]):
-                    return place
-        return CONFIG_FILE
-
-
-def _gives(content: Any, path: KeyPath) -> bool:  # noqa: ANN401 - YAML
-    """Whether the value under a key path, or a list or word in which it would be, is given."""
-    for part in path:
-        if not isinstance(content, Mapping):
-            return True
-        if part not in content:
-            return False
-        content = content[part]
-    return True
-
-
-EntryT = TypeVar("EntryT", bound=Entry)
-
-
-class _Reader:
-    """Reads the files of one study and keeps every problem it meets."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.problems: list[str] = []
-        self._contents: dict[str, Mapping[str, Any] | None] = {}
-
-    def settings(self, changes: Mapping[str, Any]) -> _Settings:
-        """The keys of config.yaml, then of the study file, then of the command line."""
-        settings = _Settings()
-        if (content := self.read(CONFIG_FILE)) is not None:
-            settings.update(CONFIG_FILE, content)
-        if "study" in changes:
-            file = changes["study"]
-            if not isinstance(file, str) or "\0" in file:
-                self._note(COMMAND_LINE, ("study",), shown(file), "must be the name of a file")
-            elif (content := self.read(file)) is not None:
-                settings.update(_as_word(file), content)
-        try:
-            given = {key: value for key, value in changes.items() if key != "study"}
-            settings.update(COMMAND_LINE, typed(given))
-        except ValueError as error:
-            self.problems.append(f"{COMMAND_LINE}: {error}")
-        return settings
-
-    def read(self, file: str) -> Mapping[str, Any] | None:
-        """The mapping that a file holds; None, with a problem noted, if it holds none."""
-        if file not in self._contents:
-            self._contents[file] = None
-            place = _as_word(file)
-            try:
-                self._contents[file] = read_mapping(self.folder / file)
-            except FileNotFoundError:
-                self.problems.append(f"{place}: there is no such file in {self.folder.resolve()}")
-            except OSError as error:
-                self.problems.append(f"{place}: cannot be read: {error.strerror}")
-            except TextError as error:
-                self.problems.append(f"{place}{error.place}: {error.sentence}")
-        return self._contents[file]
-
-    def find(
-        self, folder: str, name: str, place: str | _Settings, path: KeyPath
-    ) -> tuple[str, Mapping[str, Any] | None]:
-        """The file of this name in a folder and what it holds; ``place`` is where it is named."""
-        file = f"{folder}/{name}.yaml"
-        if (self.folder / file).exists():
-            return file, self.read(file)
-        present = sorted(path.stem for path in (self.folder / folder).glob("*.yaml"))
-        self._note(place, path, shown(name), f"is not in {folder}{choice(name, present)}")
-        return file, None
-
-    def check(
-        self, model: type[EntryT], file: str | _Settings, content: Mapping[str, Any] | None
-    ) -> EntryT | None:
-        """The content as a model; None, with the problems noted, if it is not one."""
-        if content is None:
-            return None
-        try:
-            return model.model_validate(content)
-        except ValidationError as error:
-            for path, value, sentence in explained(error, model, content, names.PATTERNS):
-                self._note(file, path, value, sentence)
-            return None
-
-    def check_regions(self, file: str, case: Case, assembly: Assembly) -> None:
-        """Note each joint with more regions, or elements in all, than there are contact pairs.
-
-        Bands hold each pair with its mirror image, and so are at most as many as on one side.
-        """
-        pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
-        of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
-        for block_index, block in enumerate(case.solve):
-            for index, joint in enumerate(block.joints):
-                parsed = names.parse_joint(joint)
-                regions = 1 if parsed.count == "auto" else parsed.count or 0
-                for count, what, (most, of_what) in (
-                    (
-                        regions,
-                        parsed.division,
-                        of_one_side if parsed.division == "regions" else pairs,
-                    ),
-                    (regions * (parsed.elements or 0), "elements in all", pairs),
-                ):
-                    if count > most:
-                        self._note(
-                            file,
-                            ("solve", block_index, "joints", index),
-                            shown(joint),
-                            f"must have at most {most} {what}, {of_what}",
-                        )
-                        break
-
-    def check_options(self, file: str, case: Case, settings: Settings) -> None:
-        """Note what the numerical options of the study do not allow in a case."""
-        for problem in dict.fromkeys(_conflicts_with_options(case, settings)):
-            self._note(file, *problem)
-
-    def check_preloads(
-        self, cases: Collection[Case], assemblies: Mapping[str, Assembly | None]
-    ) -> None:
-        """Note each assembly that is to have an enriched basis but no contact to make it from."""
-        used = {case.assembly for case in cases}
-        enriched = [name for case in cases for name in case.bases if names.is_enriched(name)]
-        for name, assembly in assemblies.items():
-            if enriched and assembly and name not in used and assembly.preload_N is None:
-                sentence = f"is missing: {enriched[0]} is made from the contact under preload"
-                self._note(f"{ASSEMBLY_FOLDER}/{name}.yaml", ("preload_N",), None, sentence)
-
-    def check_bases(
-        self,
-        file: str,
-        case: Case,
-        contact_adapted_basis: ContactAdaptedBasis,
-        assembly: Assembly | None,
-    ) -> None:
-        """Note each enriched basis of more vectors than are found."""
-        for family in case.bases:
-            sentence = _too_large(family, contact_adapted_basis, {case.assembly: assembly})
-            if sentence:
-                key = next(
-                    ("modes",) if block.modes is None else ("solve", index, "modes")
-                    for index, block in enumerate(case.solve)
-                    if family in (block.modes or case.modes)
-                )
-                self._note(file, key, shown(family), sentence)
-
-    def check_convergence(
-        self,
-        settings: _Settings,
-        checked: Settings,
-        cases: Collection[Case | None],
-        assemblies: Mapping[str, Assembly | None],
-    ) -> None:
-        """Note bases and numbers of regions that an assembly does not have."""
-        for index, basis in enumerate(checked.convergence.bases):
-            if sentence := _too_large(basis, checked.contact_adapted_basis, assemblies):
-                self._note(settings, ("convergence", "bases", index), shown(basis), sentence)
-        divided = dict.fromkeys(
-            case.assembly for case in cases if case and any(map(names.is_enriched, case.bases))
-        )
-        for index, count in enumerate(checked.convergence.regions):
-            for name in divided:
-                assembly = assemblies[name]
-                if assembly and count > (most := assembly.pairs_of_one_side):
-                    sentence = f"must be at most {most}, {_pairs_of_one_side(name)}"
-                    self._note(settings, ("convergence", "regions", index), shown(count), sentence)
-                    break
-
-    def check_published(self, file: str, case: Case, published: Collection[str]) -> None:
-        """Note a case study that the source does not have."""
-        if case.published is not None and case.published not in published:
-            sentence = f"is no case study of the source{choice(case.published, published)}"
-            self._note(file, ("published",), shown(case.published), sentence)
-
-    def _note(self, file: str | _Settings, path: KeyPath, value: str | None, sentence: str) -> None:
-        place = file if isinstance(file, str) else file.place(path)
-        keys = "".join(
-            f"[{part}]" if isinstance(part, int) else f".{_as_word(part)}" for part in path
-        )
-        what = sentence if value is None else f"{value} {sentence}"
-        self.problems.append(f"{place}: {keys.removeprefix('.')}: {what}")
-
-
-def _as_word(text: str) -> str:
-    """A key or file name as it is, or in quotes and cut where it is no plain word."""
-    return text if re.fullmatch(r"[\w./=+~-]{1,200}", text) else shown(text)
-
-
-def _pairs_of_one_side(assembly: str) -> str:
-    return f"the contact pairs of {assembly} on one side of the centre line and on it"
-
-
-def _too_large(
-    basis: str,
-    contact_adapted_basis: ContactAdaptedBasis,
-    assemblies: Mapping[str, Assembly | None],
-) -> str | None:
-    """What an enriched basis of more vectors than are found must be, for the first assembly."""
-    if not names.is_enriched(basis):
-        return None
-    number = names.parse_modes(basis)
-    if number > contact_adapted_basis.most:
-        return (
-            f"must have at most {contact_adapted_basis.most} vectors, "
-            f"as contact_adapted_basis.most in {CONFIG_FILE}"
-        )
-    for name, assembly in assemblies.items():
-        if assembly is None:
-            continue
-        # candidates: modes, and the shapes of a force along and across the contact on every pair
-        candidates = contact_adapted_basis.free_modes + 2 * assembly.pairs_of_one_side
-        if number > candidates:
-            return (
-                f"must have at most {candidates} vectors: contact_adapted_basis.free_modes, "
-                f"and two for each of {_pairs_of_one_side(name)}"
-            )
-    return None
-
-
-def _conflicts_with_options(case: Case, settings: Settings) -> Iterator[tuple[KeyPath, str, str]]:
-    """Key path, value and sentence for what a case asks for and the study's options do not do."""
-    most, harmonics = settings.contact_adapted_basis.resonances, settings.solver.harmonics
-    for index, block in enumerate(case.blocks):
-        enriched = [name for name in block.modes if names.is_enriched(name)]
-        if enriched and block.resonance > most:
-            sentence = f"must be at most {most}, contact_adapted_basis.resonances, in {enriched[0]}"
-            yield ("solve", index, "resonance"), shown(block.resonance), sentence
-        of_block = ("solve", index) if case.solve[index].coordinates else ()
-        for place, name in enumerate(block.coordinates):
-            if harmonics > 1 and names.parse_coordinates(name).kind in ("complex", "backbone"):
-                sentence = f"must be linear or rdnm-N with solver.harmonics: {harmonics}"
-                yield (*of_block, "coordinates", place), shown(name), sentence
+def _assembly_file(name: str) -> str:
+    return f"{ASSEMBLY_FOLDER}/{name}.yaml"
 
 
 def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]]:
@@ -391,3 +109,128 @@ def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]
 
 def _is_name(value: object) -> bool:
     return isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
+
+
+def _conflicts(
+    case: Case,
+    assembly: Assembly | None,
+    settings: Settings | None,
+    published: Collection[str] | None,
+) -> Problems:
+    """What the assembly, the settings and the source do not allow in a case."""
+    if assembly is not None:
+        yield from _conflicts_of_joints(case, assembly)
+    if settings is not None:
+        yield from _conflicts_of_options(case, settings)
+        yield from _conflicts_of_bases(case, assembly, settings.contact_adapted_basis)
+    if published is not None and case.published is not None and case.published not in published:
+        yield (
+            ("published",),
+            f"is no case study of the source{choice(case.published, published)}",
+        )
+
+
+def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
+    """Joints with more regions, or elements in all, than there are contact pairs.
+
+    Bands hold each pair with its mirror image, and so are at most as many as on one side.
+    """
+    pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
+    of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
+    for block_index, block in enumerate(case.solve):
+        for index, joint in enumerate(block.joints):
+            regions = 1 if joint.count == "auto" else joint.count or 0
+            of_regions = of_one_side if joint.division == "regions" else pairs
+            for count, what, (most, of_what) in (
+                (regions, joint.division, of_regions),
+                (regions * (joint.elements or 0), "elements in all", pairs),
+            ):
+                if count > most:
+                    path = ("solve", block_index, "joints", index)
+                    yield path, f"must have at most {most} {what}, {of_what}"
+                    break
+
+
+def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
+    """Resonances and coordinates that the numerical options do not allow."""
+    most, harmonics = settings.contact_adapted_basis.resonances, settings.solver.harmonics
+    for index, block in enumerate(case.blocks):
+        enriched = [basis for basis in block.modes if basis.is_contact_adapted]
+        if enriched and block.resonance > most:
+            sentence = f"must be at most {most}, contact_adapted_basis.resonances, in {enriched[0]}"
+            yield ("solve", index, "resonance"), sentence
+        for place, name in enumerate(block.coordinates):
+            if harmonics > 1 and name.kind in ("complex", "backbone"):
+                path = (*case.place_of("coordinates", index), place)
+                yield path, f"must be linear or rdnm-N with solver.harmonics: {harmonics}"
+
+
+def _conflicts_of_bases(
+    case: Case, assembly: Assembly | None, options: ContactAdaptedBasis
+) -> Problems:
+    """Enriched bases of more vectors than are found."""
+    for index, block in enumerate(case.blocks):
+        for place, basis in enumerate(block.modes):
+            if sentence := _too_large(basis, options, {case.assembly: assembly}):
+                yield (*case.place_of("modes", index), place), sentence
+
+
+def _missing_preloads(
+    cases: Collection[Case], assemblies: Mapping[str, Assembly | None]
+) -> Iterator[tuple[str, str]]:
+    """Assemblies that are to have an enriched basis but no contact to make it from."""
+    used = {case.assembly for case in cases}
+    enriched = [basis for case in cases for basis in case.bases if basis.is_contact_adapted]
+    for name, assembly in assemblies.items():
+        if enriched and assembly and name not in used and assembly.preload_N is None:
+            yield name, f"is missing: {enriched[0]} is made from the contact under preload"
+
+
+def _conflicts_of_convergence(
+    settings: Settings,
+    cases: Collection[Case | None],
+    assemblies: Mapping[str, Assembly | None],
+) -> Problems:
+    """Bases and numbers of regions that an assembly does not have."""
+    for index, basis in enumerate(settings.convergence.bases):
+        if sentence := _too_large(basis, settings.contact_adapted_basis, assemblies):
+            yield ("convergence", "bases", index), sentence
+    divided = {
+        case.assembly
+        for case in cases
+        if case and any(basis.is_contact_adapted for basis in case.bases)
+    }
+    for index, count in enumerate(settings.convergence.regions):
+        for name, assembly in assemblies.items():
+            if name in divided and assembly and count > (most := assembly.pairs_of_one_side):
+                sentence = f"must be at most {most}, {_pairs_of_one_side(name)}"
+                yield ("convergence", "regions", index), sentence
+                break
+
+
+def _too_large(
+    basis: Basis, options: ContactAdaptedBasis, assemblies: Mapping[str, Assembly | None]
+) -> str | None:
+    """What an enriched basis of more vectors than are found must be, for the first assembly."""
+    if not basis.is_contact_adapted:
+        return None
+    number, most = basis.vectors, options.maximum_vectors
+    if number > most:
+        return (
+            f"must have at most {most} vectors, as contact_adapted_basis.maximum_vectors in "
+            f"{CONFIG_FILE}"
+        )
+    for name, assembly in assemblies.items():
+        # candidates: modes, and the shapes of a force along and across the contact on every pair
+        if assembly and number > (
+            candidates := options.free_modes + 2 * assembly.pairs_of_one_side
+        ):
+            return (
+                f"must have at most {candidates} vectors: contact_adapted_basis.free_modes, "
+                f"and two for each of {_pairs_of_one_side(name)}"
+            )
+    return None
+
+
+def _pairs_of_one_side(assembly: str) -> str:
+    return f"the contact pairs of {assembly} on one side of the centre line and on it"

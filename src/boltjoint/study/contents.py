@@ -131,15 +131,11 @@ class Contents:
 
     def cases_and_bases(self) -> list[tuple[str, Basis]]:
         """Every case with every basis that it is solved in."""
-        cases = self.study.cases.items()
-        return [(name, Basis(basis)) for name, case in cases for basis in case.bases]
+        return [(name, basis) for name, case in self.study.cases.items() for basis in case.bases]
 
     def responses(self, case: str, basis: str | None = None) -> list[Response]:
         """All responses of a case, or of those in one basis."""
-        found = [
-            Response(Basis(modes), JointName(joint), Coordinates(coordinates), resonance)
-            for modes, joint, coordinates, resonance in self.study.case(case).solved()
-        ]
+        found = (Response(*which) for which in self.study.case(case).responses)
         return [each for each in found if basis in (None, each.basis)]
 
     def references(self, case: str) -> list[Response]:
@@ -148,7 +144,7 @@ class Contents:
 
     def joints(self, case: str, basis: str) -> list[JointName]:
         """The joints that are solved in a basis, and those of regions they are reduced from."""
-        solved = [JointName(joint) for joint in self.study.case(case).joints(basis)]
+        solved = self.study.case(case).joints(basis)
         regions = [joint.regions for joint in solved if joint.division is not None]
         return list(dict.fromkeys([REFERENCE[0], *regions, *solved]))
 
@@ -233,7 +229,7 @@ class Contents:
 
     def compared_bases(self, case: str) -> list[Basis]:
         """The bases in which only the peaks of a case are found."""
-        found = [Basis(basis) for basis in self.study.convergence.bases]
+        found = list(self.study.convergence.bases)
         converged = self.converged(case)
         if self.study.convergence.regions and converged:
             found.append(converged.basis)
@@ -243,7 +239,7 @@ class Contents:
         yield Artefact("environment")
         for name in self.study.assemblies:
             compared = name in self.compared_assemblies()
-            bases = [*self.bases(), *(map(Basis, self.study.convergence.bases) if compared else ())]
+            bases = [*self.bases(), *(self.study.convergence.bases if compared else ())]
             for kind in ("assembly", "mesh_view"):
                 yield Artefact(kind, assembly=name)
             for basis in bases:
@@ -263,7 +259,7 @@ class Contents:
         for basis in self.compared_bases(case):
             for kind in ("joint", "peaks"):
                 yield Artefact(kind, case=case, basis=basis, joint=REFERENCE[0])
-        for basis in map(Basis, self.study.case(case).bases):
+        for basis in self.study.case(case).bases:
             for joint in self.joints(case, basis):
                 yield Artefact("joint", case=case, basis=basis, joint=joint)
             for joint in self.fitted(case, basis):
@@ -295,7 +291,7 @@ class Contents:
                 yield Artefact(kind, "figure", assembly=name, preload_N=preload)
         for case in self.study.cases:
             yield from self._shown_of_accuracy(case)
-            for basis in map(Basis, self.study.case(case).bases):
+            for basis in self.study.case(case).bases:
                 yield from self._shown_of_basis(case, basis)
             if response := self.integrated(case):
                 yield Artefact("harmonics", "table", case=case, basis=response.basis)

@@ -154,7 +154,7 @@ def estimate(study: Study) -> Estimate:
         key=largest.key,
         job=largest.does,
         seconds=sum(job.seconds for job in jobs),
-        responses=sum(len(list(case.solved())) for case in study.cases.values()),
+        responses=sum(len(case.responses) for case in study.cases.values()),
     )
 
 
@@ -265,7 +265,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
             + factors_of_half
             + _CANDIDATES * candidates * vector / 2
             + _SQUARES * _NUMBER * candidates**2
-            + 3 * min(study.contact_adapted_basis.most, candidates) * vector
+            + 3 * min(study.contact_adapted_basis.maximum_vectors, candidates) * vector
         )
         does = "to find the vectors of contact-adapted bases"
         yield _Job("pod_modes", name, memory, _PRINCIPAL * square, key, does)
@@ -279,7 +279,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     study = contents.study
     case, solver = study.cases[name], study.solver
     pairs = min(study.assemblies[case.assembly].contact_pairs, _COUNTLESS)
-    harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.samples))
+    harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.time_samples))
     variable = case.contact.law == "variable"
     directions = 2 if variable else 1
     components = 1 + 2 * harmonics if variable else harmonics + 1

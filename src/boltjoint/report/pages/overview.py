@@ -152,7 +152,7 @@ def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str,
     first = case.resonances(family)[0]
     joints = dict.fromkeys(
         joint
-        for basis, joint, _, resonance in case.solved()
+        for basis, joint, _, resonance in case.responses
         if (basis, resonance) == (family, first)
     )
     fitted = [joint for joint in joints if JointName(joint).elements is not None]

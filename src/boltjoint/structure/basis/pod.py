@@ -33,7 +33,7 @@ from boltjoint.structure.constraints import check_held
 from boltjoint.structure.symmetry import symmetric_half
 
 if TYPE_CHECKING:
-    from boltjoint.config.options import ContactAdaptedBasis
+    from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 
 logger = logging.getLogger(__name__)
 
@@ -80,7 +80,7 @@ def find_pod_modes(
             axis=1,
         )
         pod_modes, share = proper_orthogonal_modes(
-            candidates, snapshots, options.most, options.contact_stiffness_N_per_m
+            candidates, snapshots, options.maximum_vectors, options.contact_stiffness_N_per_m
         )
     except (ArpackError, ValueError) as error:
         # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite

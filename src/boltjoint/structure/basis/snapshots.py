@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from boltjoint.structure.basis.candidates import Candidates, SpringContact, stuck_spring_stiffness
 
 if TYPE_CHECKING:
-    from boltjoint.config.options import ContactAdaptedBasis
+    from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def stuck_snapshots(candidates: Candidates, options: "ContactAdaptedBasis") -> I
     """
     start = _start(candidates)
     weight = _RESONANCE_WEIGHT ** np.arange(options.resonances)
-    count, levels = options.resonances, options.levels
+    count, levels = options.resonances, options.slip_levels
     k = options.contact_stiffness_N_per_m
     x = candidates.position[:, 0]
     middle = (x.min() + x.max()) / 2
@@ -103,7 +103,7 @@ def slipping_snapshots(candidates: Candidates, options: "ContactAdaptedBasis") -
     ndarray
         Weighted snapshots, shape (candidates, 5): as from ``_SlippingMode.snapshots``.
     """
-    levels = options.levels
+    levels = options.slip_levels
     # the first pairs that slip are few and weak
     slip_fractions = (np.arange(1, levels + 1) / (levels + 1)) ** 3
     for variable in (False, True):

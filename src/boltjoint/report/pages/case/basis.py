@@ -50,7 +50,7 @@ class CaseBasis:
     def coordinates_by_joint(self, resonance: int) -> dict[str, list[str]]:
         """The joints solved around a resonance, and the coordinates in which each is solved."""
         found: dict[str, list[str]] = {}
-        for basis, joint, coordinates, at in self.case.solved():
+        for basis, joint, coordinates, at in self.case.responses:
             if (basis, at) == (self.name, resonance):
                 found.setdefault(joint, []).append(coordinates)
         return found

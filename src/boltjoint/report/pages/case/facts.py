@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.names import JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
@@ -83,7 +83,7 @@ def _quantities(
     yield "friction forces", friction, None
     yield "harmonics of the response", str(solver.harmonics), None
     if solver.sampling is not None:
-        yield "time samples per period", str(solver.samples), None
+        yield "time samples per period", str(solver.time_samples), None
     yield "basis", ", ".join(case.bases), None
     joints = [JointName(joint) for joint in case.joints(case.bases[0])]
     bands = _counts(joint.count for joint in joints if joint.division == "regions")

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
-from boltjoint.config.options import Solver
+from boltjoint.config.solver import Solver
 from boltjoint.names import JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.facts import LAWS, facts

@@ -1,11 +1,15 @@
 """Files of a study with one thing changed at a time."""
 
 import copy
+import random
 from pathlib import Path
 
+from pydantic import ValidationError
+
+from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import parse_mapping
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 #: of every kind, and on both sides of every limit that the models have
 VALUES = [
@@ -50,8 +54,9 @@ VALUES = [
     "constant",
     "variable",
     "mean",
-    "exact",
-    "sampled",
+    "analytic",
+    "aft",
+    "lagged",
     "linear",
     "none",
     "overview",
@@ -113,7 +118,9 @@ def whole_files():
         for name, file in FILES.items()
     }
     text = (ROOT / "config/convergence.yaml").read_text(encoding="utf-8")
-    contents["config"] |= parse_mapping(text) | {"assemblies": ["three_bolt", "four_bolt"]}
+    defaults = Settings(cases=["three_bolt"]).model_dump(mode="json")
+    contents["config"] = defaults | contents["config"] | parse_mapping(text)
+    contents["config"] |= {"assemblies": ["three_bolt", "four_bolt"]}
     point = {"x_mm": 100, "y_mm": 0, "z_mm": 10, "direction": "z"}
     contents["assembly"] |= {"excitation": point, "response": point}
     contents["variable"]["regions"] |= {"motion": "mean", "tolerance": 0.02}
@@ -139,6 +146,34 @@ def mutations(content):
                 else:
                     holder |= changed
                 yield mutated, (*above, last)
+
+
+def samples(content, model, number=2):
+    """Some of the mutations of each key: key path, content, and what the model says of it.
+
+    That is ``allowed``, ``contradiction`` for keys that contradict each other, ``refused`` for keys
+    alone; there are up to ``number`` samples of each key and kind of error.
+    """
+    found = {}
+    for changed, path in mutations(content):
+        kinds = kinds_of_error(model, changed)
+        found.setdefault((path, *kinds), []).append(changed)
+    chance = random.Random(0)
+    for (path, *kinds), contents in found.items():
+        verdict = "refused" if kinds else "allowed"
+        if set(kinds) == {"contradiction"}:
+            verdict = "contradiction"
+        for changed in chance.sample(contents, min(number, len(contents))):
+            yield path, changed, verdict
+
+
+def kinds_of_error(model, content):
+    """The types of the errors that pydantic raises; none if the content is allowed."""
+    try:
+        model.model_validate(content)
+    except ValidationError as error:
+        return sorted(problem["type"] for problem in error.errors(include_url=False))
+    return []
 
 
 def _other_values(value, key):

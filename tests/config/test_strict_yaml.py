@@ -5,10 +5,10 @@ import pytest
 from boltjoint.config.strict_yaml import (
     LARGEST_FILE,
     TextError,
+    as_text,
     parse_mapping,
     read_mapping,
-    shown,
-    typed,
+    resolve_types,
 )
 
 #: 2^20 words once its aliases are expanded
@@ -68,11 +68,11 @@ HOSTILE = {
     "key twice": ("a: 1\nb: 2\na: 3\n", '3:1: the key "a" stands twice, first in line 1'),
     "inner key twice": ("a:\n  b: 2\n  b: 3\n", '3:3: the key "b" stands twice, first in line 2'),
     "key in quotes twice": ("a: 1\n'a': 2\n", '2:1: the key "a" stands twice, first in line 1'),
-    "number as key": ("1: a\n", "1:1: the key 1 must be a word"),
-    "true as key": ("true: a\n", "1:1: the key true must be a word"),
-    "list as key": ("[a, b]: c\n", '1:1: the key ["a", "b"] must be a word'),
-    "mapping as key": ("? {a: b}\n: c\n", '1:3: the key {"a": "b"} must be a word'),
-    "no key": ("?\n: a\n", "1:2: the key null must be a word"),
+    "number as key": ("1: a\n", "1:1: the key 1 must be text"),
+    "true as key": ("true: a\n", "1:1: the key true must be text"),
+    "list as key": ("[a, b]: c\n", '1:1: the key ["a", "b"] must be text'),
+    "mapping as key": ("? {a: b}\n: c\n", '1:3: the key {"a": "b"} must be text'),
+    "no key": ("?\n: a\n", "1:2: the key null must be text"),
     "open list": ("a: [1, 2\nb: 3\n", "2:2: expected ',' or ']', but got ':'"),
     "open quote": ('a: "b\n', "2:1: found unexpected end of stream"),
     "tab": ("a:\n\tb: 1\n", "2:1: found character '\\t' that cannot start any token"),
@@ -153,14 +153,14 @@ def test_a_file_of_the_largest_size_is_read(tmp_path):
 
 def test_words_of_the_command_line_are_typed_as_in_a_file():
     words = {"a": "1e-6", "b": ["2", "two", {"c": "false"}], "d": 3, "e": True}
-    assert typed(words) == {"a": 1e-6, "b": [2, "two", {"c": False}], "d": 3, "e": True}
+    assert resolve_types(words) == {"a": 1e-6, "b": [2, "two", {"c": False}], "d": 3, "e": True}
     with pytest.raises(ValueError, match=r'"1e999" must be a finite number'):
-        typed({"a": ["1e999"]})
+        resolve_types({"a": ["1e999"]})
 
 
 def test_values_are_shown_in_one_short_line():
-    assert shown({"a": [1, None]}) == '{"a": [1, null]}'
-    assert shown("bölt") == '"bölt"'
-    assert shown(100 * "a") == f'"{56 * "a"}...'
+    assert as_text({"a": [1, None]}) == '{"a": [1, null]}'
+    assert as_text("bölt") == '"bölt"'
+    assert as_text(100 * "a") == f'"{56 * "a"}...'
     for text in ("a\nb", "a\u2028b", "\x1b[31m", "\ud800"):
-        assert shown(text).isprintable()
+        assert as_text(text).isprintable()

@@ -1,0 +1,28 @@
+"""Convergence study: bases and numbers of regions that are compared with converged ones."""
+
+from boltjoint.config.entries import Entry
+from boltjoint.config.types import ComparedModalBasis, Count, Distinct, Problems
+
+#: resonances of the structure by which bases are compared; none can have fewer vectors
+COMPARED_RESONANCES = 2
+
+
+class Convergence(Entry):
+    """Bases and numbers of regions that are compared with converged ones beside the cases.
+
+    Peaks of the first resonance are compared, with analytic friction forces and one harmonic
+    whatever ``solver`` says.
+    """
+
+    bases: Distinct[tuple[ComparedModalBasis, ...]] = ()
+    """Bases in which the resonances of every assembly, with parts of its contact stuck, and the
+    peaks of every case are found; the others are compared with the last, which is ``enriched-N``.
+    No table if empty."""
+    regions: Distinct[tuple[Count, ...]] = ()
+    """Numbers of regions whose peaks are compared with those of all contact pairs, by division, for
+    every case solved in an enriched basis; at most the contact pairs on one side of the centre line
+    and on it. No table if empty."""
+
+    def conflicts(self) -> Problems:
+        if self.bases and not self.bases[-1].is_contact_adapted:
+            yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"

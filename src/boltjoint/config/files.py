@@ -1,0 +1,133 @@
+"""YAML files of a study, settings in layers, and the problems found in them, one line each."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from boltjoint.config.entries import Entry, choice, explain
+from boltjoint.config.strict_yaml import TextError, as_text, read_mapping, resolve_types
+from boltjoint.config.types import COMMAND_LINE, CONFIG_FILE, ConfigError, KeyPath
+
+EntryT = TypeVar("EntryT", bound=Entry)
+
+
+class Layers:
+    """Keys of several origins, of which the later replace the earlier."""
+
+    def __init__(self) -> None:
+        self.content: dict[str, Any] = {}
+        self._origins: dict[KeyPath, str] = {}
+
+    def add(self, origin: str, changes: Mapping[str, Any]) -> None:
+        """Replace the keys that a file or the command line gives."""
+        self.content = _merge(self.content, changes)
+        self._origins |= dict.fromkeys(_paths(changes), origin)
+
+    def origin(self, path: KeyPath) -> str:
+        """Origin of the value under a key path, or else of what that would be a part of."""
+        paths = (path[:length] for length in range(len(path), 0, -1))
+        return next((self._origins[each] for each in paths if each in self._origins), CONFIG_FILE)
+
+
+def _merge(content: Any, changes: Any) -> Any:  # noqa: ANN401 - YAML
+    if not isinstance(changes, Mapping):
+        return changes
+    below = content if isinstance(content, Mapping) else {}
+    return {**below, **{key: _merge(below.get(key), value) for key, value in changes.items()}}
+
+
+def _paths(content: Any, path: KeyPath = ()) -> Iterator[KeyPath]:  # noqa: ANN401 - YAML
+    yield path
+    if isinstance(content, Mapping):
+        for key, value in content.items():
+            yield from _paths(value, (*path, key))
+
+
+class StudyFiles:
+    """The files of one study, and every problem found in them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.problems: list[str] = []
+        self._contents: dict[str, Mapping[str, Any] | None] = {}
+
+    def refuse_problems(self) -> None:
+        """Raise all problems found so far, if there are any."""
+        if self.problems:
+            raise ConfigError(self.problems)
+
+    def settings(self, changes: Mapping[str, Any]) -> Layers:
+        """The keys of config.yaml, then of the study file, then of the command line."""
+        layers = Layers()
+        if (content := self.read(CONFIG_FILE)) is not None:
+            layers.add(CONFIG_FILE, content)
+        if "study" in changes:
+            file = changes["study"]
+            if not isinstance(file, str) or "\0" in file:
+                problem = f"{as_text(file)} must be the name of a file"
+                self.note(COMMAND_LINE, [(("study",), problem)])
+            elif (content := self.read(file)) is not None:
+                layers.add(_plain(file), content)
+        try:
+            given = {key: value for key, value in changes.items() if key != "study"}
+            layers.add(COMMAND_LINE, resolve_types(given))
+        except ValueError as error:
+            self.problems.append(f"{COMMAND_LINE}: {error}")
+        return layers
+
+    def read(self, file: str) -> Mapping[str, Any] | None:
+        """The mapping that a file holds; None, with a problem noted, if it holds none."""
+        if file not in self._contents:
+            self._contents[file] = None
+            place = _plain(file)
+            try:
+                self._contents[file] = read_mapping(self.folder / file)
+            except FileNotFoundError:
+                self.problems.append(f"{place}: there is no such file in {self.folder.resolve()}")
+            except OSError as error:
+                self.problems.append(f"{place}: cannot be read: {error.strerror}")
+            except TextError as error:
+                self.problems.append(f"{place}{error.place}: {error.sentence}")
+        return self._contents[file]
+
+    def find(
+        self, folder: str, name: str, place: str | Layers, path: KeyPath
+    ) -> Mapping[str, Any] | None:
+        """The mapping in the file of this name, which is given at a key path of a place."""
+        if (self.folder / folder / f"{name}.yaml").exists():
+            return self.read(f"{folder}/{name}.yaml")
+        present = sorted(path.stem for path in (self.folder / folder).glob("*.yaml"))
+        problem = f"{as_text(name)} is not in {folder}{choice(name, present)}"
+        self.note(place, [(path, problem)])
+        return None
+
+    def check(
+        self, model: type[EntryT], place: str | Layers, content: Mapping[str, Any] | None
+    ) -> EntryT | None:
+        """The content as a model; None, with the problems noted, if it is not one."""
+        if content is None:
+            return None
+        try:
+            return model.model_validate(content)
+        except ValidationError as error:
+            self.note(place, explain(error, model, content))
+            return None
+
+    def note(self, place: str | Layers, problems: Iterable[tuple[KeyPath, str]]) -> None:
+        """Keep problems of a file, or of settings, as lines."""
+        for path, problem in problems:
+            file = place if isinstance(place, str) else place.origin(path)
+            self.problems.append(f"{file}: {''.join(_keys(path)).removeprefix('.')}: {problem}")
+
+
+def _keys(path: KeyPath) -> Iterator[str]:
+    for part in path:
+        yield f"[{part}]" if isinstance(part, int) else f".{_plain(part)}"
+
+
+def _plain(text: str) -> str:
+    """A key or file name as it is, or in quotes and cut where it is no plain word."""
+    return text if re.fullmatch(r"[\w./=+~-]{1,200}", text) else as_text(text)

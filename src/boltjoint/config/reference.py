@@ -1,0 +1,134 @@
+"""Reference of all keys in config/README.md and JSON schemas, made from the sections themselves."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from boltjoint.config.schema import SCHEMAS, write_schemas
+from boltjoint.config.types import CONFIG_FILE, PATTERNS, SCHEMA_FOLDER
+
+Schema = dict[str, Any]
+
+README = str(Path(CONFIG_FILE).with_name("README.md"))
+#: what stands before and after the generated part of the README
+BEGIN, END = "<!-- keys: made by `make reference` -->\n", "<!-- end of keys -->\n"
+_FILES = {"config": "config.yaml", "assembly": "assemblies/*.yaml", "case": "cases/*.yaml"}
+_UNITS = {"N_per_m3": "N/m³", "kg_per_m3": "kg/m³", "N_per_m": "N/m"}
+_UNITS |= {unit: unit for unit in ("mm", "GPa", "Hz", "N", "s")}
+_KINDS = {
+    "boolean": "`true`, `false`",
+    "integer": "whole number",
+    "number": "number",
+    "string": "text",
+}
+_LIMITS = {
+    "exclusiveMinimum": ">",
+    "minimum": "≥",
+    "exclusiveMaximum": "<",
+    "maximum": "≤",
+    "multipleOf": "multiple of",
+}
+
+
+def reference() -> str:
+    """Tables of the keys of all files: meaning, unit, default and allowed values."""
+    lines: list[str] = []
+    for name, model in SCHEMAS.items():
+        schema = model.model_json_schema()
+        lines += [f"## {_FILES[name]}\n", *_text(schema), *_table(schema, schema["$defs"]), ""]
+    return "\n".join(lines)
+
+
+def write_reference(folder: str | Path) -> None:
+    """Write the tables into README.md of a study's folder, and the JSON schemas beside it."""
+    write_schemas(Path(folder) / SCHEMA_FOLDER)
+    path = Path(folder) / README
+    before, rest = path.read_text(encoding="utf-8").split(BEGIN)
+    after = rest.split(END)[1]
+    path.write_text(f"{before}{BEGIN}{reference()}{END}{after}", encoding="utf-8")
+
+
+def _text(schema: Schema) -> list[str]:
+    """Paragraphs on a mapping, in Markdown."""
+    return [f"{_line(part)}\n" for part in schema["description"].split("\n\n")]
+
+
+def _line(text: str) -> str:
+    return " ".join(text.replace("``", "`").split())
+
+
+def _table(schema: Schema, models: dict[str, Schema]) -> Iterator[str]:
+    """Table of the keys of a mapping, and then of those that its keys hold."""
+    yield "| key | meaning | unit | default | allowed |"
+    yield "|---|---|---|---|---|"
+    inner: dict[str, list[str]] = {}
+    for key, field in schema["properties"].items():
+        below = re.findall(r"#/\$defs/(\w+)'", str(field))
+        for name in dict.fromkeys(below):
+            inner.setdefault(name, []).append(f"**{key}**")
+        meaning = field.get("description") or _text(models[below[0]])[0]
+        default = "required" if key in schema.get("required", ()) else _default(field)
+        cells = f"`{key}`", _line(meaning), _unit(key, field), default, _allowed(field)
+        yield f"| {' | '.join(cells)} |"
+    for name, keys in inner.items():
+        constants = (
+            f" with `{key}: {field['const']}`"
+            for key, field in models[name]["properties"].items()
+            if "const" in field
+        )
+        yield "\n" + "".join([", ".join(keys), *constants, ": ", "\n".join(_text(models[name]))])
+        yield from _table(models[name], models)
+
+
+def _unit(key: str, field: Schema) -> str:
+    """Unit that a key ends in, or 1 for other numbers."""
+    number = re.search("'type': '(number|integer)'", str(field))
+    units = (unit for end, unit in _UNITS.items() if key.endswith(f"_{end}"))
+    return next(units, "1" if number else "")
+
+
+def _default(field: Schema) -> str:
+    value = field.get("default")
+    if isinstance(value, dict):
+        return "see below"
+    return "none" if value is None or value in ("", []) else f"`{_value(value)}`"
+
+
+def _value(value: object) -> str:
+    """A value as YAML: 1e8, true, [0.3, 0.6]."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return re.sub(r"e\+?(-?)0*", r"e\1", f"{value:g}")
+    return str(value)
+
+
+def _allowed(field: Schema) -> str:
+    """What a JSON schema says of a value, in words."""
+    once = ", each once" if field.get("uniqueItems") else ""
+    match field:
+        case {"anyOf": [inner, *_]}:
+            return _allowed(inner)
+        case {"prefixItems": [item, *others]}:
+            return f"list of {len(others) + 1}: {_allowed(item)}{once}"
+        case {"items": item}:
+            return f"list: {_allowed(item)}{once}"
+        case {"enum": values}:
+            return ", ".join(f"`{value}`" for value in values)
+        case {"const": value}:
+            return f"`{value}`"
+        case {"pattern": pattern}:
+            refused = "".join(f", not `{name}`" for name in field.get("not", {}).get("enum", ()))
+            return PATTERNS[pattern].removeprefix("must be ") + refused
+        case {"type": kind}:
+            limits = (f" {sign} {field[key]:g}" for key, sign in _LIMITS.items() if key in field)
+            return _KINDS[kind] + ",".join(limits)
+        case _:
+            return "keys below"
+
+
+if __name__ == "__main__":
+    write_reference(Path.cwd())

@@ -1,0 +1,23 @@
+"""Settings of a study: the cases that run, and the numerical options."""
+
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.convergence import Convergence
+from boltjoint.config.entries import Entry
+from boltjoint.config.fitting import Fitting
+from boltjoint.config.solver import Solver
+from boltjoint.config.timing import Timing
+from boltjoint.config.types import CaseName, Distinct, Name, Several
+
+
+class Settings(Entry):
+    """The file ``config.yaml``: the cases that run, and the numerical options."""
+
+    cases: Several[CaseName]
+    """Cases that run: files of ``cases/`` without ``.yaml``."""
+    assemblies: Distinct[tuple[Name, ...]] = ()
+    """Assemblies to build and tabulate even if no case uses them: files of ``assemblies/``."""
+    contact_adapted_basis: ContactAdaptedBasis = ContactAdaptedBasis()
+    solver: Solver = Solver()
+    fitting: Fitting = Fitting()
+    timing: Timing = Timing()
+    convergence: Convergence = Convergence()

@@ -1,0 +1,43 @@
+"""An assembly: its points, and the contact pairs of its mesh."""
+
+import pytest
+from mutations import ROOT
+
+from boltjoint.config.assembly import Assembly, Point
+from boltjoint.config.study import load_study
+
+
+def test_a_dump_holds_what_results_depend_on():
+    assembly = load_study(ROOT).assemblies["three_bolt"]
+    renamed = assembly.model_copy(update={"description": "other words"})
+    longer = assembly.model_copy(update={"bar": assembly.bar.model_copy(update={"lap_mm": 111.0})})
+    assert renamed.model_dump() == assembly.model_dump()
+    assert longer.model_dump() != assembly.model_dump()
+    assert Assembly.model_validate(longer.model_dump()).bar.lap_mm == 111.0
+
+
+@pytest.mark.parametrize("bolts", [1, 2, 5])
+def test_contact_pairs_count_the_nodes_of_the_plane(bolts):
+    """Nodes counted cell by cell: each column of nodes once, rings once for each circle."""
+    shipped = load_study(ROOT).assemblies["three_bolt"].model_dump()
+    shipped["bar"]["lap_mm"] = 30.0 * bolts + 30
+    shipped["bolts"]["positions_from_lap_start_mm"] = [30.0 * (i + 1) for i in range(bolts)]
+    shipped["mesh"] |= {"columns_between_bolt_cells": 3, "columns_at_each_lap_end": 2}
+    assembly = Assembly.model_validate(shipped)
+
+    along, across = 10, 12
+    inner_rings = 2 + 6  # the outermost ring of nodes is the edge of the cell
+    on_circles = 2 * (along + across) * inner_rings
+    on_cell_edges = 2 * (along + 1) + 2 * (across - 1)
+    columns = 2 * (bolts - 1) + 2 * 2  # without those that are cell edges
+    expected = bolts * (on_circles + on_cell_edges) + columns * (across + 1)
+    assert assembly.contact_pairs == expected
+
+
+def test_points_default_to_the_free_end():
+    content = load_study(ROOT).assemblies["three_bolt"].model_dump()
+    free_end = Point(x_mm=403.5, y_mm=0, z_mm=10, direction="z")
+    moved = free_end.model_dump() | {"x_mm": 100.0}
+    assembly = Assembly.model_validate(content | {"response": moved})
+    assert assembly.excitation_point == free_end
+    assert assembly.response_point == free_end.model_copy(update={"x_mm": 100.0})

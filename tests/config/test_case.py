@@ -1,0 +1,148 @@
+"""A case: what its blocks solve, and how its contact pairs are divided."""
+
+import pytest
+from mutations import ROOT
+from pydantic import ValidationError
+
+from boltjoint.config.case import Case
+from boltjoint.config.strict_yaml import parse_mapping
+from boltjoint.config.study import load_study
+
+CASE = "config/cases/three_bolt_constant.yaml"
+
+
+def changed(**keys):
+    """The shipped case of three bolts under constant load, other in some keys."""
+    text = (ROOT / CASE).read_text(encoding="utf-8")
+    return Case.model_validate(parse_mapping(text) | keys)
+
+
+def test_joints_are_listed_once_in_the_order_of_the_file():
+    case = load_study(ROOT).case("three_bolt_constant")
+    assert case.joints("free-4") == (
+        "node-to-node",
+        "regions=4",
+        "regions=6",
+        "regions=6/elements=4",
+        "regions=6/elements=7",
+        "regions=6/harmonic=7",
+        "regions=6/table",
+        "clusters=auto",
+    )
+    assert case.joints("enriched-40")[0] == "node-to-node"
+    assert case.joints("free-16") == ()
+
+
+def test_a_block_may_have_its_own_modes_and_coordinates():
+    case = changed(
+        modes=["free-4", "free-8"],
+        coordinates=["linear", "rdnm-1"],
+        solve=[
+            {"resonance": 2, "joints": ["node-to-node"]},
+            {
+                "resonance": 1,
+                "modes": ["enriched-8", "free-8"],
+                "coordinates": ["backbone"],
+                "joints": ["clusters=2/table", "node-to-node"],
+            },
+        ],
+    )
+    assert case.bases == ("free-4", "free-8", "enriched-8")
+    assert list(case.responses) == [
+        ("free-4", "node-to-node", "linear", 2),
+        ("free-4", "node-to-node", "rdnm-1", 2),
+        ("free-8", "node-to-node", "linear", 2),
+        ("free-8", "node-to-node", "rdnm-1", 2),
+        ("enriched-8", "clusters=2/table", "backbone", 1),
+        ("enriched-8", "node-to-node", "backbone", 1),
+        ("free-8", "clusters=2/table", "backbone", 1),
+        ("free-8", "node-to-node", "backbone", 1),
+    ]
+    assert case.joints("free-4") == ("node-to-node",)
+    assert case.joints("free-8") == ("node-to-node", "clusters=2/table")
+    assert case.joints("enriched-8") == ("clusters=2/table", "node-to-node")
+    assert [case.resonances(family) for family in case.bases] == [(2,), (2, 1), (1,)]
+
+
+def test_a_basis_that_no_block_uses_is_not_made():
+    block = {"resonance": 1, "joints": ["node-to-node"], "modes": ["enriched-8"]}
+    assert changed(solve=[block]).bases == ("enriched-8",)
+
+
+@pytest.mark.parametrize("name", ["three_bolt_constant", "four_bolt_variable"])
+def test_nothing_is_solved_twice(name):
+    solved = list(load_study(ROOT).case(name).responses)
+    assert len(solved) == len(set(solved)) > 4
+
+
+def test_blocks_of_a_resonance_share_its_window():
+    first = {"resonance": 1, "joints": ["node-to-node"]}
+    second = {"resonance": 1, "joints": ["regions=4"], "window_Hz": [60, 90]}
+    assert changed(solve=[first, second]).window_around(1) == (60, 90)
+    same = first | {"window_Hz": [60, 90]}
+    assert changed(solve=[same, second]).window_around(1) == (60, 90)
+    other = {"resonance": 2, "joints": ["node-to-node"], "window_Hz": [300, 500]}
+    assert changed(solve=[other, second]).window_around(1) == (60, 90)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("regions=6", {"division": "equal-middle-load", "motion": "load-weighted", "count": 6}),
+        (
+            "regions=auto",
+            {
+                "division": "equal-middle-load",
+                "motion": "load-weighted",
+                "resonances": 2,
+                "count": None,
+                "tolerance": 0.02,
+            },
+        ),
+        # clusters are divided by how pairs move, and their pairs move alike
+        (
+            "clusters=6",
+            {"division": "clusters", "motion": "mean", "resonances": 2, "count": 6},
+        ),
+        (
+            "clusters=auto",
+            {
+                "division": "clusters",
+                "motion": "mean",
+                "resonances": 2,
+                "count": None,
+                "tolerance": 0.02,
+            },
+        ),
+    ],
+)
+def test_how_pairs_are_gathered(name, expected):
+    regions = {"division": "equal-middle-load", "motion": "load-weighted", "tolerance": 0.02}
+    case = changed(regions=regions)
+    assert case.partition(name) == expected
+    # of whatever stands for the elements
+    assert case.partition(f"{name}/harmonic=3") == expected
+
+
+def test_models_do_not_change_once_read():
+    case = load_study(ROOT).case("three_bolt_constant")
+    with pytest.raises(ValidationError, match="frozen"):
+        case.preload_N = 1.0
+
+
+def test_a_reduced_joint_needs_no_listed_regions():
+    block = {"resonance": 1, "joints": ["regions=6/elements=4"]}
+    assert changed(solve=[block]).joints("free-4") == ("regions=6/elements=4",)
+
+
+def test_the_division_into_regions_has_a_default():
+    content = parse_mapping((ROOT / CASE).read_text(encoding="utf-8"))
+    content.pop("regions", None)
+    assert Case.model_validate(content).regions.division == "equal-load"
+
+
+def test_the_window_of_a_resonance():
+    blocks = [{"resonance": n, "joints": ["node-to-node"]} for n in (1, 2)]
+    case = changed(solve=[blocks[0], blocks[1] | {"window_Hz": [300, 5e2]}])
+    assert case.window_around(1) is None
+    assert case.window_around(2) == (300.0, 500.0)

@@ -1,0 +1,38 @@
+"""Numerical options: what the library gets of them, and its own defaults."""
+
+import inspect
+
+import pytest
+from pydantic import ValidationError
+
+from boltjoint.config.fitting import Fitting
+from boltjoint.config.solver import Solver
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.solvers.equations import StepControl
+
+
+def test_how_elements_are_fitted():
+    loops = {"starts": 3, "load_fractions": (0.3, 0.6, 0.9)}
+    fitting = Fitting(initial_guesses=3)
+    assert fitting.fit("regions=6/elements=7") == {"count": 7, "method": "loops", **loops}
+    # at all amplitudes, and from one initial guess
+    assert fitting.fit("clusters=auto/harmonic=4") == {"count": 4, "method": "describing-function"}
+
+
+def test_defaults_are_those_of_the_library():
+    assert StepControl(**Solver().steps) == StepControl()
+    fit = inspect.signature(fit_reduced_joint).parameters
+    for key, value in Fitting().fit("regions=1/elements=1").items():
+        assert key in ("count", "method") or fit[key].default == value
+    samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
+    assert Solver().time_samples == samples
+
+
+def test_friction_forces_by_aft_may_have_more_harmonics():
+    solver = Solver(friction_force="aft", harmonics=3)
+    assert solver.sampling == {"harmonics": 3, "samples": 256}
+    assert solver.steps == Solver().steps
+    assert Solver().sampling is None
+    with pytest.raises(ValidationError, match="must be at least 264, 8 for each harmonic"):
+        Solver(friction_force="aft", harmonics=33)
