@@ -28,6 +28,12 @@ def tree(tmp_path):
         "rooms/element.py": "from ..functions import f\n",
         "rooms/deep/__init__.py": "from .last import f\n",
         "rooms/deep/last.py": "f = 1\n",
+        "pages/__init__.py": "",
+        "pages/style.css": "import lib.alone",
+        "pages/text.py": "",
+        "pages/templates/page.html.j2": "",
+        "pages/__pycache__/text.nbi": "",
+        "pages/.hidden": "",
     }
     package = tmp_path / "lib"
     for name, text in files.items():
@@ -65,6 +71,12 @@ ROOMS = ["__init__.py", "functions.py", "rooms/__init__.py", "rooms/element.py",
         (
             "import lib.rooms.deep\n",
             ["__init__.py", "rooms/__init__.py", "rooms/deep/__init__.py", "rooms/deep/last.py"],
+        ),
+        (
+            "import lib.pages.text\n",
+            ["__init__.py"]
+            + [f"pages/{name}" for name in ("__init__.py", "style.css")]
+            + [f"pages/{name}" for name in ("templates/page.html.j2", "text.py")],
         ),
         ("import lib.chain\n", sorted([*ROOMS, "chain.py"])),
         ("import lib.cycle_a\n", ["__init__.py", "cycle_a.py", "cycle_b.py"]),
@@ -136,6 +148,15 @@ def test_the_hash_follows_the_content_of_what_is_used(script):
         assert hash_of(script) != before
         path.write_text(kept, encoding="utf-8")
         assert hash_of(script) == before
+
+
+def test_the_hash_follows_templates(script):
+    template = script.parent / "package/templates/page.html.j2"
+    template.parent.mkdir()
+    template.write_text("first", encoding="utf-8")
+    before = hash_of(script)
+    template.write_text("second", encoding="utf-8")
+    assert hash_of(script) != before
 
 
 def test_the_hash_knows_no_dates_and_no_place(script, tmp_path):

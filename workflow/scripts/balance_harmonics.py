@@ -10,5 +10,5 @@ logs.write_to(snakemake.log[0])
 solved = load_joint(snakemake.input.joint)
 response = dataset.load(snakemake.input.response)
 table = multi_harmonic.tabulate_peaks(solved, response, forces=snakemake.params.forces)
-title = f"{snakemake.wildcards.case}: peaks with more harmonics, in {snakemake.wildcards.modes}"
+title = f"{snakemake.wildcards.case}: peaks with more harmonics, in {snakemake.wildcards.basis}"
 tables.write(table, snakemake.output.csv, snakemake.output.html, title)

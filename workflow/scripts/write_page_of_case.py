@@ -2,7 +2,8 @@
 
 from boltjoint.config.case import Case
 from boltjoint.config.options import Solver
-from boltjoint.report.pages import case, markup
+from boltjoint.report.pages.case.page import case_page
+from boltjoint.report.pages.document import save_page
 from boltjoint.study.published import Published
 from boltjoint.workflow import logs
 
@@ -12,5 +13,5 @@ name, configured = snakemake.wildcards.case, Case.model_validate(params.case)
 source = Published.beside(found.published[0], configured.published)
 solver = Solver.model_validate(params.solver)
 files = [*found.shown, *found.joints]
-page = case.page(name, configured, solver, files, source, params.cases)
-markup.save(page, snakemake.output.page, snakemake.output.packed)
+page = case_page(name, configured, solver, files, source, params.cases)
+save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def source_hash(script: str | Path, package: str | Path = PACKAGE) -> str:
-    """A hash of the content of a script and of every file of a package that it imports.
+    """A hash of the content of a script and of every file of a package that it uses.
 
     It depends on the names of the modules in the package, not on where the package lies, nor on
     dates.
@@ -47,6 +47,7 @@ def source_hash(script: str | Path, package: str | Path = PACKAGE) -> str:
 def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[str]:
     """The files of a package that a script imports, directly or through other files of it.
 
+    Files that are not Python, such as templates, count with the package in whose folder they lie.
     The text is parsed and nothing runs. Imports inside functions count, those for type checkers
     (``if TYPE_CHECKING:``) do not; an import by a computed name (``importlib.import_module``) is
     not seen.
@@ -61,7 +62,7 @@ def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[s
     Returns
     -------
     list of str
-        Absolute paths, sorted, with the ``__init__.py`` of every package on the way.
+        Absolute paths, sorted, with the ``__init__.py`` and data files of every package on the way.
 
     Raises
     ------
@@ -73,6 +74,8 @@ def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[s
     waiting = [Path(script).resolve()]
     while waiting:
         file = waiting.pop()
+        if file.name == "__init__.py":
+            found.update(_data_files(file.parent))
         for module in _imported_modules(file.read_text(encoding="utf-8"), file, package):
             for source in _files_of(module, package, imported_in=file):
                 if source not in found:
@@ -129,6 +132,18 @@ def _files_of(module: str, package: Path, imported_in: Path) -> Iterator[Path]:
         if source is None:
             raise ValueError(f"{imported_in}: imports {module}, which is not in {package}")
         yield source
+
+
+def _data_files(folder: Path) -> Iterator[Path]:
+    """Files in the folder of a package that are not Python, without those of packages inside it."""
+    for path in folder.iterdir():
+        if path.name.startswith((".", "__pycache__")):
+            continue
+        if path.is_dir():
+            if not (path / "__init__.py").exists():
+                yield from _data_files(path)
+        elif path.suffix != ".py":
+            yield path
 
 
 def _file_of(module: str, package: Path) -> Path | None:

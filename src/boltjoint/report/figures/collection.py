@@ -1,11 +1,11 @@
-"""The figures of a study, each from the results that it shows."""
+"""Figures of a study, each drawn from its results."""
 
 from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
 from boltjoint.names import REFERENCE
-from boltjoint.report.figures import contact, convergence, loops, responses, structure, times
+from boltjoint.report.figures import contact, convergence, responses, structure, times
 from boltjoint.study.contents import Artefact
 from boltjoint.study.results import Results
 
@@ -18,9 +18,9 @@ def draw(artefact: Artefact, results: Results, **options: object) -> Figure:
     artefact
         The figure; the keys of its kind are those of ``_FIGURES``.
     results
-        The data that it shows.
+        The data that it is drawn from.
     options
-        What it needs besides: ``assembly`` of the case, ``regions`` whose loops are shown by joint,
+        Further data: ``assembly`` of the case, ``regions`` whose loops are drawn, by joint,
         ``joints`` with backbones by resonance, ``forces`` [N].
     """
     return _FIGURES[artefact.kind](artefact, results, options)
@@ -61,7 +61,7 @@ def _states(artefact: Artefact, results: Results, options: dict) -> Figure:
 
 
 def _loops(artefact: Artefact, results: Results, options: dict) -> Figure:
-    return loops.plot_loops(
+    return contact.plot_loops(
         results.dataset("joint", **artefact.which),
         results.dataset("joint", **_of_joint(artefact) | {"joint": artefact.joint.regions}),
         options["regions"][artefact.joint],
@@ -71,12 +71,12 @@ def _loops(artefact: Artefact, results: Results, options: dict) -> Figure:
 def _response(artefact: Artefact, results: Results, _: dict) -> Figure:
     joint, coordinates = REFERENCE
     reference = artefact.which | {"joint": joint, "coordinates": coordinates}
-    shown = reference != artefact.which and results.has("response", **reference)
+    has_reference = reference != artefact.which and results.has("response", **reference)
     return responses.plot_response(
         results.dataset("response", **artefact.which),
         artefact.joint,
         artefact.coordinates,
-        reference=results.dataset("response", **reference) if shown else None,
+        reference=results.dataset("response", **reference) if has_reference else None,
     )
 
 

@@ -1,4 +1,4 @@
-"""Figures of the contact surface: normal loads, regions, contact states."""
+"""Figures of the contact: normal load, regions, contact states, hysteresis loops."""
 
 from itertools import pairwise
 
@@ -8,31 +8,32 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from boltjoint.friction import contact_states
-from boltjoint.joint.io import joint_from_dataset
-from boltjoint.report.figures.drawing import ContactSurface
+from boltjoint.report.figures.outlines import ContactSurface, positions_of
 from boltjoint.report.figures.style import (
     BLANK_COLOUR,
     MM,
+    MODEL_LINE,
+    REFERENCE_LINE,
     REGION_COLOURS,
     UM,
+    add_legends,
+    figure_style,
     fill_shapes,
-    positions_of,
-    share_in_percent,
-    styled,
+    level_colours,
 )
 
-#: contact states in their order, in the source's red, blue, cyan and green; their lightness differs
-#: enough to tell them apart without seeing red or green
+#: contact states in their order, in the source's red, blue, cyan and green, of a lightness that
+#: differs enough for readers who cannot distinguish red and green
 _STATES = ("#b8242f", "#2f5aa8", "#5cc4e8", "#7cc267")
 
 
-@styled
+@figure_style
 def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     """Pressure, normal load and gap over the contact, and the load along the middle of its width.
 
@@ -41,9 +42,9 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     preload
-        As ``structure.statics`` finds it, of that assembly.
+        As ``apply_preload`` returns it, of that assembly.
 
     Raises
     ------
@@ -62,38 +63,38 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
         ("normal load (N)", load, loaded, "magma_r"),
         ("gap (μm)", gap * UM, ~loaded, "GnBu"),
     )
-    for axes, (label, value, shown, name) in zip(panels, maps, strict=False):
-        colours = _part_of_map(name, 0.08, 1.0)
-        norm = Normalize(0, value[shown].max(initial=0) or 1)
-        cells = [surface.area_of([pair]) for pair in np.flatnonzero(shown)]
-        fill_shapes(axes, [surface.area_of(np.flatnonzero(~shown))], facecolors=BLANK_COLOUR)
+    for axes, (label, value, pairs, name) in zip(panels, maps, strict=False):
+        colours = ListedColormap(matplotlib.colormaps[name](np.linspace(0.08, 1.0, 256)))
+        norm = Normalize(0, value[pairs].max(initial=0) or 1)
+        cells = [surface.area_of([pair]) for pair in np.flatnonzero(pairs)]
+        fill_shapes(axes, [surface.area_of(np.flatnonzero(~pairs))], facecolors=BLANK_COLOUR)
         fill_shapes(
-            axes, cells, facecolors=colours(norm(value[shown])), edgecolors="face", linewidths=0.2
+            axes, cells, facecolors=colours(norm(value[pairs])), edgecolors="face", linewidths=0.2
         )
         figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=label, pad=0.01, aspect=8)
-        _plan_view(axes, surface)
+        _set_plan_view(axes, surface)
     total = f"{load.sum() / 1e3:.2f} kN"
     panels[0].set_title(f"{loaded.sum()} pairs carry {total} together; open pairs are grey")
     panels[2].set_title(f"{(~loaded).sum()} pairs are open; pairs that carry load are grey")
     axes = panels[3]
-    _profile(axes, surface, load)
+    _draw_profile(axes, surface, load)
     axes.set(xlabel="x (mm)", ylabel="normal load (N)")
     axes.set_title("pairs along the middle of the width", loc="left")
     return figure
 
 
-@styled
+@figure_style
 def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
-    """Where the regions of a joint lie, with the number of elements and the share of load of each.
+    """Regions of a joint in plan view, with the number of elements and share of load of each.
 
-    Where the normal load varies, open pairs have elements as well and are drawn pale. The pressure
-    along the middle of the width, by which such joints may be divided, is then shown with the
+    Under variable normal load, open pairs have elements as well and are drawn pale. The pressure
+    along the middle of the width, by which such joints may be divided, is then drawn too, with the
     part of each region.
 
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     joint
         A joint of regions (``joint.nc``) on that assembly.
 
@@ -104,12 +105,12 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     """
     surface = ContactSurface.of(assembly)
     pair = surface.pairs_at(joint)
-    law = joint_from_dataset(joint).law
-    region, loaded = law.point_of_element, law.slip_force > 0
-    load_varies = "normal" in law.directions
+    region, slip = joint["point_of_element"].to_numpy(), slip_force(joint)
+    loaded = slip > 0
+    load_varies = "normal_load" in joint
     count, under_load = np.bincount(region), np.bincount(region, loaded).astype(int)
-    # friction is the same everywhere, so slip forces stand to each other as normal loads do
-    share = 100 * np.bincount(region, law.slip_force) / law.slip_force.sum()
+    # with one friction coefficient, slip forces are in proportion to normal loads
+    share = 100 * np.bincount(region, slip) / slip.sum()
     figure = Figure(figsize=(8, 6.6 if load_varies else 4.2), layout="compressed")
     panels = figure.subplots(3 if load_varies else 2, 1, sharex=True)
     plan, bars = panels[:2]
@@ -121,15 +122,15 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     width = 0.8 * np.diff(np.sort(middle)).min(initial=np.ptp(surface.corner[:, 0]))
     many = count.size > 10
     for number, (x, percent) in enumerate(zip(middle, share, strict=True)):
-        look = {"color": REGION_COLOURS[number % len(REGION_COLOURS)], "linewidth": 0}
-        fill_shapes(plan, [areas[number]], **look)
+        style = {"color": REGION_COLOURS[number % len(REGION_COLOURS)], "linewidth": 0}
+        fill_shapes(plan, [areas[number]], **style)
         above = {"ha": "center", "va": "bottom"}
         plan.text(x, surface.corner[:, 1].max() + 1, number + 1, weight="bold", **above)
-        bars.bar(x, percent, width, **look)
+        bars.bar(x, percent, width, **style)
         elements = f"{under_load[number]} of {count[number]}" if load_varies else f"{count[number]}"
         text = f" {elements}, {percent:.1f} %" if many else f"{elements}\n{percent:.1f} %"
         bars.text(x, percent, text, rotation=90 if many else 0, **above)
-    _plan_view(plan, surface)
+    _set_plan_view(plan, surface)
     bars.set_ylabel("share of the\nnormal load (%)")
     # room for the texts on the bars
     bars.set_ylim(0, share.max() * (1.5 if not many else 3.2 if load_varies else 1.9))
@@ -138,10 +139,11 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     if load_varies:
         fill_shapes(plan, [surface.area_of(pair[~loaded])], facecolors="white", alpha=0.6)
         load = np.zeros(len(surface.position))
-        load[pair] = np.maximum(law.normal_load, 0.0)
+        load[pair] = np.maximum(joint["normal_load"].to_numpy(), 0.0)
         pressure = load / assembly["area"].to_numpy() / 1e6
-        _divide_profile(panels[2], surface, pressure, (extents[1:, 0] + extents[:-1, 1]) / 2)
-        _profile(panels[2], surface, pressure)
+        cuts = (extents[1:, 0] + extents[:-1, 1]) / 2
+        _fill_regions_of_profile(panels[2], surface, pressure, cuts)
+        _draw_profile(panels[2], surface, pressure)
         panels[2].set_ylabel("pressure (MPa)")
         panels[2].set_title("pairs along the middle of the width", loc="left")
         patches = [Patch(color=REGION_COLOURS[0], linewidth=0, alpha=alpha) for alpha in (1.0, 0.4)]
@@ -151,20 +153,20 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     return figure
 
 
-@styled
+@figure_style
 def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -> Figure:
     """Contact state of every pair at the peak of every force level, in plan view.
 
-    Above each panel stand the shares of the elements. A level without a peak is hatched.
+    Above each panel are the shares of the elements. A level without a peak is hatched.
 
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     joint
         A joint on that assembly whose elements sit on contact pairs (``joint.nc``).
     response
-        Its response, as ``response.solve_response`` gives it.
+        Its response, as ``solve_response`` returns it.
 
     Raises
     ------
@@ -186,7 +188,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     patches = [Patch(color=colour, linewidth=0) for colour in (*_STATES, BLANK_COLOUR)]
     names = [*contact_states.MEANINGS, "no element"]
-    for axes, found, force, frequency in zip(
+    for axes, of_level, force, frequency in zip(
         panels.flat,
         state,
         response["force_level"].to_numpy(),
@@ -195,19 +197,19 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     ):
         fill_shapes(axes, [without], facecolors=BLANK_COLOUR)
         for number, colour in enumerate(_STATES):
-            fill_shapes(axes, [surface.area_of(pair[found == number])], facecolors=colour)
-        unknown = surface.area_of(pair[found == contact_states.UNKNOWN])
+            fill_shapes(axes, [surface.area_of(pair[of_level == number])], facecolors=colour)
+        unknown = surface.area_of(pair[of_level == contact_states.UNKNOWN])
         fill_shapes(axes, [unknown], facecolors="white", edgecolors="0.6", hatch="////")
-        _plan_view(axes, surface)
+        _set_plan_view(axes, surface)
         axes.label_outer()
         if np.isnan(frequency):
             axes.set_title(f"{force:g} N: no peak found", loc="left")
             continue
         axes.set_title(f"{force:g} N, {frequency:.1f} Hz", loc="left")
-        share = {number: np.mean(found == number) for number in np.unique(found)}
+        share = {number: np.mean(of_level == number) for number in np.unique(of_level)}
         axes.legend(
             [patches[number] for number in share],
-            [share_in_percent(part) for part in share.values()],
+            [_percent(part) for part in share.values()],
             loc="lower right",
             bbox_to_anchor=(1, 1),
             borderpad=0,
@@ -220,25 +222,77 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
         axes.set_axis_off()
         panels[-2, 1].tick_params(labelbottom=True)
     figure.supxlabel("x (mm)", fontsize=9)
-    shown = list(np.unique(state[state != contact_states.UNKNOWN]))
+    numbers = list(np.unique(state[state != contact_states.UNKNOWN]))
     if len(pair) < len(surface.position):
-        shown.append(len(_STATES))
+        numbers.append(len(_STATES))
     figure.legend(
-        [patches[number] for number in shown],
-        [names[number] for number in shown],
+        [patches[number] for number in numbers],
+        [names[number] for number in numbers],
         title="contact state at the peak of every force",
         loc="outside upper center",
-        ncols=len(shown),
+        ncols=len(numbers),
     )
     return figure
 
 
-def _part_of_map(name: str, low: float, high: float) -> Colormap:
-    return ListedColormap(matplotlib.colormaps[name](np.linspace(low, high, 256)))
+def slip_force(joint: xr.Dataset) -> NDArray[np.float64]:
+    """Slip force [N] of every element of a joint in the assembled state, shape (elements,)."""
+    if "slip_force" in joint:
+        return joint["slip_force"].to_numpy()
+    normal_load = np.maximum(joint["normal_load"].to_numpy(), 0.0)
+    return joint["friction_coefficient"].to_numpy() * normal_load
 
 
-def _profile(axes: Axes, surface: "ContactSurface", value: NDArray[np.float64]) -> None:
-    """Draw what the pairs along the middle of the width have, open ones hollow at zero."""
+@figure_style
+def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Figure:
+    """Hysteresis loops of a region with all its elements, and with the few fitted elements.
+
+    The normal load is that of the assembled state, so elements on open pairs carry no force.
+
+    Parameters
+    ----------
+    reduced
+        A reduced joint (``joint.nc``) with the loops of its fit.
+    regions
+        The joint of regions that it was fitted to.
+    region
+        Which region, from 1 at the clamped end.
+
+    Raises
+    ------
+    ValueError
+        If there is no such region.
+    """
+    if not 1 <= region <= reduced.sizes["point"]:
+        raise ValueError(f"region {region} of {reduced.sizes['point']}")
+    few, many = (
+        slip_force(joint)[joint["point_of_element"].to_numpy() == region - 1]
+        for joint in (reduced, regions)
+    )
+    loaded = np.count_nonzero(many)
+    elements = f"all {many.size} elements"
+    if loaded < many.size:
+        elements = f"{loaded} of {many.size} elements under load"
+    here = reduced.isel(point=region - 1).transpose(..., "loop", "sample")
+    amplitude = here["loop_amplitude"].to_numpy() * UM
+    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    axes = figure.subplots()
+    original, fitted = f"region {region}, {elements}", f"{few.size} fitted elements"
+    levels = [f"{a:.3g} μm" for a in amplitude]
+    branches = ("loop_displacement", "loop_force_of_region", "loop_force_of_fit")
+    loops = zip(*(here[name].to_numpy() for name in branches), strict=True)
+    for loop, level, colour in zip(loops, levels, level_colours(len(levels)), strict=True):
+        u, of_region, of_fit = (_whole_loop(branch) for branch in loop)
+        axes.plot(u * UM, of_fit, color=colour, label=f"{fitted}, {level}", **MODEL_LINE)
+        axes.plot(u * UM, of_region, color=colour, label=f"{original}, {level}", **REFERENCE_LINE)
+    axes.set(xlabel="relative displacement (μm)", ylabel="friction force (N)")
+    axes.grid(True)
+    add_legends(axes, {original: REFERENCE_LINE, fitted: MODEL_LINE}, "amplitude", levels)
+    return figure
+
+
+def _draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]) -> None:
+    """Draw values of the pairs along the middle of the width; open pairs are hollow."""
     edges = surface.edges_along_middle()
     x = surface.position[:, 0] * MM
     lines = [np.c_[x[edge], value[edge]] for edge in edges]
@@ -246,16 +300,16 @@ def _profile(axes: Axes, surface: "ContactSurface", value: NDArray[np.float64]) 
     loaded = value > 0
     for state, colour, label in ((loaded, "black", "loaded"), (~loaded, "white", "open")):
         pairs = np.intersect1d(edges, np.flatnonzero(state))
-        look = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
-        axes.plot(x[pairs], value[pairs], "o", **look, markeredgewidth=0.6, label=label)
+        style = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
+        axes.plot(x[pairs], value[pairs], "o", **style, markeredgewidth=0.6, label=label)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
     axes.grid(True)
 
 
-def _divide_profile(
-    axes: Axes, surface: "ContactSurface", value: NDArray[np.float64], cuts: NDArray[np.float64]
+def _fill_regions_of_profile(
+    axes: Axes, surface: ContactSurface, value: NDArray[np.float64], cuts: NDArray[np.float64]
 ) -> None:
-    """Colour the parts of regions under the profile, which runs straight across the holes."""
+    """Fill the part of each region under the profile, which is straight across the holes."""
     pairs = np.unique(surface.edges_along_middle())
     pairs = pairs[np.argsort(surface.position[pairs, 0])]
     x = surface.position[pairs, 0] * MM
@@ -267,10 +321,22 @@ def _divide_profile(
         axes.fill_between(part, height, color=colour, alpha=0.45, linewidth=0)
 
 
-def _plan_view(axes: Axes, surface: ContactSurface) -> None:
+def _set_plan_view(axes: Axes, surface: ContactSurface) -> None:
     x, y = (surface.position[:, :2] * MM).T
     axes.set_aspect("equal")
     axes.set_xlim(x.min() - 1, x.max() + 1)
     axes.set_ylim(y.min() - 1, y.max() + 1)
     axes.set_yticks([y.min(), (y.min() + y.max()) / 2, y.max()])
     axes.set_ylabel("y (mm)")
+
+
+def _percent(share: float) -> str:
+    """A share in whole percent; 0 % and 100 % stand for none and all only."""
+    if 0 < share < 0.01:
+        return "<1 %"
+    return ">99 %" if 0.99 < share < 1 else f"{100 * share:.0f} %"
+
+
+def _whole_loop(unloading: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacement or force over a whole loop; loading is unloading with both signs changed."""
+    return np.concatenate([unloading, -unloading])

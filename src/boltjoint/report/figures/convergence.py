@@ -1,4 +1,4 @@
-"""Figures of errors over samples, vectors and regions."""
+"""Figures of convergence: errors over samples, basis vectors, regions and models."""
 
 from collections.abc import Sequence
 
@@ -9,18 +9,24 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from boltjoint.names import coordinates_in_words, is_enriched, joint_in_words
-from boltjoint.report.figures.style import COORDINATE_LINES, REGION_COLOURS, level_colours, styled
+from boltjoint.names import Basis
+from boltjoint.report.figures.style import (
+    COORDINATE_LINES,
+    REGION_COLOURS,
+    figure_style,
+    level_colours,
+    method_label,
+)
 
 
-@styled
+@figure_style
 def plot_sampling(table: pd.DataFrame) -> Figure:
-    """Error of sampled forces against the exact ones over the number of samples, by case.
+    """Error of friction forces by AFT against the closed forms, over the number of samples.
 
     Parameters
     ----------
     table
-        As ``convergence.tabulate_sampling`` gives it.
+        As ``tabulate_sampling`` returns it.
     """
     cases = list(table.groupby(["case", "law"], sort=False))
     columns = max(1, min(2, len(cases)))
@@ -31,12 +37,12 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
     for axes, ((case, law), of_case) in zip(panels.flat, cases, strict=False):
         levels = list(of_case.groupby("force_N"))
         for (force, of_level), colour in zip(levels, level_colours(len(levels)), strict=True):
-            look = {"color": colour, "linewidth": 1.1, "marker": "o", "markersize": 3.5}
-            axes.loglog("samples", "error_relative", data=of_level, label=f"{force:g} N", **look)
+            style = {"color": colour, "linewidth": 1.1, "marker": "o", "markersize": 3.5}
+            axes.loglog("samples", "error_relative", data=of_level, label=f"{force:g} N", **style)
         samples = np.unique(of_case["samples"])
         second_order = of_case["error_relative"].max() * (samples / samples[0]) ** -2.0
-        look = {"color": "0.4", "linestyle": "--", "linewidth": 1.0, "zorder": 1}
-        axes.plot(samples, second_order, label="second order", **look)
+        style = {"color": "0.4", "linestyle": "--", "linewidth": 1.0, "zorder": 1}
+        axes.plot(samples, second_order, label="second order", **style)
         axes.set_xticks(samples, samples)
         axes.minorticks_off()
         axes.set_title(f"{case}, {law} normal load")
@@ -44,35 +50,34 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
         axes.grid(True)
     for axes in panels.flat[max(1, len(cases)) :]:
         axes.set_axis_off()
-    figure.supxlabel("samples a period", fontsize=9)
-    figure.supylabel("relative error of the forces", fontsize=9)
+    figure.supxlabel("time samples per period", fontsize=9)
+    figure.supylabel("relative error of friction forces", fontsize=9)
     return figure
 
 
-@styled
+@figure_style
 def plot_models(models: pd.DataFrame) -> Figure:
     """Largest errors of the peaks of every model, beside its cost.
 
     Parameters
     ----------
     models
-        As ``compare.tabulate_models`` gives it.
+        As ``tabulate_models`` returns it.
     """
     groups = list(models.groupby(["modes", "joint", "coordinates"], sort=False))
-    groups.sort(key=lambda group: not is_enriched(group[0][0]))
+    groups.sort(key=lambda group: not Basis(group[0][0]).is_contact_adapted)
     figure = Figure(figsize=(8, 1.1 + 0.2 * len(groups)), layout="constrained")
     errors, costs = figure.subplots(1, 2, sharey=True)
     columns = {"frequency": REGION_COLOURS[0], "amplitude": REGION_COLOURS[1]}
-    for row, (_, some) in enumerate(groups):
+    for row, (_, rows) in enumerate(groups):
         for what, colour in columns.items():
-            error = some[f"peak_{what}_error_percent"].abs().max()
-            marker = "o" if some["complete"].all() else "X"
+            error = rows[f"peak_{what}_error_percent"].abs().max()
+            marker = "o" if rows["complete"].all() else "X"
             if error > 0:
                 errors.plot(error, row, marker, color=colour, markersize=5)
-        costs.plot(some["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
+        costs.plot(rows["cpu_s"].sum(), row, "o", color="0.3", markersize=5)
     words = [
-        f"{basis}, {joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
-        for (basis, joint, coordinates), _ in groups
+        f"{basis}, {method_label(joint, coordinates)}" for (basis, joint, coordinates), _ in groups
     ]
     errors.set_yticks(range(len(groups)), words, fontsize=8)
     errors.set_ylim(len(groups) - 0.5, -0.5)
@@ -86,108 +91,109 @@ def plot_models(models: pd.DataFrame) -> Figure:
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.tick_params(axis="y", length=0)
         axes.grid(True)
-    shown = [
+    entries = [
         Line2D([], [], color=colour, marker="o", linestyle="none", label=what)
         for what, colour in columns.items()
     ]
     broken = {"color": "0.3", "marker": "X", "linestyle": "none"}
     if not models["complete"].all():
-        shown.append(Line2D([], [], label="some branches broke off", **broken))
-    figure.legend(handles=shown, loc="outside upper center", ncols=len(shown))
+        entries.append(Line2D([], [], label="some branches broke off", **broken))
+    figure.legend(handles=entries, loc="outside upper center", ncols=len(entries))
     return figure
 
 
-@styled
+@figure_style
 def plot_patterns(table: pd.DataFrame) -> Figure:
     """Errors of bases over their size: the largest over all patterns of sticking pairs.
 
     Parameters
     ----------
     table
-        As ``convergence.tabulate_patterns`` gives it.
+        As ``tabulate_patterns`` returns it.
     """
     springs = {"x": "springs along the bar", "xz": "springs along the bar and across the contact"}
     figure = Figure(figsize=(8, 3.6), layout="constrained")
     panels = figure.subplots(1, len(springs), sharex=True, sharey=True)
-    worst = table.groupby(["springs", "basis", "vectors", "resonance"], sort=False)[
+    largest = table.groupby(["springs", "basis", "vectors", "resonance"], sort=False)[
         "error_percent"
     ].max()
     for axes, (name, words) in zip(panels, springs.items(), strict=True):
-        _over_vectors(axes, worst[name].reset_index(), "error_percent", "resonance", "resonance {}")
+        errors = largest[name].reset_index()
+        _plot_over_vectors(axes, errors, "error_percent", "resonance", "resonance {}")
         axes.set_title(words)
-    _explain_bases(panels)
+    _add_legend_of_bases(panels)
     figure.supylabel("largest error of a resonance (%)", fontsize=9)
     return figure
 
 
-@styled
+@figure_style
 def plot_bases(table: pd.DataFrame) -> Figure:
     """Errors of the peaks found in bases over their size, by force.
 
     Parameters
     ----------
     table
-        As ``convergence.tabulate_basis_peaks`` gives it.
+        As ``tabulate_basis_peaks`` returns it.
     """
     figure = Figure(figsize=(8, 3.8), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True)
     for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
-        _over_vectors(axes, table, f"peak_{what}_error_percent", "force_N", "{:g} N")
+        _plot_over_vectors(axes, table, f"peak_{what}_error_percent", "force_N", "{:g} N")
         axes.set_ylabel(f"error of the peak's {what} (%)")
-    _explain_bases(panels)
+    _add_legend_of_bases(panels)
     return figure
 
 
-@styled
+@figure_style
 def plot_divisions(table: pd.DataFrame) -> Figure:
-    """Largest errors of peaks over the number of regions, by the way to make them.
+    """Largest errors of peaks over the number of regions, by division and motion.
 
     Parameters
     ----------
     table
-        As ``convergence.tabulate_divisions`` gives it.
+        As ``tabulate_divisions`` returns it.
     """
     figure = Figure(figsize=(8, 4.4), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True)
-    ways = list(table.groupby(["division", "motion"], sort=False))
-    for ((division, motion), of_way), colour in zip(ways, REGION_COLOURS, strict=False):
-        worst = of_way.drop(columns=["division", "motion"]).abs().groupby("regions").max()
-        look = {"color": colour, "linewidth": 1.2, "markersize": 4}
+    groups = list(table.groupby(["division", "motion"], sort=False))
+    for ((division, motion), rows), colour in zip(groups, REGION_COLOURS, strict=False):
+        largest = rows.drop(columns=["division", "motion"]).abs().groupby("regions").max()
+        style = {"color": colour, "linewidth": 1.2, "markersize": 4}
         for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
-            error = worst[f"peak_{what}_error_percent"]
+            error = largest[f"peak_{what}_error_percent"]
             label = f"{division}, {motion}".replace("-", " ")
-            axes.loglog(worst.index, error, marker="o", label=label, **look)
-        look |= {"linestyle": ":", "marker": ".", "linewidth": 0.9}
-        panels[0].loglog(worst.index, worst["region_error_percent"], zorder=1, **look)
+            axes.loglog(largest.index, error, marker="o", label=label, **style)
+        style |= {"linestyle": ":", "marker": ".", "linewidth": 0.9}
+        panels[0].loglog(largest.index, largest["region_error_percent"], zorder=1, **style)
     for axes, what in zip(panels, ("frequency", "amplitude"), strict=True):
         axes.set_xticks(table["regions"].unique(), table["regions"].unique())
         axes.minorticks_off()
         axes.set_xlabel("regions")
         axes.set_ylabel(f"largest error of a peak's {what} (%)")
         axes.grid(True)
-    beforehand = Line2D([], [], color="0.3", linestyle=":", marker=".", linewidth=0.9)
+    estimate = Line2D([], [], color="0.3", linestyle=":", marker=".", linewidth=0.9)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
-        [*handles, beforehand],
-        [*labels, "told before any response is solved"],
+        [*handles, estimate],
+        [*labels, "estimated without a response"],
         loc="outside lower center",
         ncols=3,
     )
     return figure
 
 
-def _over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label: str) -> None:
-    """Size of an error over the vectors of a basis: a line for each level and kind of basis."""
+def _plot_over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label: str) -> None:
+    """Draw an error over the vectors of a basis: a line for each level and kind of basis."""
     levels = table[level].unique()
-    enriched = table["basis"].map(is_enriched)
+    enriched = table["basis"].map(lambda name: Basis(name).is_contact_adapted)
     for value, colour in zip(levels, level_colours(len(levels)), strict=True):
         for kind, style in zip((True, False), COORDINATE_LINES, strict=False):
-            some = table[(table[level] == value) & (enriched == kind)].sort_values("vectors")
-            size = some[error].abs()
-            look = {"color": colour, "linewidth": 1.1, "markersize": 4, **style}
+            rows = table[(table[level] == value) & (enriched == kind)].sort_values("vectors")
+            size = rows[error].abs()
+            style = {"color": colour, "linewidth": 1.1, "markersize": 4, **style}
             words = label.format(value) if kind else None
-            # the largest basis has no error but by definition
-            axes.loglog(some["vectors"][size > 0], size[size > 0], label=words, **look)
+            # the error of the largest basis is zero by definition
+            axes.loglog(rows["vectors"][size > 0], size[size > 0], label=words, **style)
     ticks = sorted(table["vectors"].unique())
     axes.set_xticks(ticks, ticks)
     axes.minorticks_off()
@@ -195,8 +201,8 @@ def _over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label
     axes.grid(True)
 
 
-def _explain_bases(panels: Sequence[Axes]) -> None:
-    """A legend below: levels by their colour, kinds of basis by their line."""
+def _add_legend_of_bases(panels: Sequence[Axes]) -> None:
+    """Add a legend below: levels by their colour, kinds of basis by their line."""
     handles, labels = panels[0].get_legend_handles_labels()
     kinds = [Line2D([], [], color="0.3", markersize=4, **style) for style in COORDINATE_LINES[:2]]
     panels[0].figure.legend(

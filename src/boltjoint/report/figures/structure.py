@@ -1,32 +1,95 @@
-"""Figures of the assembly: mesh, modes, deformation."""
+"""Figures of the assembly: mesh, modes, deformation under preload."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch, Polygon, Rectangle
+from matplotlib.path import Path as Shape
+from numpy.typing import NDArray
 
-from boltjoint.report.figures.drawing import draw_mesh, draw_plan, draw_section, draw_side
-from boltjoint.report.figures.style import MM, PART_COLOURS, positions_of, section_outlines, styled
+from boltjoint.report.figures.outlines import (
+    SAME_POINT,
+    ContactSurface,
+    closed_shape,
+    element_faces,
+    outline_loops,
+    polygon_area,
+    polygon_edges,
+    positions_of,
+    section_outlines,
+)
+from boltjoint.report.figures.style import BLANK_COLOUR, MM, figure_style, fill_shapes
+from boltjoint.structure.half_lap.mesh import FIRST_BOLT
 
+#: bar A, bar B, bolts
+PART_COLOURS = ("#b9cfe4", "#e6d3b3", "#4d4d4d")
 #: largest displacement of a drawn mode over the length of the assembly
 _DEFLECTION = 0.06
-
-
 #: largest displacement drawn under preload, that of a cut shank's end, over the height
 _OVERLAP = 0.4
+#: direction from the assembly to the viewer of the mesh, who must be above it
+_VIEW = (-0.35, -1.0, 0.65)
+#: direction to the light, and number of tones
+_LIGHT, _TONES = np.array([-0.3, -0.5, 0.81]), 16
+#: length of the arrows at force and response, and distance of dimension lines [mm]
+_ARROW, _BESIDE = 25.0, 7.0
 
 
-@styled
+@figure_style
+def plot_mesh(assembly: xr.Dataset) -> Figure:
+    """Mesh of an assembly with its clamp and points, and the main dimensions of the bars.
+
+    The mesh is seen from above at an angle, without what is hidden; below it are the contact
+    surface from above and the assembly from the side, cut along the middle of its width.
+
+    Parameters
+    ----------
+    assembly
+        As ``build_assembly`` returns it.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has no faces in the plane y = 0.
+    """
+    figure = Figure(figsize=(8, 4.9), layout="constrained")
+    view, plan, side = figure.subplots(3, 1, height_ratios=[2.6, 1, 1.5])
+    side.sharex(plan)
+    _draw_mesh(view, assembly)
+    _draw_plan(plan, assembly)
+    _draw_side(side, assembly)
+    for axes, title in (
+        (view, f"{assembly.sizes['element']} elements, {assembly.sizes['node']} nodes"),
+        (plan, "contact surface from above, lengths in mm"),
+        (side, "cut along the middle of the width, lengths in mm"),
+    ):
+        axes.set_title(title, loc="left")
+        axes.set_aspect("equal")
+        axes.margins(0.02)
+        axes.autoscale_view()
+        axes.set_axis_off()
+    _add_legend_of_parts(figure)
+    return figure
+
+
+@figure_style
 def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     """Mode shapes of an assembly seen from the side, cut along the middle of its width.
 
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     modes
-        As ``structure.modes`` finds them, of that assembly.
+        As ``find_modes`` returns them, of that assembly.
 
     Raises
     ------
@@ -46,7 +109,7 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     for index, displacement in enumerate(shape):
         axes = panels.flat[index]
         moved = at_rest + _DEFLECTION * length * displacement / np.abs(displacement).max()
-        draw_section(axes, section, moved, at_rest)
+        _draw_section(axes, section, moved, at_rest)
         axes.set_title(f"mode {index + 1}: {modes['natural_frequency'][index].item():.1f} Hz")
         axes.set_aspect("equal")
         beyond = _DEFLECTION * length * MM
@@ -54,59 +117,22 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
         axes.set_ylim(-height / 2 * MM - beyond, height / 2 * MM + beyond)
     figure.supxlabel("x (mm)", fontsize=9)
     figure.supylabel("z (mm), displacements enlarged", fontsize=9)
-    _explain_parts(figure, at_rest=True)
+    _add_legend_of_parts(figure, at_rest=True)
     return figure
 
 
-@styled
-def plot_mesh(assembly: xr.Dataset) -> Figure:
-    """Mesh of an assembly with its clamp and points, and the main dimensions of the bars.
-
-    The mesh is seen from above at an angle, without what is hidden; below it stand the contact
-    surface from above and the assembly from the side, cut along the middle of its width.
-
-    Parameters
-    ----------
-    assembly
-        As ``structure.mesh`` builds it.
-
-    Raises
-    ------
-    ValueError
-        If the mesh has no faces in the plane y = 0.
-    """
-    figure = Figure(figsize=(8, 4.9), layout="constrained")
-    view, plan, side = figure.subplots(3, 1, height_ratios=[2.6, 1, 1.5])
-    side.sharex(plan)
-    draw_mesh(view, assembly)
-    draw_plan(plan, assembly)
-    draw_side(side, assembly)
-    for axes, title in (
-        (view, f"{assembly.sizes['element']} elements, {assembly.sizes['node']} nodes"),
-        (plan, "contact surface from above, lengths in mm"),
-        (side, "cut along the middle of the width, lengths in mm"),
-    ):
-        axes.set_title(title, loc="left")
-        axes.set_aspect("equal")
-        axes.margins(0.02)
-        axes.autoscale_view()
-        axes.set_axis_off()
-    _explain_parts(figure)
-    return figure
-
-
-@styled
+@figure_style
 def plot_deformation(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     """Assembly with tight bolts seen from the side, cut along the middle, displacements enlarged.
 
-    The ends of every cut shank lie over one another by what tightening has shortened it.
+    The overlap at the cut through every shank is the shortening by which the bolt is tightened.
 
     Parameters
     ----------
     assembly
-        As ``structure.mesh`` builds it.
+        As ``build_assembly`` returns it.
     preload
-        As ``structure.statics`` finds it, of that assembly.
+        As ``apply_preload`` returns it, of that assembly.
 
     Raises
     ------
@@ -129,18 +155,176 @@ def plot_deformation(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     figure = Figure(figsize=(8, 3.4), layout="constrained")
     panels = figure.subplots(2, 1, height_ratios=heights)
     for axes, (name, (low, high)) in zip(panels, views.items(), strict=True):
-        draw_section(axes, section, moved, at_rest)
+        _draw_section(axes, section, moved, at_rest)
         axes.set_aspect("equal")
         axes.set_xlim(low * MM, high * MM)
         axes.set_ylim(1.25 * at_rest[:, 1].min() * MM, 1.25 * at_rest[:, 1].max() * MM)
         axes.set_title(f"{name}, displacements × {scale:g}", loc="left")
         axes.set_ylabel("z (mm)")
     panels[-1].set_xlabel("x (mm)")
-    _explain_parts(figure, at_rest=True)
+    _add_legend_of_parts(figure, at_rest=True)
     return figure
 
 
-def _explain_parts(figure: Figure, at_rest: bool = False) -> None:
+def _draw_section(
+    axes: Axes,
+    section: Mapping[int, Sequence[NDArray[np.int64]]],
+    point: NDArray[np.float64],
+    at_rest: NDArray[np.float64] | None = None,
+) -> None:
+    """Fill every part of a section with its points [m] displaced, over its outline at rest."""
+    for part, loops in section.items():
+        if at_rest is not None:
+            rest = [at_rest[np.append(loop, loop[0])] * MM for loop in loops]
+            axes.add_collection(LineCollection(rest, colors="0.65", linewidths=0.6, zorder=1))
+        # an outline of bolts would show the cuts through their shanks
+        width = 0.5 if part < FIRST_BOLT else 0.0
+        style = {"facecolors": PART_COLOURS[min(part, 2)], "linewidths": width, "zorder": 2}
+        fill_shapes(axes, [closed_shape(point * MM, loops)], edgecolors="0.15", **style)
+
+
+def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
+    """Draw the mesh from above at an angle, and mark the clamped nodes, force and response."""
+    towards = np.array(_VIEW) / np.linalg.norm(_VIEW)
+    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(*towards[:2])
+    onto_paper = np.stack([right, np.cross(towards, right)], axis=-1)
+    point = positions_of(assembly, "coordinate", "node") * MM
+    drawn = point @ onto_paper
+    for faces, part, light in _visible_faces(assembly, point, towards):
+        colour = light * np.array(to_rgb(PART_COLOURS[min(part, 2)]))
+        thin = {"edgecolors": "0.2", "linewidths": 0.15}
+        fill_shapes(axes, [closed_shape(drawn, outline_loops(faces))], facecolors=colour, **thin)
+        # bolts are too dark, and their elements too small, to show lines
+        if part < FIRST_BOLT:
+            lines = Shape.make_compound_path(*(Shape(drawn[line]) for line in _long_lines(faces)))
+            fill_shapes(axes, [lines], facecolors="none", **thin)
+    from scipy.spatial import ConvexHull  # takes long to import
+
+    clamped = drawn[assembly["clamped_node"]]
+    hull = clamped[ConvexHull(clamped).vertices]
+    axes.add_patch(Polygon(hull, hatch="xxxxx", fill=False, linewidth=0.8))
+    axes.text(clamped[:, 0].max(), clamped[:, 1].min(), "  clamped", va="top")
+    excited, observed = (assembly[f"{name}_node"] for name in ("excitation", "response"))
+    tip = drawn[int(excited)]
+    tail = tip + _ARROW * onto_paper["xyz".index(excited.attrs["direction"])]
+    arrow = {"arrowstyle": "-|>", "facecolor": "black", "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", tip, tail, arrowprops=arrow)
+    axes.text(*tail, f" excitation along {excited.attrs['direction']}", va="center")
+    at = drawn[int(observed)]
+    axes.plot(*at, "o", markersize=4, markerfacecolor="white", markeredgecolor="black", zorder=5)
+    axes.text(*at, f"   response along {observed.attrs['direction']}", va="center")
+
+
+def _visible_faces(
+    assembly: xr.Dataset, point: NDArray[np.float64], towards: NDArray[np.float64]
+) -> list[tuple[NDArray[np.int64], int, float]]:
+    """Faces that a viewer above the assembly sees, in the order in which to paint them.
+
+    Faces of a part with the same tone are one group: their nodes, shape (faces, 4), the part, and
+    the light on them, between 0 and 1.
+    """
+    faces, part = _outer_faces(assembly)
+    centre = point[faces].mean(axis=1)
+    diagonals = point[faces[:, 2:]] - point[faces[:, :2]]
+    normal = np.cross(diagonals[:, 0], diagonals[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    # the bars fill a cuboid together, and hide what lies within it
+    of_bars = centre[part < FIRST_BOLT]
+    low, high = of_bars.min(axis=0) + SAME_POINT, of_bars.max(axis=0) - SAME_POINT
+    within = np.all((centre > low) & (centre < high), axis=1)
+    # seen from above, nuts are below the bars and heads above them
+    level = np.where(part < FIRST_BOLT, 0, np.sign(centre[:, 2])).astype(int)
+    light = np.round(_TONES * (0.7 + 0.3 * normal @ _LIGHT)).astype(int)
+    style = np.stack([level, part, light], axis=-1)
+    seen = np.flatnonzero((normal @ towards > 0) & ~within)
+    return [
+        (faces[seen[(style[seen] == one).all(axis=1)]], int(one[1]), one[2] / _TONES)
+        for one in np.unique(style[seen], axis=0)
+    ]
+
+
+def _outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Faces that belong to one element only: nodes, shape (faces, 4), and part, shape (faces,)."""
+    faces, part = element_faces(assembly)
+    _, first, count = np.unique(np.sort(faces), axis=0, return_index=True, return_counts=True)
+    outer = first[count == 1]
+    return faces[outer], part[outer]
+
+
+def _long_lines(polygon: NDArray[np.int64]) -> list[list[int]]:
+    """Edges of polygons, each once, in long lines, which take fewer points than single edges."""
+    neighbours = defaultdict(set)
+    for begin, end in polygon_edges(polygon).tolist():
+        neighbours[begin].add(end)
+        neighbours[end].add(begin)
+    lines = []
+    for begin in sorted(neighbours):
+        while neighbours[begin]:
+            line = [begin]
+            while neighbours[line[-1]]:
+                last, following = line[-1], min(neighbours[line[-1]])
+                neighbours[last].remove(following)
+                neighbours[following].remove(last)
+                line.append(following)
+            lines.append(line)
+    return lines
+
+
+def _draw_plan(axes: Axes, assembly: xr.Dataset) -> None:
+    """Draw the contact surface with its holes, the bars around it, and lengths."""
+    surface = ContactSurface.of(assembly)
+    everything = surface.area_of(np.arange(len(surface.position)))
+    x, y, _ = _bounds_of_bars(assembly)
+    style = {"edgecolor": "0.15", "linewidth": 0.5}
+    axes.add_patch(Rectangle((x[0], y[0]), np.ptp(x), np.ptp(y), facecolor="white", **style))
+    axes.add_patch(PathPatch(everything, facecolor=BLANK_COLOUR, **style))
+    lap = everything.get_extents().intervalx
+    bolts = assembly["bolt_position"].sel(axis="x").to_numpy() * MM
+    for begin, end in pairwise([lap[0], *bolts, lap[1]]):
+        _draw_dimension(axes, (begin, y[0] - _BESIDE), (end, y[0] - _BESIDE))
+    _draw_dimension(axes, (x[0] - _BESIDE, y[0]), (x[0] - _BESIDE, y[1]))
+    # loops around holes run back
+    hole = max(-polygon_area(loop[:-1]) for loop in everything.to_polygons())
+    axes.text(lap[1] + 3, 0, f"holes ⌀ {2 * np.sqrt(hole / np.pi):.4g}", va="center", fontsize=8)
+
+
+def _draw_side(axes: Axes, assembly: xr.Dataset) -> None:
+    """Draw the assembly cut along the middle of its width, and lengths."""
+    point = positions_of(assembly, "coordinate", "node")[:, [0, 2]]
+    _draw_section(axes, section_outlines(assembly, point), point)
+    x, _, z = _bounds_of_bars(assembly)
+    lap = assembly["position"].sel(axis="x").to_numpy() * MM
+    below = point[:, 1].min() * MM - _BESIDE
+    for begin, end in pairwise([x[0], lap.min(), lap.max(), x[1]]):
+        _draw_dimension(axes, (begin, below), (end, below))
+    _draw_dimension(axes, (x[0], below - 2 * _BESIDE), (x[1], below - 2 * _BESIDE))
+    _draw_dimension(axes, (x[0] - _BESIDE, z[0]), (x[0] - _BESIDE, z[1]))
+    _draw_dimension(axes, (x[1] + 2 * _BESIDE, 0.0), (x[1] + 2 * _BESIDE, z[1]))
+
+
+def _bounds_of_bars(assembly: xr.Dataset) -> NDArray[np.float64]:
+    """Ends [mm] of both bars together along x, y and z, shape (3, 2)."""
+    of_bars = assembly["connectivity"].to_numpy()[assembly["part"].to_numpy() < FIRST_BOLT]
+    point = positions_of(assembly, "coordinate", "node")[np.unique(of_bars)] * MM
+    return np.stack([point.min(axis=0), point.max(axis=0)], axis=-1)
+
+
+def _draw_dimension(axes: Axes, begin: tuple[float, float], end: tuple[float, float]) -> None:
+    """Draw a dimension line, to the right or upwards, with its length."""
+    points = np.array([begin, end])
+    line = {"arrowstyle": "<|-|>,head_width=.12,head_length=.25", "linewidth": 0.5}
+    line |= {"facecolor": "black", "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", end, begin, arrowprops=line)
+    axes.update_datalim(points)  # texts do not widen the axes by themselves
+    beside = {"ha": "center", "va": "top", "xytext": (0, -2)}
+    if begin[0] == end[0]:
+        beside = {"ha": "right", "va": "center", "xytext": (-3, 0)}
+    length = f"{np.linalg.norm(points[1] - points[0]):.4g}"
+    middle = points.mean(axis=0)
+    axes.annotate(length, middle, textcoords="offset points", fontsize=8, **beside)
+
+
+def _add_legend_of_parts(figure: Figure, at_rest: bool = False) -> None:
     handles = [Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in PART_COLOURS]
     names = ["bar A", "bar B", "bolts"]
     if at_rest:

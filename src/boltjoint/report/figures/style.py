@@ -1,12 +1,16 @@
-"""Style, colours and labels that all figures share."""
+"""Style, colours and legends that all figures share.
 
-from collections import defaultdict
+Colour is the level of force or displacement, from dark for the lowest to light for the highest; a
+thin line is the reference, a broad pale line the reduced model; a dot is a peak, a cross the end of
+a branch that broke off. Parts, regions, contact states and joints have other colours, given by
+legends or numbers; grey is what the figure is not about.
+"""
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
@@ -15,8 +19,7 @@ from matplotlib.path import Path as Shape
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from boltjoint.names import coordinates_in_words, joint_in_words
-from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
+from boltjoint.names import Coordinates, JointName
 
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -36,72 +39,42 @@ STYLE = {
     "svg.hashsalt": "boltjoint",  # the same identifiers on every run
 }
 
-
-#: a logarithmic axis with a larger ratio of its ends is labelled at powers of ten only
-_MANY_DECADES = 1e3
-
-
-#: levels of force or displacement; ends before the yellow that white paper swallows
-_LEVELS = ("plasma", 0.0, 0.85)
-
+figure_style = matplotlib.rc_context(STYLE)
 
 REFERENCE_LINE = {"linewidth": 1.1, "zorder": 3}
-
-
 MODEL_LINE = {"linewidth": 4.0, "alpha": 0.45, "zorder": 2}
-
-
-BREAK_MARK = {
-    "marker": "X",
-    "markeredgecolor": "black",
-    "markeredgewidth": 0.7,
-    "linestyle": "none",
-}
-
-
-#: bar A, bar B, bolts
-PART_COLOURS = ("#b9cfe4", "#e6d3b3", "#4d4d4d")
-
-
-#: neighbouring regions differ; they are numbered, so colours may come again
-REGION_COLOURS = ("#4477aa", "#ee9944", "#228833", "#cc6677", "#66ccee", "#997700", "#aa3377")
-
-
-#: coordinates in the order in which they come: linear modes, response-dependent ones
+BREAK_MARK = {"marker": "X", "mec": "black", "mew": 0.7, "linestyle": "none"}
+#: kinds of coordinates in the order in which they occur
 COORDINATE_LINES = (
     {"linestyle": "-", "marker": "o"},
     {"linestyle": "--", "marker": "s"},
     {"linestyle": ":", "marker": "^"},
     {"linestyle": "-.", "marker": "D"},
 )
-
-
+#: neighbouring regions differ; they are numbered, so colours may repeat
+REGION_COLOURS = ("#4477aa", "#ee9944", "#228833", "#cc6677", "#66ccee", "#997700", "#aa3377")
 BLANK_COLOUR = "0.87"
-
-
-#: points closer than this [m] are one
-SAME_POINT = 1e-9
-
-
+#: levels of force or displacement; yellow is left out as it is faint on white paper
+_LEVELS = ("plasma", 0.0, 0.85)
+#: a logarithmic axis with a larger ratio of its ends is labelled at powers of ten only
+_MOST_LABELLED = 1e3
+#: millimetres and micrometres of a metre
 MM, UM = 1e3, 1e6
 
 
-styled = matplotlib.rc_context(STYLE)
-
-
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure as SVG, the same bytes for the same content; its folder is made.
+    """Write a figure as SVG, the same bytes for the same content, and make its folder.
 
-    Axes that have nothing to show say so.
+    Axes without data are marked.
     """
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(STYLE):
-        _say_where_empty(figure)
+        _mark_empty_axes(figure)
         figure.savefig(path, format="svg", bbox_inches="tight", metadata={"Date": None})
 
 
-def _say_where_empty(figure: Figure) -> None:
-    """Say that there are no results where a logarithmic axis has no number to span."""
+def _mark_empty_axes(figure: Figure) -> None:
+    """Write "no results" on axes with a logarithmic scale and no positive data."""
     for name, at in (("x", 0), ("y", 1)):
         empty = [
             axes
@@ -124,7 +97,7 @@ def add_legends(
     levels: Sequence[str],
     marks: Mapping[str, Mapping[str, object]] | None = None,
 ) -> None:
-    """Say above the axes which line is which, and beside them which colour is which level."""
+    """Add a legend of lines and marks above the axes, and one of levels beside them."""
     handles = [Line2D([], [], color="0.15", **style) for style in lines.values()]
     for mark in (marks or {}).values():
         handles.append(Line2D([], [], color="0.4", markersize=7, **mark))
@@ -138,102 +111,26 @@ def add_legends(
     )
 
 
-def method_in_words(joint: str, coordinates: str) -> str:
-    """Name of a method for people: ``6 regions of 7 elements, 1 RDNM``."""
-    return f"{joint_in_words(joint)}, {coordinates_in_words(coordinates, short=True)}"
-
-
-def share_in_percent(share: float) -> str:
-    """Share in whole percent; only nothing is 0 %, and only all is 100 %."""
-    if 0 < share < 0.01:
-        return "<1 %"
-    return ">99 %" if 0.99 < share < 1 else f"{100 * share:.0f} %"
-
-
 def level_colours(count: int) -> NDArray[np.float64]:
+    """Colours of levels of force or displacement, from the lowest."""
     name, darkest, lightest = _LEVELS
     return matplotlib.colormaps[name](np.linspace(darkest, lightest, count))
 
 
-def positions_of(dataset: xr.Dataset, name: str, along: str) -> NDArray[np.float64]:
-    return dataset[name].transpose(along, "axis").to_numpy()
-
-
-def section_outlines(
-    assembly: xr.Dataset, side_view: NDArray[np.float64]
-) -> dict[int, list[NDArray[np.int64]]]:
-    """Outlines, as loops of nodes, of every part where the plane y = 0 cuts the assembly."""
-    on_plane = np.abs(assembly["coordinate"].sel(axis="y").to_numpy()) < SAME_POINT
-    faces, part = faces_among_nodes(assembly, on_plane)
-    if len(faces) == 0:
-        raise ValueError("the mesh has no faces in the plane y = 0")
-    faces = counter_clockwise(faces, side_view)
-    return {int(p): outline_loops(faces[part == p]) for p in np.unique(part)}
-
-
-def faces_among_nodes(
-    assembly: xr.Dataset, chosen: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Faces of the elements with all four corners among the chosen nodes, each once.
-
-    Returns the nodes of the faces, shape (faces, 4), and their parts, shape (faces,).
-    """
-    faces, part = element_faces(assembly)
-    found = np.flatnonzero(chosen[faces].all(axis=1))
-    _, first = np.unique(np.sort(faces[found]), axis=0, return_index=True)
-    found = found[np.sort(first)]
-    return faces[found], part[found]
-
-
 def label_decades(axes: Axes) -> None:
-    """Plain numbers on the logarithmic vertical axis, also within decades where they are few."""
+    """Label a logarithmic vertical axis with plain numbers, within decades if these are few."""
     low, high = axes.get_ylim()
-    if high < _MANY_DECADES * low:
+    if high < _MOST_LABELLED * low:
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def element_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Faces of all elements: nodes, shape (faces, 4), and part, shape (faces,)."""
-    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
-    faces = connectivity[:, HEXAHEDRON_FACES]
-    return faces.reshape(-1, 4), np.repeat(assembly["part"].to_numpy(), faces.shape[1])
+def fill_shapes(axes: Axes, shapes: Sequence[Shape], **style: object) -> None:
+    """Fill shapes without lines around them, unless the style has them."""
+    axes.add_collection(PathCollection(shapes, **{"linewidths": 0, **style}))
 
 
-def counter_clockwise(polygon: NDArray[np.int64], point: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Polygons, shape (polygons, corners), turned so that all run the same way round."""
-    return np.where(polygon_area(point[polygon])[:, None] < 0, polygon[:, ::-1], polygon)
-
-
-def polygon_area(corner: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Area of polygons from their corners, shape (..., corners, 2); negative for clockwise ones."""
-    x, y = np.moveaxis(corner, -1, 0)
-    return (x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1)).sum(axis=-1) / 2
-
-
-def polygon_edges(polygon: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Both ends of all edges of polygons, one polygon after another, shape (edges, 2)."""
-    return np.stack([polygon, np.roll(polygon, -1, axis=1)], axis=-1).reshape(-1, 2)
-
-
-def outline_loops(polygon: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Outline of polygons that share corners, as loops of points; loops around holes run back."""
-    edges = polygon_edges(polygon).tolist()
-    inside = {(end, begin) for begin, end in edges}
-    following = defaultdict(list)
-    for begin, end in edges:
-        if (begin, end) not in inside:
-            following[begin].append(end)
-    loops = []
-    for begin in list(following):
-        while following[begin]:
-            loop = [begin]
-            while (end := following[loop[-1]].pop()) != begin:
-                loop.append(end)
-            loops.append(np.array(loop))
-    return loops
-
-
-def fill_shapes(axes: Axes, shapes: Sequence[Shape], **look: object) -> None:
-    axes.add_collection(PathCollection(shapes, **{"linewidths": 0, **look}))
+def method_label(joint: str, coordinates: str) -> str:
+    """Label of a method, such as ``6 regions of 7 elements, 1 RDNM``."""
+    return f"{JointName(joint).label}, {Coordinates(coordinates).short_label}"

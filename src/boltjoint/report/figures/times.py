@@ -5,35 +5,33 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from boltjoint.names import coordinates_in_words, joint_in_words
+from boltjoint.names import Coordinates, JointName
 from boltjoint.report.figures.style import (
     BREAK_MARK,
     COORDINATE_LINES,
     REGION_COLOURS,
+    figure_style,
     label_decades,
-    method_in_words,
-    styled,
+    method_label,
 )
 
-_SOLVED = {"linewidth": 1.1, "markersize": 3.5}
+_TIME_LINE = {"linewidth": 1.1, "markersize": 3.5}
+_PUBLISHED_MARK = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
 
 
-_PUBLISHED = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
-
-
-@styled
+@figure_style
 def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
-    """Solution times over force of every joint and coordinates, by way to the Jacobian.
+    """Solution times over force of every joint and coordinates, by kind of Jacobian.
 
-    Below the times stand their ratios to those of the node-to-node joint in linear modes. Published
+    Below the times are their ratios to those of the node-to-node joint in linear modes. Published
     ratios are drawn beside those with finite differences, which the source uses.
 
     Parameters
     ----------
     times
-        As ``compare.tabulate_times`` gives it.
+        As ``tabulate_times`` returns it.
     resonance
-        Around which resonance.
+        The resonance that the branches were solved around.
 
     Raises
     ------
@@ -51,29 +49,31 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     )
     styles = dict(zip(times["coordinates"].unique(), COORDINATE_LINES * len(times), strict=False))
     figure = Figure(figsize=(8, 6.4), layout="constrained")
-    ways = [("analytic", ""), ("forward-difference", "_forward_difference")]
-    ways = [(way, ending) for way, ending in ways if times[f"cpu{ending}_s"].notna().any()]
-    panels = figure.subplots(2, len(ways), sharex=True, sharey="row", squeeze=False)
-    for (seconds, ratios), (way, ending) in zip(panels.T, ways, strict=True):
-        for (joint, coordinates), of_one in times.groupby(["joint", "coordinates"], sort=False):
-            of_one = of_one.sort_values("force_N")
+    jacobians = {"analytic": "", "forward-difference": "_forward_difference"}
+    jacobians = {
+        name: ending for name, ending in jacobians.items() if times[f"cpu{ending}_s"].notna().any()
+    }
+    panels = figure.subplots(2, len(jacobians), sharex=True, sharey="row", squeeze=False)
+    for (seconds, ratios), (jacobian, ending) in zip(panels.T, jacobians.items(), strict=True):
+        for (joint, coordinates), rows in times.groupby(["joint", "coordinates"], sort=False):
+            rows = rows.sort_values("force_N")
             place, cpu, ratio, published = (
-                of_one["place"],
-                of_one[f"cpu{ending}_s"],
-                1 - of_one[f"reduction{ending}_percent"] / 100,
-                1 - of_one["published_reduction_percent"] / 100,
+                rows["place"],
+                rows[f"cpu{ending}_s"],
+                1 - rows[f"reduction{ending}_percent"] / 100,
+                1 - rows["published_reduction_percent"] / 100,
             )
             colour, style = {"color": colours[joint]}, styles[coordinates]
-            label = method_in_words(joint, coordinates)
-            complete = of_one["complete"].astype(bool)
-            seconds.plot(place, cpu.where(complete), label=label, **colour, **style, **_SOLVED)
+            label = method_label(joint, coordinates)
+            complete = rows["complete"].astype(bool)
+            seconds.plot(place, cpu.where(complete), label=label, **colour, **style, **_TIME_LINE)
             if not complete.all():
                 seconds.plot(place[~complete], cpu[~complete], **colour, **BREAK_MARK)
-            ratios.plot(place, ratio, label=label, **colour, **style, **_SOLVED)
-            if way == "forward-difference":
-                look = {**style, **_PUBLISHED}
-                ratios.plot(place, published, label=f"{label}, published", **colour, **look)
-        seconds.set_title(f"{way} Jacobian")
+            ratios.plot(place, ratio, label=label, **colour, **style, **_TIME_LINE)
+            if jacobian == "forward-difference":
+                style = {**style, **_PUBLISHED_MARK}
+                ratios.plot(place, published, label=f"{label}, published", **colour, **style)
+        seconds.set_title(f"{jacobian} Jacobian")
         ratios.set_xticks(np.arange(forces.size), [f"{force:g}" for force in forces])
         ratios.set_xlabel("force (N)")
         for axes in (seconds, ratios):
@@ -81,16 +81,15 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
             label_decades(axes)
             axes.grid(True)
     panels[0, 0].set_ylabel("processor time (s)")
-    panels[1, 0].set_ylabel("over that of the node-to-node\njoint in linear modes")
+    panels[1, 0].set_ylabel("time over that of\nnode-to-node, linear modes")
     plain = {"color": "0.4"}
-    entries = {joint_in_words(j): Line2D([], [], color=c, lw=3) for j, c in colours.items()}
+    entries = {JointName(j).label: Line2D([], [], color=c, lw=3) for j, c in colours.items()}
     for coordinates, style in styles.items():
-        entries[coordinates_in_words(coordinates, short=True)] = Line2D(
-            [], [], **plain, **style, **_SOLVED
+        entries[Coordinates(coordinates).short_label] = Line2D(
+            [], [], **plain, **style, **_TIME_LINE
         )
-    is_shown = "forward-difference" in dict(ways)
-    if is_shown and times["published_reduction_percent"].notna().any():
-        entries["published"] = Line2D([], [], **plain, **{**COORDINATE_LINES[0], **_PUBLISHED})
+    if "forward-difference" in jacobians and times["published_reduction_percent"].notna().any():
+        entries["published"] = Line2D([], [], **plain, **{**COORDINATE_LINES[0], **_PUBLISHED_MARK})
     if not times["complete"].all():
         entries["branch breaks off"] = Line2D([], [], **plain, **BREAK_MARK)
     figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)

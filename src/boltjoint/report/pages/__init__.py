@@ -1,1 +1,1 @@
-"""The pages of the report."""
+"""Pages of the report: templates, style, and the modules that fill them."""

@@ -1,4 +1,4 @@
-"""The page that comes first: what was computed, how far to trust it, and where it all is."""
+"""The overview: main results, validity, and an index of the source's tables and figures."""
 
 import json
 from collections.abc import Sequence
@@ -6,16 +6,21 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
+from markupsafe import Markup
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
-from boltjoint.names import REFERENCE, joint_in_words, parse_coordinates, parse_joint
-from boltjoint.report.pages import markup
-from boltjoint.report.pages.markup import Section, number, table
-from boltjoint.report.pages.shown import Shelf, Shown, figures_and_tables, menu, one_harmonic, those
+from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
+from boltjoint.report.pages.content import PageContent, select
+from boltjoint.report.pages.document import Section, render_page
+from boltjoint.report.pages.markup import joined, link, prose, table_with_caption
+from boltjoint.report.pages.statements import format_residual_in_time, reference_statement
 from boltjoint.study import layout
 from boltjoint.study.published import BASIS, Published
+
+_TEXT = prose("overview")
 
 _TABLES = {
     "material": "Material",
@@ -26,8 +31,10 @@ _TABLES = {
 }
 
 
-def page(study: Study, files: Sequence[str], shown: Sequence[str], published: Published) -> str:
-    """The cases at a glance, and an index of the source's tables and figures.
+def overview_page(
+    study: Study, files: Sequence[str], artefacts: Sequence[str], published: Published
+) -> str:
+    """The main results of all cases, and an index of the source's tables and figures.
 
     Parameters
     ----------
@@ -35,178 +42,122 @@ def page(study: Study, files: Sequence[str], shown: Sequence[str], published: Pu
         As configured.
     files
         Accuracy and times (CSV) and the node-to-node joint (``joint.nc``) of every case and basis,
-        figures and tables that are about all cases, and the record of the machine
+        figures and tables of all cases together, and the record of the machine
         (``environment.json``).
-    shown
-        Figures and tables that stand on the pages.
+    artefacts
+        Figures and tables of all pages.
     published
         The source's tables.
     """
-    shelf = Shelf(files, published)
-    first = one_harmonic(shelf)
+    content = PageContent(files, published)
+    lead = reference_statement(content) + _TEXT.lead()
     sections = [
-        Section("results", "Results at a glance", _glance(study, shelf)),
-        Section("trust", "How far to trust it", _TRUST + _sampling(shelf)),
-        Section("tables", "Tables of the source", _index_of_tables(study, shown, published)),
-        Section("figures", "Figures of the source", _index_of_figures(study, shown, published)),
-        Section("machine", "What it ran on", _machine(shelf)),
-        *shelf.rest(),
+        Section("results", "Results at a glance", _results(study, content)),
+        Section("validity", "Validity", _TEXT.validity() + _sampling(content)),
+        Section("tables", "Tables of the source", _index_of_tables(study, artefacts, published)),
+        Section("figures", "Figures of the source", _index_of_figures(study, artefacts, published)),
+        Section("machine", "Computer and software", _machine(content)),
+        *content.remainder(),
     ]
-    lead = (
-        f"{first}<p>Friction between the bars of a bolted lap joint decides how it vibrates. This "
-        "study computes that response with one friction element on every pair of contact nodes, "
-        "and asks how little of it is needed: joints of a few regions, of a few elements in each "
-        "region, and one mode that depends on the response in place of all linear modes. It "
-        "repeats chapter 3 of the thesis <cite>Nonlinear vibrations and reduced order modeling of "
-        "bolted joints</cite> and sets the published values beside its own.</p>"
-    )
     title = "Nonlinear vibration of bolted lap joints"
-    return markup.page(title, "Overview", lead, sections, menu(list(study.cases)), "overview.html")
+    return render_page(title, "Overview", lead, sections, list(study.cases), "overview.html")
 
 
-_TRUST = """
-<p>The source describes the structure by four bending modes without contact. Cases with that basis
-(<i>free-4</i>) repeat its study; they do not endorse it. Such modes cannot show the local
-compliance around the bolts: for the three-bolt assembly with the contact stuck, they put the first
-resonance about a third above that of the full finite-element model, and they understate peaks
-severalfold. <i>Accuracy</i> on the pages of the cases therefore means agreement with the
-node-to-node joint in the same modes: it tells what a reduction costs, not how close the answer is
-to the structure. That is what the page <a href="accuracy.html">Accuracy</a> tells: it sets every
-model beside the answer that is converged in a basis that holds the contact, with one harmonic, and
-beside its cost.</p>
-<p>What the source does not say had to be chosen: the loss factor, the dimensions (calibrated to the
-published frequencies), the frequency windows, the excited and observed points, and the amplitudes
-of the fit. The clamping force of 10 kN per bolt is what the source states; the slip forces in its
-tables imply 38 kN.</p>
-<p>Of the source's figures only the captions are known: figures here can be set beside them by
-number, but not by value.</p>
-"""
-
-
-def _sampling(shelf: Shelf) -> str:
-    """Closed forms of the friction forces against sums over time, by whatever the study has."""
-    body = shelf.draw(
-        "sampling",
-        "Friction forces in closed form against sums over time",
-        "Forces of the solutions, sampled at so many points a period, against the exact ones.",
-    )
-    if found := shelf.table("sampling"):
-        shown, frame = found
-        title = "Error of forces sampled in time"
-        body += table(frame, title, (), shown.anchor, shown.from_page, ["case", "law", "samples"])
+def _sampling(content: PageContent) -> Markup:
+    """Error of forces by AFT against the closed forms."""
+    title = "Error of friction forces by alternating frequency/time (AFT)"
+    body = content.figures("sampling", title, _TEXT.sampling())
+    if table := content.table("sampling"):
+        body += table.html("Error of forces by AFT", groups=["case", "law", "samples"])
     return body
 
 
-def _glance(study: Study, shelf: Shelf) -> str:
-    rows, saved = [], []
+def _results(study: Study, content: PageContent) -> Markup:
+    rows, published = [], []
     for name, case in study.cases.items():
         for family in case.bases:
-            accuracy = shelf.table("accuracy", subject=name, modes=family)
-            times = shelf.table("times", subject=name, modes=family)
-            row = _identity(study, name, family, shelf)
+            accuracy = content.table("accuracy", subject=name, basis=family)
+            times = content.table("times", subject=name, basis=family)
+            row = _identity(study, name, family, content)
             if accuracy is not None:
-                row |= _answers(study, case, family, accuracy[1])
+                row |= _peaks_and_errors(study, case, family, accuracy.frame)
             if times is not None:
-                row |= _savings(case, family, times[1])
+                row |= _time_saved(case, family, times.frame)
                 if family == BASIS:
-                    saved.append(_savings_beside_published(name, times[1]))
+                    published.append(_time_saved_beside_published(name, times.frame))
             rows.append(row)
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
     response = "response" if study.solver.harmonics == 1 else "first-harmonic response"
-    answers = [column for column in frame if column[0] == "" or column[0].startswith("peak")]
-    which = [column for column in answers if column[1] in ("case", "basis")]
-    body = table(
-        frame[answers],
-        "The cases",
-        [
-            f"The peak is that of the node-to-node joint in linear modes, {response} divided by "
-            "force, around the first resonance solved. A dash stands where its branch broke off. "
-            "The residual is the largest that is left of the equations when friction is marched "
-            "in time, and no measure below what the march itself resolves; the pages of the cases "
-            "say where it is largest."
-        ],
+    peaks = [column for column in frame if column[0] == "" or column[0].startswith("peak")]
+    names = [column for column in peaks if column[1] in ("case", "basis")]
+    errors = names + [column for column in frame if column not in peaks]
+    body = table_with_caption(frame[peaks], "The cases", [_TEXT.cases(response)])
+    body += table_with_caption(
+        frame[errors], "Errors of reduced models and time saved", [_TEXT.reduced_models()]
     )
-    body += table(
-        frame[which + [column for column in frame if column not in answers]],
-        "What is cheaper",
-        [
-            "RDNM are response-dependent nonlinear modes, one of which the same joint is solved "
-            "in, and the backbone is such a mode over its amplitude: the largest error of a peak's "
-            "amplitude, and how many branches broke off. Time is saved by the joint of fewest "
-            "fitted elements, in linear modes, with the analytic Jacobian or a numeric one by "
-            "forward differences; this is the median over all forces. A dash stands where nothing "
-            "such was solved."
-        ],
-    )
-    published = pd.concat(saved) if saved else pd.DataFrame()
-    if len(published):
-        body += table(
-            published,
-            "Time saved, here and in the source",
-            [
-                "Reduction of the solution time against the node-to-node joint in linear modes, "
-                "both with forward differences; medians over all forces."
-            ],
-            groups=["case"],
-        )
+    beside = pd.concat([pd.DataFrame(), *published])
+    if len(beside):
+        title, note = "Time saved, here and in the source", _TEXT.time_saved()
+        body += table_with_caption(beside, title, [note], groups=["case"])
     return body
 
 
-def _identity(study: Study, name: str, family: str, shelf: Shelf) -> dict[tuple[str, str], object]:
+def _identity(
+    study: Study, name: str, family: str, content: PageContent
+) -> dict[tuple[str, str], object]:
     case = study.cases[name]
     row: dict[tuple[str, str], object] = {
-        ("", "case"): markup.link(f"{name}.html", name),
+        ("", "case"): link(f"{name}.html", name),
         ("", "normal_load"): case.contact.law,
         ("", "preload_N"): case.preload_N,
     }
     if any(len(each.bases) > 1 for each in study.cases.values()):
         row[("", "basis")] = family
     nodes = layout.path("joint", case=name, basis=family, joint=REFERENCE[0])
-    known = nodes in shelf.files
-    row[("", "friction_elements")] = dataset.load(nodes).sizes["element"] if known else None
+    is_known = nodes in content.files
+    row[("", "friction_elements")] = dataset.load(nodes).sizes["element"] if is_known else None
     return row
 
 
-def _answers(
+def _peaks_and_errors(
     study: Study, case: Case, family: str, accuracy: pd.DataFrame
 ) -> dict[tuple[str, str], object]:
     row: dict[tuple[str, str], object] = {}
-    solved = those(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
-    linear = those(solved, coordinates=REFERENCE[1])
+    nodes = select(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
+    linear = select(nodes, coordinates=REFERENCE[1])
     for which, extreme in (("lowest", min), ("highest", max)):
         force = extreme(case.forces_N)
-        alike = all(extreme(each.forces_N) == force for each in study.cases.values())
-        span = f"peak at {force:g} N" if alike else f"peak at the {which} force"
-        at = those(linear, force_N=force)
-        # the largest response of a part of a path need not be the peak
-        at = at[at["complete"]]
-        found = at.iloc[0] if len(at) else {}
+        is_common = all(extreme(each.forces_N) == force for each in study.cases.values())
+        span = f"peak at {force:g} N" if is_common else f"peak at the {which} force"
+        # the largest response of a part of a branch need not be the peak
+        complete = select(linear, force_N=force, complete=True)
+        peak = complete.iloc[0] if len(complete) else {}
         row |= {
-            (span, "frequency_Hz"): found.get("peak_frequency_Hz"),
-            (span, "response_mm_per_N"): found.get("peak_mm_per_N"),
+            (span, "frequency_Hz"): peak.get("peak_frequency_Hz"),
+            (span, "response_mm_per_N"): peak.get("peak_mm_per_N"),
         }
-    kinds = solved["coordinates"].map(lambda name: parse_coordinates(name).kind)
+    kinds = nodes["coordinates"].map(lambda name: Coordinates(name).kind)
     for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
-        some = solved[kinds == kind]
-        row[(title, "amplitude_error_percent")] = some["peak_amplitude_error_percent"].abs().max()
-        broken_off = f"{int((~some['complete']).sum())} of {len(some)}"
-        row[(title, "broken_off")] = broken_off if len(some) else None
+        rows = nodes[kinds == kind]
+        row[(title, "amplitude_error_percent")] = rows["peak_amplitude_error_percent"].abs().max()
+        broken_off = f"{int((~rows['complete']).sum())} of {len(rows)}"
+        row[(title, "broken_off")] = broken_off if len(rows) else None
     if "residual_in_time" in accuracy:
-        row[("", "residual_in_time")] = markup.in_time(accuracy["residual_in_time"].max())
+        row[("", "residual_in_time")] = format_residual_in_time(accuracy["residual_in_time"].max())
     return row
 
 
-def _savings(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str, str], object]:
+def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str, str], object]:
     first = case.resonances(family)[0]
     joints = dict.fromkeys(
         joint
         for basis, joint, _, resonance in case.solved()
         if (basis, resonance) == (family, first)
     )
-    fitted = [joint for joint in joints if parse_joint(joint).elements is not None]
+    fitted = [joint for joint in joints if JointName(joint).elements is not None]
     smallest = min(fitted, key=_elements_in_all, default=None)
-    saved = those(times, joint=smallest, coordinates=REFERENCE[1], resonance=first)
+    saved = select(times, joint=smallest, coordinates=REFERENCE[1], resonance=first)
     return {
         ("time saved", "analytic_percent"): saved["reduction_percent"].median(),
         ("time saved", "numeric_percent"): saved["reduction_forward_difference_percent"].median(),
@@ -214,115 +165,109 @@ def _savings(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str, st
 
 
 def _elements_in_all(joint: str) -> int:
-    parsed = parse_joint(joint)
+    name = JointName(joint)
     # how many regions a tolerance asks for is not known here: it makes no difference to the order
-    return (1 if parsed.count == "auto" else parsed.count or 0) * (parsed.elements or 0)
+    return (1 if name.count == "auto" else name.count or 0) * (name.elements or 0)
 
 
-def _savings_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
+def _time_saved_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
     keys = ["source_table", "joint", "coordinates"]
-    ours, theirs = "reduction_forward_difference_percent", "published_reduction_percent"
-    printed = times.dropna(subset=[theirs, "source_table"]) if theirs in times else times.iloc[:0]
+    here, source = "reduction_forward_difference_percent", "published_reduction_percent"
+    printed = times.dropna(subset=[source, "source_table"]) if source in times else times.iloc[:0]
     is_reference = (printed["joint"] == REFERENCE[0]) & (printed["coordinates"] == REFERENCE[1])
     printed = printed[~is_reference]
     if printed.empty:
         return pd.DataFrame()
-    medians = printed.groupby(keys, sort=False)[[ours, theirs]].median().reset_index()
-    medians.insert(0, "case", [markup.link(f"{name}.html", name)] * len(medians))
-    return medians.rename(columns={ours: "here_percent", theirs: "source_percent"})
+    medians = printed.groupby(keys, sort=False)[[here, source]].median().reset_index()
+    medians.insert(0, "case", [link(f"{name}.html", name)] * len(medians))
+    return medians.rename(columns={here: "here_percent", source: "source_percent"})
 
 
-def _index_of_tables(study: Study, shown: Sequence[str], published: Published) -> str:
-    standing = figures_and_tables(shown)
+def _index_of_tables(study: Study, paths: Sequence[str], published: Published) -> Markup:
+    artefacts = figures_and_tables(paths)
     index = published.tables()
     rows = []
     for printed in index.itertuples():
-        what = _TABLES[printed.kind]
+        content = _TABLES[printed.kind]
         if printed.joint:
-            what += f": {joint_in_words(printed.joint)}"
+            content += f": {JointName(printed.joint).label}"
         # one table may print the stiffness of the elements and another their slip forces
-        same = those(index, case=printed.case, kind=printed.kind, joint=printed.joint)
+        same = select(index, case=printed.case, kind=printed.kind, joint=printed.joint)
         anchor = {
             "stiffness": "case-table",
             "parameters": f"table-{'-'.join(same['table'])}-{BASIS}",
         }.get(printed.kind, f"table-{printed.table}-{BASIS}")
-        places = [
+        links = [
             _link(name, anchor)
             for name, case in study.cases.items()
             if case.published == printed.case
-            and (printed.kind == "stiffness" or _stands(printed, name, case, standing))
+            and (printed.kind == "stiffness" or _is_reproduced(printed, name, case, artefacts))
         ]
         if printed.kind == "material":
-            theirs = any(name in published.assemblies for name in study.assemblies)
-            places = [_link("structure", "dimensions-table")] if theirs else []
+            in_source = any(name in published.assemblies for name in study.assemblies)
+            links = [_link("structure", "dimensions-table")] if in_source else []
         rows.append(
             {
                 "table": printed.table,
-                "of": printed.case or "all",
-                "shows": what,
-                "where": _where(places, study, printed.case),
+                "case": printed.case or "all",
+                "content": content,
+                "on_page": _links_or_reason(links, study, printed.case),
             }
         )
-    return table(pd.DataFrame(rows), "Tables 3.1 to 3.23", ["Published values stand beside ours."])
+    notes = ["Published values stand beside those computed here."]
+    return table_with_caption(pd.DataFrame(rows), "Tables 3.1 to 3.23", notes)
 
 
-def _stands(printed: NamedTuple, name: str, case: Case, standing: Sequence[Shown]) -> bool:
+def _is_reproduced(
+    printed: NamedTuple, name: str, case: Case, artefacts: Sequence[ArtefactFile]
+) -> bool:
     """Whether a case has what a table of the source prints."""
     kind = "elements" if printed.kind == "parameters" else "times"
     joint = printed.joint if kind == "elements" else None
     return printed.joint in case.joints(BASIS) and any(
-        (each.kind, each.subject, each.modes, each.joint, each.is_figure)
+        (each.kind, each.subject, each.basis, each.joint, each.is_figure)
         == (kind, name, BASIS, joint, False)
-        for each in standing
+        for each in artefacts
     )
 
 
-def _index_of_figures(study: Study, shown: Sequence[str], published: Published) -> str:
-    places: dict[str, list[str]] = {}
-    for each in figures_and_tables(shown):
+def _index_of_figures(study: Study, paths: Sequence[str], published: Published) -> Markup:
+    links: dict[str, list[str]] = {}
+    for each in figures_and_tables(paths):
         if each.is_figure:
             name = each.page(study.cases)
             case = study.cases.get(name)
-            mine = Published(published.folder, case.published if case else None)
-            for figure in each.in_source(mine):
-                places.setdefault(figure, []).append(_link(name, each.anchor))
+            of_case = Published(published.folder, case.published if case else None)
+            for figure in each.in_source(of_case):
+                links.setdefault(figure, []).append(_link(name, each.anchor))
     rows = [
         {
             "figure": printed.figure,
-            "of": printed.case or printed.assembly,
-            "shows": printed.shows,
-            "where": (printed.not_made and f"not made: {printed.not_made}")
-            or _where(places.get(printed.figure, []), study, printed.case),
+            "case_or_assembly": printed.case or printed.assembly,
+            "content": printed.shows,
+            "on_page": (printed.not_made and f"not made: {printed.not_made}")
+            or _links_or_reason(links.get(printed.figure, []), study, printed.case),
         }
         for printed in published.figures().itertuples()
     ]
-    return table(pd.DataFrame(rows), "Figures 3.1 to 3.84")
+    return table_with_caption(pd.DataFrame(rows), "Figures 3.1 to 3.84")
 
 
-def _link(name: str, anchor: str) -> str:
-    return markup.link(f"{name}.html#{anchor}", "Structure" if name == "structure" else name)
+def _link(name: str, anchor: str) -> Markup:
+    return link(f"{name}.html#{anchor}", "Structure" if name == "structure" else name)
 
 
-def _where(places: Sequence[str], study: Study, case: str) -> str:
-    if places:
-        return markup.Html(", ".join(dict.fromkeys(places)))
+def _links_or_reason(links: Sequence[str], study: Study, case: str) -> str:
+    if links:
+        return Markup(", ").join(dict.fromkeys(links))
     if case and all(each.published != case for each in study.cases.values()):
         return "no case of this study is compared with it"
     return "not computed in this study"
 
 
-def _machine(shelf: Shelf) -> str:
-    body = ""
-    for path in shelf.data("environment.json"):
-        record = json.loads(Path(path).read_text(encoding="utf-8"))
-        packages = ", ".join(
-            f"{name} {record['packages'][name]}"
-            for name in ("boltjoint", "numpy", "scipy", "numba", "snakemake")
-            if name in record["packages"]
-        )
-        body += (
-            f"<p>{record['processor']}, {number(record['cores'])} cores, {record['system']}; "
-            f"Python {record['python']}, {packages}. All versions are in "
-            '<a href="../environment.json">environment.json</a>.</p>\n'
-        )
-    return body
+def _machine(content: PageContent) -> Markup:
+    records = (
+        json.loads(Path(path).read_text(encoding="utf-8"))
+        for path in content.files_named("environment.json")
+    )
+    return joined(_TEXT.machine(record) for record in records)

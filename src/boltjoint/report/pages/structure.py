@@ -1,16 +1,20 @@
-"""The page of the assemblies: what all cases start from."""
+"""The page of the assemblies: dimensions, modes without contact, contact under preload."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
+from markupsafe import Markup
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
-from boltjoint.report.pages import markup
-from boltjoint.report.pages.markup import Section, number, source, table
-from boltjoint.report.pages.shown import Shelf, menu
+from boltjoint.report.pages.content import PageContent
+from boltjoint.report.pages.document import Section, render_page
+from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.published import Published
+from boltjoint.study.tables.html import number
+
+_TEXT = prose("structure")
 
 _MATERIAL = {
     "youngs_modulus_GPa": "Young's modulus (GPa)",
@@ -19,7 +23,7 @@ _MATERIAL = {
 }
 
 
-def page(
+def structure_page(
     assemblies: Mapping[str, Assembly],
     files: Sequence[str],
     published: Published,
@@ -32,30 +36,26 @@ def page(
     assemblies
         By name, as configured.
     files
-        Figures and tables (CSV) to show, and the mesh (``assembly.nc``) of every assembly.
+        Figures and tables (CSV) of the page, and the mesh (``assembly.nc``) of every assembly.
     published
         The source's tables.
     cases
         Names of the study's cases, to which the page links.
     """
-    shelf = Shelf(files, published)
+    content = PageContent(files, published)
     sections = [
-        Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, shelf)),
-        Section("modes", "Bending modes without contact", _modes(shelf)),
-        Section("contact", "Contact under bolt preload", _contact(shelf)),
-        *shelf.rest(),
+        Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, content)),
+        Section("modes", "Bending modes without contact", _modes(content)),
+        Section("contact", "Contact under bolt preload", _contact(content)),
+        *content.remainder(),
     ]
-    lead = (
-        "<p>Two bars, each cut to half its height over the lap, clamped at one end and held "
-        "by a row of bolts. This page has what all cases start from: the finite-element meshes, "
-        "the bending modes with the contact between the bars removed, and what tightening the "
-        "bolts does to the contact.</p>"
-    )
-    return markup.page("Structure", "Assemblies", lead, sections, menu(cases), "structure.html")
+    return render_page("Structure", "Assemblies", _TEXT.lead(), sections, cases, "structure.html")
 
 
-def _dimensions(assemblies: Mapping[str, Assembly], shelf: Shelf) -> str:
-    meshes = {Path(path).parent.name: dataset.load(path) for path in shelf.data("assembly.nc")}
+def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Markup:
+    meshes = {
+        Path(path).parent.name: dataset.load(path) for path in content.files_named("assembly.nc")
+    }
     columns = {}
     for name, assembly in assemblies.items():
         bar, bolts, material = assembly.bar, assembly.bolts, assembly.material
@@ -78,92 +78,45 @@ def _dimensions(assemblies: Mapping[str, Assembly], shelf: Shelf) -> str:
                 "elements": str(sizes["element"]),
                 "contact pairs": str(sizes["pair"]),
             }
-    theirs = [name for name in assemblies if name in shelf.published.assemblies]
+    in_source = [name for name in assemblies if name in content.published.assemblies]
     notes = []
-    if theirs:
+    if in_source:
         columns["in the source"] = {
-            _MATERIAL[key]: number(value) for key, value in shelf.published.material().items()
+            _MATERIAL[key]: number(value) for key, value in content.published.material().items()
         }
         notes = [
-            f"The source has {' and '.join(theirs)}. Its dimensions are not known: those here were "
-            "chosen to meet its natural frequencies and its numbers of contact nodes. Its material "
-            "is printed.",
-            source("Table", ["3.1"]),
+            _TEXT.dimensions_of_source(" and ".join(in_source)),
+            source_reference("Table", ["3.1"]),
         ]
     frame = pd.DataFrame(columns).rename_axis("quantity").reset_index()
-    described = table(
-        frame,
-        "Dimensions, material and mesh",
-        notes,
-        anchor="dimensions-table",
-        verbatim=True,
+    described = table_with_caption(
+        frame, "Dimensions, material and mesh", notes, anchor="dimensions-table", verbatim=True
     )
-    return described + shelf.draw(
-        "mesh",
-        "Mesh of {subject}",
-        "From above at an angle, the contact surface from above, and a cut along the middle of the "
-        "width. The bolts are tied to the bars under head and nut.",
-    )
+    return described + content.figures("mesh", "Mesh of {subject}", _TEXT.mesh())
 
 
-def _modes(shelf: Shelf) -> str:
-    body = (
-        "<p>With the contact removed, the two bars slide on each other where the lap bends, and "
-        "that sliding is all that friction acts on. Responses are built from these modes, or, in "
-        "an <i>enriched</i> basis, from combinations of them with shapes that hold the contact."
-        "</p>\n"
-    )
-    while found := shelf.table("natural_frequencies"):
-        shown, frame = found
-        worst = frame["difference_percent"].abs().max()
-        note = "" if pd.isna(worst) else f"They meet the published ones within {worst:.2f} %."
-        body += table(
-            frame,
-            f"Natural frequencies of the basis {shown.modes}",
-            [note],
-            shown.anchor,
-            shown.from_page,
-            groups=["assembly"],
+def _modes(content: PageContent) -> Markup:
+    body = _TEXT.modes()
+    while table := content.table("natural_frequencies"):
+        largest = table.frame["difference_percent"].abs().max()
+        note = "" if pd.isna(largest) else f"Within {largest:.2f} % of the published frequencies."
+        title = f"Natural frequencies of the basis {table.artefact.basis}"
+        body += table.html(title, [note], groups=["assembly"])
+    return body + content.figures("modes", "Bending modes of {subject}", _TEXT.modes_figure())
+
+
+def _contact(content: PageContent) -> Markup:
+    body = _TEXT.contact()
+    if table := content.table("contact"):
+        published = table.frame["published_pairs"].notna().any()
+        note = _TEXT.published_pairs() if published else ""
+        body += table.html("Contact of every assembly and preload", [note], groups=["assembly"])
+    return (
+        body
+        + content.figures("contact", "{subject} with {preload} N per bolt", _TEXT.contact_figure())
+        + content.figures(
+            "deformation", "Shape of {subject} with {preload} N per bolt", _TEXT.deformation()
         )
-    return body + shelf.draw(
-        "modes",
-        "Bending modes of {subject}",
-        "Cut along the middle of the width; displacements are enlarged.",
-    )
-
-
-def _contact(shelf: Shelf) -> str:
-    body = (
-        "<p>Tightening the bolts presses the bars together around them and lifts the ends of the "
-        "lap apart. The load of a pair sets the force at which its friction element slips; where a "
-        "pair is open, its gap has to close before there is any.</p>\n"
-    )
-    if found := shelf.table("contact"):
-        shown, frame = found
-        printed = (
-            "The published numbers are those of friction elements: one on every pair where the "
-            "normal load varies, one on every loaded pair where it is constant."
-        )
-        body += table(
-            frame,
-            "Contact of every assembly and preload",
-            [printed if frame["published_pairs"].notna().any() else ""],
-            shown.anchor,
-            shown.from_page,
-            groups=["assembly"],
-        )
-    body += shelf.draw(
-        "contact",
-        "{subject} with {newton} N per bolt",
-        "Every pair is drawn as the area that belongs to it. Load follows that area as much as "
-        "pressure: pairs on the edge of a hole have about half the area of their neighbours, and "
-        "with it half the slip force.",
-    )
-    return body + shelf.draw(
-        "deformation",
-        "Shape of {subject} with {newton} N per bolt",
-        "Cut along the middle of the width; displacements are enlarged. The ends of every cut "
-        "shank lie over one another by what tightening has shortened it.",
     )
 
 

@@ -1,1 +1,0 @@
-"""The pages of the report: what they show, in which order, and how they are set."""

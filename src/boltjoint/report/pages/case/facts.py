@@ -1,0 +1,100 @@
+"""The configuration of a case beside that of the source."""
+
+from collections.abc import Iterable, Iterator
+
+import pandas as pd
+from markupsafe import Markup
+
+from boltjoint import dataset
+from boltjoint.config.case import Case
+from boltjoint.config.options import Solver
+from boltjoint.names import JointName
+from boltjoint.report.pages.content import PageContent, select
+from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.study.tables.html import number
+
+LAWS = {"constant": "constant normal load", "variable": "variable normal load"}
+
+_DIVISIONS = {"equal-load": "equal loads", "equal-middle-load": "equal pressure along the middle"}
+_MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
+
+#: keys of the contact and the columns of the source's table of cases
+_CONTACT = {
+    "law": "contact_law",
+    "tangential_stiffness_N_per_m": "k_u_kN_per_mm",
+    "normal_stiffness_N_per_m": "k_v_kN_per_mm",
+    "friction_coefficient": "mu",
+}
+
+#: values of the source that stand in none of its tables, by quantity
+_IN_SOURCE = {
+    "basis": "the first four bending modes",
+    "friction forces": "–",
+    "harmonics of the response": "–",
+    "motion of a region": "mean of its pairs",
+}
+_DIVISIONS_IN_SOURCE = {"constant": "similar loads", "variable": "by the load along the middle"}
+
+
+def facts(case: Case, solver: Solver, content: PageContent) -> Markup:
+    """The table of the case; its last column has the values of the source."""
+    rows = list(_quantities(case, solver, content))
+    columns = {"quantity": [row[0] for row in rows], "here": [row[1] for row in rows]}
+    published = content.published.case_study()
+    if published:
+        printed = {key: value.replace(" ", ", ") for key, value in published.items()}
+        law = published["contact_law"]
+        printed["contact_law"] = LAWS.get(law, law)
+        stated = _IN_SOURCE | {"division into regions": _DIVISIONS_IN_SOURCE.get(law, "not given")}
+        columns["in the source"] = [
+            stated.get(quantity) or printed.get(key or "") or "not given"
+            for quantity, _, key in rows
+        ]
+    tables = content.published.tables()
+    of_case = select(tables, case=content.published.case or "", kind="stiffness")
+    notes = [source_reference("Table", list(of_case["table"]))]
+    frame = pd.DataFrame(columns)
+    table = table_with_caption(frame, "Configuration", notes, "case-table", verbatim=True)
+    implied = content.published.implied_preload()
+    return table + (prose("case").implied_preload(published, implied) if implied else "")
+
+
+def _quantities(
+    case: Case, solver: Solver, content: PageContent
+) -> Iterator[tuple[str, str, str | None]]:
+    """Quantities of a case, their values, and the columns of the source's table of cases."""
+    yield "assembly", case.assembly, "assembly"
+    yield "preload per bolt (N)", number(case.preload_N), "preload_per_bolt_N"
+    for key, value in case.contact.model_dump().items():
+        words = key.replace("_", " ")
+        if key == "law":
+            yield "contact", LAWS.get(value, value), _CONTACT[key]
+        elif key.endswith("_N_per_m"):
+            words = f"{words.removesuffix(' N per m')} of a pair (kN/mm)"
+            yield words, number(value / 1e6), _CONTACT.get(key)
+        else:
+            yield words, str(value), _CONTACT.get(key)
+    for path in content.files_named("joint.nc")[:1]:
+        elements = dataset.load(path).sizes["element"]
+        yield "friction elements, node to node", str(elements), "contact_nodes"
+    yield "loss factor", number(case.loss_factor), None
+    yield "forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"
+    friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
+    yield "friction forces", friction, None
+    yield "harmonics of the response", str(solver.harmonics), None
+    if solver.sampling is not None:
+        yield "time samples per period", str(solver.samples), None
+    yield "basis", ", ".join(case.bases), None
+    joints = [JointName(joint) for joint in case.joints(case.bases[0])]
+    bands = _counts(joint.count for joint in joints if joint.division == "regions")
+    yield "regions", bands, "regions"
+    yield "division into regions", _DIVISIONS[case.regions.division], None
+    yield "motion of a region", _MOTIONS[case.regions.motion], None
+    elements = _counts(joint.elements for joint in joints)
+    yield "elements in a region", elements, "elements_per_region"
+
+
+def _counts(counts: Iterable[int | str | None]) -> str:
+    """Different counts in ascending order, then ``auto``, for which a tolerance decides."""
+    texts = {str(count) for count in counts if count is not None}
+    return ", ".join(sorted(texts, key=lambda n: (not n.isdigit(), len(n), n))) or "none"

@@ -1,0 +1,184 @@
+"""Figures of a joint and of its responses, with statements on their peaks, errors and ends."""
+
+import pandas as pd
+from markupsafe import Markup
+
+from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.report.pages.case.basis import CaseBasis
+from boltjoint.report.pages.content import StudyTable, select
+from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.study.tables.html import number
+
+_TEXT = prose("case")
+
+
+def joint_figures(basis: CaseBasis, joint: str) -> Markup:
+    """Regions of a joint on the contact, and the fit of its elements."""
+    name = JointName(joint)
+    content = basis.content
+    body = Markup()
+    if name.division is not None:
+        values = {"basis": basis.name, "joint": name.regions}
+        words = capitalize(name.regions.label)
+        body += content.figures("regions", f"{words} on the contact", _TEXT.map(), **values)
+        if table := content.table("regions", **values):
+            body += table.html(words)
+    if name.elements is not None:
+        values = {"basis": basis.name, "joint": joint}
+        region = content.published.region_of_loops(joint)
+        body += content.figures(
+            "loops",
+            f"Hysteresis loops of region {region}",
+            _TEXT.loops(name.elements, name.reduction == "elements"),
+            **values,
+        )
+        if table := content.table("elements", **values):
+            body += _elements(table, basis.without_published(table.frame))
+    return body
+
+
+def _elements(table: StudyTable, frame: pd.DataFrame) -> Markup:
+    notes = ["In the order in which they start to slip."]
+    anchor = None
+    if "source_table" in frame:
+        printed = frame["source_table"].iloc[0].split(" and ")
+        sums = (frame[name].sum() for name in ("slip_force_N", "published_slip_force_N"))
+        notes += [_TEXT.sums_of_slip_forces(*sums), source_reference("Table", printed)]
+        anchor = f"table-{'-'.join(printed)}-{table.artefact.basis}"
+        frame = frame.drop(columns="source_table")
+    return table.html("Fitted elements", notes, ["region"], frame=frame, anchor=anchor)
+
+
+def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
+    """Responses of a joint around a resonance, and the contact states at their peaks."""
+    body = Markup()
+    around = f" around resonance {resonance}" if resonance > 1 else ""
+    for coordinates in basis.coordinates_by_joint(resonance)[joint]:
+        values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+        words = f"{JointName(joint).label}, {Coordinates(coordinates).label}{around}"
+        for kind, title, note in (
+            ("response", capitalize(words), _statement(basis, **values)),
+            ("states", f"Contact at the peaks: {words}", _TEXT.states_figure()),
+        ):
+            body += basis.content.figures(kind, title, note, basis=basis.name, **values)
+    return body
+
+
+def peaks(basis: CaseBasis, resonance: int) -> Markup:
+    """Peaks of the node-to-node joint, all kinds of coordinates side by side."""
+    if basis.accuracy is None:
+        return Markup()
+    nodes = select(basis.accuracy.frame, joint=REFERENCE[0], resonance=resonance)
+    columns = {"peak_frequency_Hz": "frequency_Hz", "peak_mm_per_N": "response_mm_per_N"}
+    # the largest response of a part of a branch need not be the peak
+    nodes = nodes.assign(**{name: nodes[name].where(nodes["complete"]) for name in columns})
+    parts = {
+        Coordinates(coordinates).label: rows.set_index("force_N")[list(columns)].rename(
+            columns=columns
+        )
+        for coordinates, rows in nodes.groupby("coordinates", sort=False)
+    }
+    if not parts:
+        return Markup()
+    title = "Peaks of the node-to-node joint"
+    return table_with_caption(side_by_side(parts), title, [_TEXT.peaks()])
+
+
+def side_by_side(parts: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """Tables over force beside each other, each under its name."""
+    frame = pd.concat(parts, axis=1)
+    frame.insert(0, ("", "force_N"), frame.index)
+    return frame
+
+
+def capitalize(words: str) -> str:
+    """The same words, the first with a capital."""
+    return words[:1].upper() + words[1:]
+
+
+def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -> str:
+    """Peaks or errors of a response, its folds, and where it is replaced, wrong or broken off."""
+    if basis.accuracy is None:
+        return ""
+    values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+    rows = select(basis.accuracy.frame, **values)
+    is_reference = (joint, coordinates) == REFERENCE
+    about_peaks = _peaks_of_reference(rows) if is_reference else _errors_of_peaks(rows)
+    statements = (about_peaks, _folds(rows), _replaced(rows), _wrong(rows), _broken_off(rows))
+    return Markup(" ").join(filter(None, statements))
+
+
+def _peaks_of_reference(rows: pd.DataFrame) -> str:
+    complete = rows[rows["complete"]]
+    if complete.empty:
+        return ""
+    low, high = complete.iloc[0], complete.iloc[-1]
+    return (
+        f"The peak lies at {low['peak_frequency_Hz']:.1f} Hz with {low['force_N']:g} N and at "
+        f"{high['peak_frequency_Hz']:.1f} Hz with {high['force_N']:g} N."
+    )
+
+
+def _errors_of_peaks(rows: pd.DataFrame) -> str:
+    complete = rows[rows["complete"]].set_index("force_N")
+    errors = {
+        quantity: complete[f"peak_{quantity}_error_percent"].abs()
+        for quantity in ("frequency", "amplitude")
+    }
+    if any(error.isna().all() for error in errors.values()):
+        return ""
+    largest = " and ".join(
+        f"{number(error.max(), 2)} % in {quantity} (at {error.idxmax():g} N)"
+        for quantity, error in errors.items()
+    )
+    medians = " and ".join(f"{number(error.median(), 2)} %" for error in errors.values())
+    return f"Errors of the peak against the reference: at most {largest}; medians {medians}."
+
+
+def _folds(rows: pd.DataFrame) -> str:
+    """Where there are several solutions at one frequency."""
+    folded = rows[rows["turning_points"] > 0]
+    if folded.empty:
+        return ""
+    ranges = ", ".join(
+        f"at {one.force_N:g} N between {one.folded_from_Hz:.2f} and {one.folded_to_Hz:.2f} Hz "
+        f"({one.turning_points} turning points)"
+        for one in folded.itertuples()
+    )
+    return (
+        f"There are several solutions at the same frequency: {ranges}. Sweeps with rising and with "
+        "falling frequency follow different ones."
+    )
+
+
+def _replaced(rows: pd.DataFrame) -> str:
+    """Where the response in linear modes takes its place."""
+    replaced = rows[rows["fell_back"]]
+    if replaced.empty:
+        return ""
+    return f"At {_forces(replaced)} N it is replaced by the response in linear modes."
+
+
+def _wrong(rows: pd.DataFrame) -> str:
+    """Where the error estimated in all linear modes is too large."""
+    wrong = rows[rows["wrong"]]
+    if wrong.empty:
+        return ""
+    at_peak = wrong["estimated_peak_error_percent"].max()
+    return _TEXT.wrong(
+        _forces(wrong),
+        number(wrong["estimated_largest_error_percent"].max(), 2),
+        "" if pd.isna(at_peak) else number(at_peak, 2),
+    )
+
+
+def _broken_off(rows: pd.DataFrame) -> str:
+    lost = rows[~rows["complete"]]
+    if lost.empty:
+        return ""
+    reasons = "; ".join(lost["reason"].dropna().unique())
+    return f"Broken off at {_forces(lost)} N{f': {reasons}' if reasons else ''}."
+
+
+def _forces(rows: pd.DataFrame) -> str:
+    return ", ".join(f"{force:g}" for force in rows["force_N"])

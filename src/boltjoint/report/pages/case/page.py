@@ -1,0 +1,124 @@
+"""The page of a case: its joints from node-to-node to a few elements, then tables of them all."""
+
+from collections.abc import Iterator, Sequence
+
+from markupsafe import Markup
+
+from boltjoint.config.case import Case
+from boltjoint.config.options import Solver
+from boltjoint.names import JointName
+from boltjoint.report.pages.case.basis import CaseBasis
+from boltjoint.report.pages.case.facts import LAWS, facts
+from boltjoint.report.pages.case.joints import capitalize, joint_figures, peaks, responses
+from boltjoint.report.pages.case.tables import (
+    accuracy,
+    contact_states,
+    fits,
+    higher_harmonics,
+    published_times,
+    solution_times,
+)
+from boltjoint.report.pages.content import PageContent
+from boltjoint.report.pages.document import Section, render_page
+from boltjoint.report.pages.markup import joined, prose
+from boltjoint.study.published import Published
+
+_TEXT = prose("case")
+_STAGES = {
+    "nodes": "Node-to-node joint",
+    "regions": "Regions",
+    "elements": "Few elements in each region",
+}
+
+
+def case_page(
+    name: str,
+    case: Case,
+    solver: Solver,
+    files: Sequence[str],
+    published: Published,
+    cases: Sequence[str],
+) -> str:
+    """Node-to-node joint, regions and few elements of a case, in the order of the source.
+
+    Parameters
+    ----------
+    name, case
+        The case and how it is configured.
+    solver
+        How friction was solved: in closed form or by AFT, in how many harmonics.
+    files
+        Figures and tables (CSV) of the page, and the node-to-node joint (``joint.nc``) of every
+        basis.
+    published
+        The source's tables, of the case study that this case is compared with.
+    cases
+        Names of the study's cases, to which the page links.
+    """
+    content = PageContent(files, published)
+    sections = [Section("case", "The case", facts(case, solver, content))]
+    for basis in case.bases:
+        sections += _sections(CaseBasis.of(case, basis, content))
+    sections += content.remainder()
+    law = LAWS.get(case.contact.law, case.contact.law)
+    lead = _TEXT.lead(published.case_study(), case, law, solver.harmonics)
+    return render_page(name, "Case study", lead, sections, cases, f"{name}.html")
+
+
+def _sections(basis: CaseBasis) -> Iterator[Section]:
+    """All sections of a case in one basis."""
+    where = "" if len(basis.case.bases) == 1 else f" in {basis.name}"
+    first, *others = basis.case.resonances(basis.name)
+    yield from _stages(basis, first, where)
+    title = "Backbones of resonance"
+    bodies = {
+        **{
+            f"resonance-{resonance}": (f"Resonance {resonance}", _joints(basis, resonance))
+            for resonance in others
+        },
+        "fits": ("Fits of elements", fits(basis)),
+        "backbones": ("Backbones", basis.figures_by_resonance("backbone", title, _TEXT.backbone())),
+        "harmonics": higher_harmonics(basis),
+        "states": ("Contact at the peaks", contact_states(basis)),
+        "accuracy": ("Accuracy", accuracy(basis)),
+        "times": ("Solution times", solution_times(basis)),
+    }
+    for anchor, (title, body) in bodies.items():
+        if body:
+            yield Section(f"{anchor}-{basis.name}", title + where, body)
+
+
+def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
+    """Node-to-node joint, regions and few elements around the first resonance."""
+    for stage, title in _STAGES.items():
+        bodies = {
+            joint: joint_figures(basis, joint)
+            + responses(basis, joint, resonance)
+            + published_times(basis, joint)
+            for joint in basis.coordinates_by_joint(resonance)
+            if _stage_of(joint) == stage
+        }
+        if not bodies:
+            continue
+        body = getattr(_TEXT, stage)()
+        if stage == "nodes":
+            body += peaks(basis, resonance) + joined(bodies.values())
+        yield Section(f"{stage}-{basis.name}", title + where, body)
+        if stage != "nodes":
+            for joint, body in bodies.items():
+                words = capitalize(JointName(joint).label) + where
+                yield Section(f"{JointName(joint).file_name}-{basis.name}", words, body, level=3)
+
+
+def _stage_of(joint: str) -> str:
+    name = JointName(joint)
+    if name.division is None:
+        return "nodes"
+    return "regions" if name.reduction is None else "elements"
+
+
+def _joints(basis: CaseBasis, resonance: int) -> Markup:
+    return joined(
+        joint_figures(basis, joint) + responses(basis, joint, resonance)
+        for joint in basis.coordinates_by_joint(resonance)
+    )

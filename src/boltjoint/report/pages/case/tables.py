@@ -1,0 +1,140 @@
+"""Tables of all responses of a case: errors and residuals, harmonics, fits, states, times."""
+
+import pandas as pd
+from markupsafe import Markup
+
+from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.report.pages.case.basis import CaseBasis
+from boltjoint.report.pages.case.joints import side_by_side
+from boltjoint.report.pages.content import StudyTable, select
+from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.report.pages.statements import (
+    format_residual_in_time,
+    harmonics_in_words,
+    largest_errors,
+    with_fewest_harmonics,
+)
+
+_TEXT = prose("case")
+_GROUPS = ["joint", "coordinates", "resonance"]
+
+
+def accuracy(basis: CaseBasis) -> Markup:
+    """Errors and residuals of every response, and the largest over all forces."""
+    if basis.accuracy is None:
+        return Markup()
+    frame = basis.accuracy.frame
+    largest = []
+    for key, rows in frame.groupby(_GROUPS, sort=False):
+        row = dict(zip(_GROUPS, key, strict=True))
+        row["branches_solved"] = f"{int(rows['complete'].sum())} of {len(rows)}"
+        row["branches_folded"] = int((rows["turning_points"] > 0).sum())
+        for column in (
+            "peak_frequency_error_percent",
+            "peak_amplitude_error_percent",
+            "curve_error_dB",
+            "estimated_peak_error_percent",
+            "residual",
+            "energy_error",
+        ):
+            row[f"largest_{column.removeprefix('estimated_')}"] = rows[column].abs().max()
+        if "residual_in_time" in rows:
+            row["residual_in_time"] = format_residual_in_time(rows["residual_in_time"].max())
+        largest.append(row)
+    if "residual_in_time" in frame:
+        frame = frame.assign(
+            residual_in_time=frame["residual_in_time"].map(format_residual_in_time)
+        )
+    title = "Largest errors over all forces"
+    return (
+        _TEXT.accuracy()
+        + table_with_caption(pd.DataFrame(largest), title, groups=_GROUPS[:2])
+        + basis.accuracy.html("Every response", groups=_GROUPS, frame=frame)
+    )
+
+
+def higher_harmonics(basis: CaseBasis) -> tuple[str, Markup]:
+    """Title and body of the section on more harmonics and on time integration."""
+    peaks, integrated = (
+        basis.content.table(kind, basis=basis.name) for kind in ("harmonic_peaks", "harmonics")
+    )
+    body = _peaks_by_harmonics(peaks) if peaks else Markup()
+    if integrated is None:
+        return "Higher harmonics", body
+    return "Higher harmonics and time integration", body + _time_integration(integrated)
+
+
+def _peaks_by_harmonics(table: StudyTable) -> Markup:
+    fewest = with_fewest_harmonics(table.frame)
+    text = _TEXT.harmonic_peaks(harmonics_in_words(fewest), largest_errors(fewest))
+    return text + table.html("Peaks by harmonics", groups=["force_N"])
+
+
+def _time_integration(table: StudyTable) -> Markup:
+    if table.frame.empty:
+        return _TEXT.no_time_integration()
+    difference = table.frame.set_index("harmonics")["difference_percent"].abs()
+    largest = difference.groupby(level=0).max()
+    highest, lowest = largest.index.max(), largest.index.min()
+    text = _TEXT.time_integration(highest, f"{largest[highest]:.2g}", f"{largest[lowest]:.3g}")
+    return text + table.html("First harmonic of the response")
+
+
+def fits(basis: CaseBasis) -> Markup:
+    """Cost and errors of the fitted elements of all joints."""
+    if not (table := basis.content.table("fits", basis=basis.name)):
+        return Markup()
+    frame = table.frame.assign(joint=table.frame["joint"].map(lambda name: JointName(name).label))
+    return _TEXT.fits() + table.html("Fits of elements", frame=frame)
+
+
+def contact_states(basis: CaseBasis) -> Markup:
+    """Shares of the contact states at the peaks of all responses."""
+    if not (table := basis.content.table("states", basis=basis.name)):
+        return Markup()
+    return _TEXT.states() + table.html("Every response", groups=_GROUPS)
+
+
+def published_times(basis: CaseBasis, joint: str) -> Markup:
+    """Times of a joint beside those that the source prints, in the source's arrangement."""
+    if not basis.is_published or basis.times is None or "source_table" not in basis.times.frame:
+        return Markup()
+    of_joint = select(basis.times.frame, joint=joint).dropna(subset="source_table")
+    body = Markup()
+    for printed, of_table in of_joint.groupby("source_table", sort=False):
+        parts = {
+            Coordinates(coordinates).label: _beside_published(
+                rows.set_index("force_N"), (joint, coordinates) == REFERENCE
+            )
+            for coordinates, rows in of_table.groupby("coordinates", sort=False)
+        }
+        body += table_with_caption(
+            side_by_side(parts),
+            f"Solution times: {JointName(joint).label}",
+            [_TEXT.published_times(), source_reference("Table", [str(printed)])],
+            anchor=f"table-{printed}-{basis.name}",
+        )
+    return body
+
+
+def _beside_published(times: pd.DataFrame, is_reference: bool) -> pd.DataFrame:
+    columns = {}
+    if times["published_s"].notna().any():
+        columns |= {"here_s": times["cpu_forward_difference_s"], "source_s": times["published_s"]}
+    if not is_reference:
+        columns |= {
+            "reduction_here_percent": times["reduction_forward_difference_percent"],
+            "reduction_in_source_percent": times["published_reduction_percent"],
+        }
+    return pd.DataFrame(columns)
+
+
+def solution_times(basis: CaseBasis) -> Markup:
+    """Times of all responses, as figures and as a table."""
+    if basis.times is None:
+        return Markup()
+    title = "Solution times around resonance"
+    figures = basis.figures_by_resonance("times", title, _TEXT.times_figure())
+    frame = basis.without_published(basis.times.frame)
+    table = basis.times.html("Every response", groups=_GROUPS, frame=frame)
+    return _TEXT.times() + figures + table

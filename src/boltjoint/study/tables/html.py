@@ -1,0 +1,194 @@
+"""Tables as HTML, for the page of a single table and for the pages of the report."""
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pandas as pd
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+#: numbers of a column that differ by more than this ratio get decimals each by itself
+_WIDE_RATIO = 300
+#: characters above which the text of a cell is broken into lines
+_LONG_TEXT = 40
+
+#: the last words of a column's name that are its unit, and how the unit is printed
+_UNITS = {
+    "kN_per_mm": "kN/mm",
+    "mm_per_N": "mm/N",
+    "dB": "dB",
+    "percent": "%",
+    "points": "percentage points",
+    "relative": "relative",
+    "Hz": "Hz",
+    "MPa": "MPa",
+    "um": "µm",
+    "mm": "mm",
+    "N2": "N²",
+    "N": "N",
+    "s": "s",
+}
+
+
+def template_environment(*folders: Path) -> Environment:
+    """Templates of some folders and of this one; text is escaped unless it is ``Markup``."""
+    here = Path(__file__).parent
+    return Environment(
+        loader=FileSystemLoader([*folders, here, here / "templates"]),
+        autoescape=True,
+        trim_blocks=True,
+        undefined=StrictUndefined,
+    )
+
+
+_TEMPLATES = template_environment()
+
+
+def table_page(frame: pd.DataFrame, title: str) -> str:
+    """The page of a single table under its title."""
+    page = _TEMPLATES.get_template("table_page.html.j2")
+    return page.render(title=title, table=html_table(frame)) + "\n"
+
+
+def html_table(frame: pd.DataFrame, groups: Sequence[str] = (), verbatim: bool = False) -> Markup:
+    """A table as HTML, all numbers of a column with the same decimals.
+
+    Parameters
+    ----------
+    frame
+        Columns named ``quantity_unit``, or pairs of a heading above several columns and such a
+        name. Cells are text, which is escaped unless it is ``Markup``, numbers or truth values.
+    groups
+        Leading columns whose repeated entries are printed once.
+    verbatim
+        Whether headings are printed as they are, such as names of assemblies.
+    """
+    pairs = [column if isinstance(column, tuple) else ("", column) for column in frame]
+    spans, names = [span for span, _ in pairs], [name for _, name in pairs]
+    columns = [column for _, column in frame.items()]
+    # a line stands left of the first column of each span
+    first = [
+        any(spans) and (index == 0 or span != spans[index - 1]) for index, span in enumerate(spans)
+    ]
+    styles = [_style(column, new) for column, new in zip(columns, first, strict=True)]
+    headings = [name if verbatim else heading(name) for name in names]
+    table = _TEMPLATES.get_template("table.html.j2").render(
+        spans=_spans(spans, first),
+        headings=zip(headings, styles, strict=True),
+        rows=(
+            (new, zip(cells, styles, strict=True))
+            for new, cells in _rows(_printed(columns, names), len(groups))
+        ),
+    )
+    return Markup(table)
+
+
+def heading(column: str) -> str:
+    """The heading of a column: its name in words, its unit in brackets.
+
+    >>> heading("largest_load_N"), heading("k_kN_per_mm"), heading("reason")
+    ('largest load (N)', 'k (kN/mm)', 'reason')
+    """
+    for ending, unit in _UNITS.items():
+        if column.endswith(f"_{ending}"):
+            words = column.removesuffix(f"_{ending}").replace("_", " ")
+            return f"{words} ({unit})"
+    return column.replace("_", " ")
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number in text, with this many significant digits.
+
+    >>> number(0.001), number(37976.0), number(7.3e-15), number(-11.1288)
+    ('0.001', '37976', '7.3 × 10⁻¹⁵', '−11.13')
+    """
+    if value == 0 or 1e-4 <= abs(value) < 1e7:
+        before = 1 + math.floor(math.log10(abs(value))) if value else 1
+        text = f"{value:.{max(0, digits - before)}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+    else:
+        base, power = f"{value:.{min(digits, 3) - 1}e}".split("e")
+        base = base.rstrip("0").rstrip(".")
+        exponent = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        text = f"{base} × 10{exponent}"
+    return text.replace("-", "−")
+
+
+def _spans(spans: Sequence[str], first: Sequence[bool]) -> list[tuple[str, int]]:
+    """The headings above several columns, and above how many each stands."""
+    starts = [index for index, new in enumerate(first) if new]
+    ends = [*starts[1:], len(spans)]
+    return [(spans[begin], end - begin) for begin, end in zip(starts, ends, strict=False)]
+
+
+def _printed(columns: Sequence[pd.Series], names: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """The cells of every row; columns of one name under several spans are printed alike."""
+    alike: dict[str, list[pd.Series]] = {}
+    for name, column in zip(names, columns, strict=True):
+        alike.setdefault(name, []).append(column)
+    decimals = {name: _decimals(name, same) for name, same in alike.items()}
+    printed = (
+        [_cell(value, decimals[name]) for value in column]
+        for column, name in zip(columns, names, strict=True)
+    )
+    return zip(*printed, strict=True)
+
+
+def _rows(
+    printed: Iterator[tuple[str, ...]], groups: int
+) -> Iterator[tuple[bool, tuple[str, ...]]]:
+    """Whether each row starts a group, and its cells without those that repeat the row above."""
+    above: tuple[str, ...] = ()
+    for cells in printed:
+        same = 0
+        while above and same < groups and cells[same] == above[same]:
+            same += 1
+        yield 0 < groups and same < groups, ("",) * same + cells[same:]
+        above = cells
+
+
+def _style(column: pd.Series, first: bool) -> str:
+    if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
+        style = "number"
+    else:
+        texts = [re.sub("<.*?>", "", text) for text in column if isinstance(text, str)]
+        style = "text prose" if any(len(text) > _LONG_TEXT for text in texts) else "text"
+    return f"{style} first" if first else style
+
+
+def _decimals(name: str, columns: Sequence[pd.Series]) -> int | None:
+    """How many decimals suit all numbers of a column, or None where each number has its own."""
+    if name.endswith(("percent", "points", "dB")):
+        return 2
+    known = [
+        abs(value)
+        for column in columns
+        for value in column
+        if isinstance(value, float) and math.isfinite(value) and value != 0
+    ]
+    if not known or all(float(f"{value:.3g}") == value for value in known):
+        return None  # chosen, not computed: 0.001, 1, 50
+    if all(value.is_integer() and value < 1e15 for value in known):
+        return 0
+    if max(known) / min(known) > _WIDE_RATIO:
+        return None
+    # four digits of the largest, or three of the smallest
+    most, least = (math.floor(math.log10(extreme(known))) for extreme in (max, min))
+    return max(0, 3 - most, 2 - least)
+
+
+def _cell(value: object, decimals: int | None) -> str:
+    if isinstance(value, str):
+        return value
+    if pd.api.types.is_bool(value):
+        return "yes" if value else "no"
+    if value is None or pd.isna(value):
+        return "–"
+    if not isinstance(value, float):
+        return str(value).replace("-", "−")
+    if decimals is not None and decimals <= 6:
+        text = f"{value:.{decimals}f}"
+        return text.removeprefix("-") if float(text) == 0 else text.replace("-", "−")
+    return number(value)

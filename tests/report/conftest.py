@@ -1,0 +1,213 @@
+"""Results that figures are drawn from, and files that pages are written from."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from figure_parts import FORCES
+from page_examples import CASE, DRAWING, SOURCE, write
+from small_joint import make_joint, make_preload
+from small_study import ASSEMBLY
+
+from boltjoint import dataset
+from boltjoint.config.assembly import Assembly
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.study.published import Published
+
+HEIGHT = 0.01
+
+
+BOLTED = ASSEMBLY | {
+    "bar": {"width_mm": 20, "height_mm": 16, "free_length_mm": [60, 50], "lap_mm": 62},
+    "material": {"youngs_modulus_GPa": 200, "poissons_ratio": 0.3, "density_kg_per_m3": 7800},
+}
+
+
+@pytest.fixture(scope="module")
+def assembly():
+    """Two plates of 6 x 2 elements on each other, in contact all over."""
+    plan = np.stack(np.meshgrid(np.linspace(0, 0.06, 7), [-0.01, 0, 0.01], indexing="ij"), -1)
+    plan = plan.reshape(-1, 2)
+    quad = np.array(
+        [[3 * i + j, 3 * i + 3 + j, 3 * i + 4 + j, 3 * i + 1 + j] for i in range(6) for j in (0, 1)]
+    )
+    levels = (-HEIGHT, 0, 0, HEIGHT)
+    coordinate = np.concatenate([np.c_[plan, np.full(21, z)] for z in levels])
+    bar_a, bar_b = (np.c_[quad + 42 * bar, quad + 42 * bar + 21] for bar in (0, 1))
+    pair_node = np.c_[np.arange(21, 42), np.arange(42, 63)]
+    area = np.bincount(quad.ravel(), minlength=21) * 1e-4 / 4
+    return xr.Dataset(
+        {
+            "coordinate": (("node", "axis"), coordinate),
+            "connectivity": (("element", "corner"), np.concatenate([bar_a, bar_b])),
+            "part": ("element", np.repeat([0, 1], 12)),
+            "pair_node": (("pair", "side"), pair_node),
+            "position": (("pair", "axis"), coordinate[21:42]),
+            "area": ("pair", area),
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+
+
+@pytest.fixture(scope="module")
+def modes(assembly):
+    x = assembly["coordinate"].sel(axis="x").to_numpy()
+    shape = np.zeros((x.size, 3, 2))
+    shape[:, 2] = np.c_[x**2, x**3 - 0.03 * x**2]
+    return xr.Dataset(
+        {
+            "mode_shape": (("node", "axis", "mode"), shape),
+            "natural_frequency": ("mode", [70.62, 360.59]),
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+
+
+@pytest.fixture(scope="module")
+def preload(assembly):
+    load = np.clip(500 - 2e4 * assembly["position"].sel(axis="x"), 0, None)
+    return xr.Dataset(
+        {
+            "normal_load": load.drop_vars("axis"),
+            "gap": ("pair", np.where(load > 0, 0, 1e-6)),
+            "position": assembly["position"],
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def bolted():
+    """Two bars and two bolts, coarsely meshed."""
+    return build_assembly(Assembly.model_validate(BOLTED))
+
+
+@pytest.fixture(scope="module")
+def regions():
+    nodes = make_joint()
+    return partition_regions(nodes, make_preload(nodes), 3)
+
+
+@pytest.fixture(scope="module")
+def variable(assembly):
+    """A joint under variable normal load on all pairs of the small assembly, some of them open."""
+    position = assembly["position"].to_numpy()
+    joint = make_joint(len(position), law="variable")
+    return replace(joint, position=position, element_position=position)
+
+
+@pytest.fixture(scope="module")
+def variable_response(variable):
+    return solve_response(variable, FORCES, loss_factor=0.01)
+
+
+@pytest.fixture(scope="module")
+def reduced(regions):
+    fitted, fit = fit_reduced_joint(regions, 2, starts=2)
+    return joint_to_dataset(fitted).merge(fit)
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return solve_response(make_joint(), FORCES, loss_factor=0.01)
+
+
+@pytest.fixture(scope="module")
+def response(regions):
+    return solve_response(regions, FORCES, loss_factor=0.01)
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Figures and tables of a case ``mine``, with one figure that no page expects."""
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "tables").mkdir()
+    stems = [
+        f"response_mine_free-4_{joint}_{coordinates}_resonance={resonance}"
+        for resonance, joints in {
+            1: ("node-to-node", "regions=6", "regions=6_elements=4"),
+            2: ("node-to-node",),
+        }.items()
+        for joint in joints
+        for coordinates in ("linear", "rdnm-1")
+    ]
+    stems += [
+        "regions_mine_free-4_regions=6",
+        "loops_mine_free-4_regions=6_elements=4",
+        "states_mine_free-4_node-to-node_linear_resonance=1",
+        "surprise_mine_free-4",
+    ]
+    for stem in stems:
+        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    solved = pd.DataFrame(
+        [
+            {"joint": joint, "coordinates": coordinates, "resonance": 1, "force_N": force}
+            for joint in ("node-to-node", "regions=6", "regions=6/elements=4")
+            for coordinates in ("linear", "rdnm-1")
+            for force in CASE["forces_N"]
+        ]
+    )
+    broken = (solved["coordinates"] == "rdnm-1") & (solved["force_N"] == 50)
+    folded = (solved["joint"] == "regions=6") & (solved["force_N"] == 50)
+    accuracy = solved.assign(
+        complete=~broken,
+        peak_frequency_Hz=np.where(broken, np.nan, 70.61234),
+        peak_mm_per_N=1.5,
+        peak_frequency_error_percent=np.where(broken, np.nan, -1.25),
+        peak_amplitude_error_percent=np.where(broken, np.nan, 20.0),
+        curve_error_dB=0.5,
+        estimated_peak_error_percent=np.where(solved["coordinates"] == "rdnm-1", 0.7, 0.0),
+        estimated_largest_error_percent=0.9,
+        energy_error=1e-3,
+        residual=0.02,
+        wrong=False,
+        fell_back=False,
+        turning_points=np.where(folded, 2, 0),
+        folded_from_Hz=np.where(folded, 71.25, np.nan),
+        folded_to_Hz=np.where(folded, 72.5, np.nan),
+        residual_in_time=1e-7,
+        worst_in_time_Hz=70.5,
+        reason=np.where(broken, "the branch would turn back", None),
+    )
+    times = solved.assign(
+        cpu_s=0.1,
+        cpu_forward_difference_s=0.3,
+        reduction_percent=10.0,
+        reduction_forward_difference_percent=40.0,
+        complete=True,
+    ).merge(
+        Published(SOURCE, "three_bolt_constant").time_reductions().assign(resonance=1),
+        how="left",
+        on=["joint", "coordinates", "resonance", "force_N"],
+    )
+    elements = pd.DataFrame(
+        {
+            "region": [1, 1],
+            "element": [1, 2],
+            "k_kN_per_mm": [1.0, 2.0],
+            "slip_force_N": [100.0, 200.0],
+            "published_k_kN_per_mm": [1.5, 2.5],
+            "published_slip_force_N": [400.0, 300.0],
+            "source_table": "3.5",
+        }
+    )
+    for stem, frame in {
+        "accuracy_mine_free-4": accuracy,
+        "times_mine_free-4": times,
+        "elements_mine_free-4_regions=6_elements=4": elements,
+        "regions_mine_free-4_regions=6": pd.DataFrame({"region": [1, 2], "elements": [5, 6]}),
+    }.items():
+        frame.to_csv(tmp_path / f"tables/{stem}.csv", index=False)
+    joint = xr.Dataset({"slip_force": ("element", np.ones(1178), {"units": "N"})})
+    dataset.save(joint, tmp_path / "node-to-node/joint.nc")
+    return sorted(str(path) for path in tmp_path.rglob("*.*"))
+
+
+@pytest.fixture
+def page(files):
+    return write(files)

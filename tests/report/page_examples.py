@@ -1,0 +1,97 @@
+"""A case with results as files, and the pages written from them."""
+
+import re
+from pathlib import Path
+
+import pandas as pd
+
+from boltjoint.config.case import Case
+from boltjoint.config.options import Solver
+from boltjoint.config.study import load_study
+from boltjoint.report.pages.case.page import case_page
+from boltjoint.report.pages.overview import overview_page
+from boltjoint.study.published import Published
+
+ROOT = Path(__file__).parents[2]
+
+
+SOURCE = ROOT / "resources" / "source"
+
+
+DRAWING = """<?xml version="1.0"?>
+<svg width="200pt" height="100.5pt" viewBox="0 0 200 100" xmlns="http://www.w3.org/2000/svg">
+ <metadata>who made it</metadata>
+ <defs><path id="mark" d="M 0.123456 -7.000001 L 1 1"/></defs>
+ <g id="axes_1" transform="scale(0.015625)"><use href="#mark" clip-path="url(#frame)"/></g>
+ <clipPath id="frame"/>
+</svg>
+"""
+
+
+CASE = {
+    "assembly": "three_bolt",
+    "published": "three_bolt_constant",
+    "preload_N": 37976,
+    "contact": {
+        "law": "constant",
+        "tangential_stiffness_N_per_m": 1e8,
+        "friction_coefficient": 0.1,
+    },
+    "forces_N": [0.001, 50],
+    "modes": ["free-4"],
+    "coordinates": ["linear", "rdnm-1"],
+    "solve": [
+        {"resonance": 1, "joints": ["node-to-node", "regions=6", "regions=6/elements=4"]},
+        {"resonance": 2, "joints": ["node-to-node"]},
+    ],
+}
+
+
+def write(files, solver=None, **changed):
+    case, source = Case.model_validate(CASE | changed), Published(SOURCE, CASE["published"])
+    if "published" in changed:
+        source = Published(SOURCE, case.published)
+    return case_page("mine", case, solver or Solver(), files, source, ["mine"])
+
+
+def edit(files, stem, change):
+    """Write a table anew, changed by a function."""
+    (path,) = (path for path in files if path.endswith(f"tables/{stem}.csv"))
+    change(pd.read_csv(path, dtype={"source_table": str})).to_csv(path, index=False)
+
+
+def repeated_ids(page):
+    found = re.findall(r'<(?:figure|section)[^>]* id="([^"]+)"', page)
+    return {each for each in found if found.count(each) > 1}
+
+
+def plain(text):
+    """Text with single spaces; those that do not break count as others."""
+    return re.sub(r"\s+", " ", text)
+
+
+def figure(page, anchor):
+    """The text of a figure or table without its drawing."""
+    found = re.search(rf'<figure [^>]*id="{re.escape(anchor)}">.*?</figure>', page, re.DOTALL)
+    assert found, anchor
+    text = re.sub(r"<svg.*?</svg>|<thead>|</?t[rd]>", " ", found[0], flags=re.DOTALL)
+    return plain(re.sub("<.*?>", " ", text)).replace(" .", ".")
+
+
+def overview_of(files, table="The cases", **changed):
+    """The cells of the rows of a table of the overview, after its heading."""
+    case = Case.model_validate(CASE | changed)
+    study = load_study(ROOT).model_copy(update={"cases": {"mine": case}})
+    page = overview_page(study, files, files, Published(SOURCE))
+    assert not repeated_ids(page)
+    rows = re.findall(r"<tr.*?</tr>", page.split(f"{table}</strong>")[1], re.DOTALL)
+    cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in rows[1:4]]
+    return [[re.sub("<.*?>", "", cell) for cell in row] for row in cells]
+
+
+def without_joints(blocks, *lost):
+    left = [
+        block | {"joints": [joint for joint in block["joints"] if joint not in lost]}
+        for block in blocks
+    ]
+    return [block for block in left if block["joints"]]

@@ -1,0 +1,109 @@
+import inspect
+import re
+
+import numpy as np
+import pytest
+from page_examples import CASE, edit, figure, overview_of, without_joints, write
+
+from boltjoint.report.pages.statements import RESOLUTION_IN_TIME
+from boltjoint.verification.residual_in_time import residuals_in_time
+
+
+def without_reference(frame):
+    """No response is compared with another, and none of linear modes is there."""
+    return without_errors(frame[frame["coordinates"] != "linear"])
+
+
+def without_nodes(frame):
+    """The same where no node-to-node joint is solved."""
+    return without_errors(frame[frame["joint"] != "node-to-node"])
+
+
+def with_broken_reference(frame):
+    """The reference broke off at every force."""
+    is_reference = (frame["joint"] == "node-to-node") & (frame["coordinates"] == "linear")
+    reason = frame["reason"].where(~is_reference, "no solution found")
+    return without_errors(frame).assign(complete=frame["complete"] & ~is_reference, reason=reason)
+
+
+def without_errors(frame):
+    errors = [name for name in frame if "_error_" in name]
+    return frame.assign(**dict.fromkeys(errors, np.nan)).drop(columns="residual_in_time")
+
+
+WITHOUT_REFERENCE = {
+    "no linear modes": (without_reference, {"coordinates": ["rdnm-1"]}),
+    "no node-to-node joint": (
+        without_nodes,
+        {"solve": without_joints(CASE["solve"], "node-to-node")},
+    ),
+    "a reference that broke off": (with_broken_reference, {}),
+}
+
+
+@pytest.mark.parametrize("situation", WITHOUT_REFERENCE)
+def test_a_case_without_a_reference_has_its_page(files, situation):
+    change, changed = WITHOUT_REFERENCE[situation]
+    edit(files, "accuracy_mine_free-4", change)
+    edit(files, "times_mine_free-4", lambda frame: frame.assign(reduction_percent=np.nan))
+    page = write(files, **changed)
+    assert 'id="accuracy-free-4"' in page
+    assert "Errors of the peak against the reference" not in page
+    assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
+    if not changed:
+        reference = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
+        assert "Broken off at 0.001, 50 N: no solution found." in reference
+
+
+@pytest.mark.parametrize("situation", WITHOUT_REFERENCE)
+def test_a_case_without_a_reference_stands_in_the_overview(files, situation):
+    change, changed = WITHOUT_REFERENCE[situation]
+    edit(files, "accuracy_mine_free-4", change)
+    # frequency and response at both forces
+    assert overview_of(files, **changed)[1][4:8] == ["–"] * 4
+    assert overview_of(files, "Errors of reduced models and time saved", **changed)[1][1] == "–"
+
+
+@pytest.mark.parametrize(
+    ("residual", "printed"), [(9.9e-7, "below 10⁻⁶"), (3.21e-4, "0.00032"), (np.nan, "–")]
+)
+def test_a_residual_in_time_is_no_smaller_than_its_resolution(files, residual, printed):
+    edit(files, "accuracy_mine_free-4", lambda frame: frame.assign(residual_in_time=residual))
+    assert printed in write(files).split('id="accuracy-free-4"')[1]
+    assert overview_of(files)[1][-1] == printed
+    tolerance = inspect.signature(residuals_in_time).parameters["tolerance"]
+    assert RESOLUTION_IN_TIME == tolerance.default
+
+
+def test_peaks_of_branches_that_broke_off_are_left_out(files):
+    def break_off(frame):
+        lost = frame["force_N"] == 50
+        return frame.assign(complete=~lost, peak_frequency_Hz=71.5)
+
+    edit(files, "accuracy_mine_free-4", break_off)
+    peaks = re.search(r"Peaks of the node-to-node joint</strong>.*?</table>", write(files), re.S)
+    assert re.findall(r"<td.*?>(.*?)</td>", peaks[0])[5:] == ["50", *["–"] * 4]
+    assert overview_of(files)[1][4:8] == ["71.5", "1.5", "–", "–"]
+    assert overview_of(files, "Errors of reduced models and time saved")[1][1] == "20.00"
+
+
+def test_nothing_is_saved_where_no_joint_is_fitted(files):
+    cheaper = "Errors of reduced models and time saved"
+    assert overview_of(files, cheaper)[1][-2:] == ["10.00", "40.00"]
+    solve = without_joints(CASE["solve"], "regions=6/elements=4")
+    assert overview_of(files, cheaper, solve=solve)[1][-2:] == ["–", "–"]
+
+
+def test_a_case_of_which_nothing_was_solved_has_its_pages(files):
+    def fail(frame):
+        numbers = frame.select_dtypes("float").columns.difference(["force_N"])
+        lost = frame.assign(**dict.fromkeys(numbers, np.nan), complete=False, turning_points=0)
+        return lost.assign(reason="no solution found at the start of the window")
+
+    edit(files, "accuracy_mine_free-4", fail)
+    edit(files, "times_mine_free-4", lambda frame: frame.assign(complete=False))
+    page = write(files)
+    reference = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
+    assert "Broken off at 0.001, 50 N: no solution found at the start of the window." in reference
+    assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
+    assert overview_of(files)[1][4:8] == ["–"] * 4

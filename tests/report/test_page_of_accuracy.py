@@ -1,0 +1,125 @@
+import re
+
+import pandas as pd
+import pytest
+from page_examples import DRAWING, SOURCE, plain, repeated_ids
+
+from boltjoint.report.pages.accuracy import accuracy_page
+from boltjoint.study.published import Published
+
+
+def test_how_far_one_harmonic_is_off_stands_first(tmp_path):
+    table = pd.DataFrame(
+        {
+            "force_N": [1.0, 1.0, 10.0, 10.0],
+            "harmonics": [1, 9] * 2,
+            "peak_frequency_error_percent": [0.3, 0.0, 1.1, 0.0],
+            "peak_amplitude_error_percent": [-8.0, 0.0, -40.4, 0.0],
+        }
+    )
+    (tmp_path / "tables").mkdir()
+    paths = [
+        tmp_path / f"tables/harmonic_peaks_mine_{basis}.csv" for basis in ("free-4", "enriched-8")
+    ]
+    # the basis without contact errs by less, and is not what counts
+    for path, share in zip(paths, (0.1, 1.0), strict=True):
+        errors = table.filter(like="error") * share
+        table.assign(**errors).to_csv(path, index=False)
+    files = list(map(str, paths))
+    page = accuracy_page(files, Published(SOURCE), ["mine"])
+    lead = plain(page.split("</header>")[0])
+    assert "The reference of all errors is converged in the basis, with one harmonic." in lead
+    assert "off by up to 40 % in amplitude and 1.1 % in frequency" in lead
+    assert "at 1, 10 N" in lead
+    three = [frame.assign(harmonics=[3, 9] * 2) for frame in map(pd.read_csv, files)]
+    for path, frame in zip(paths, three, strict=True):
+        frame.to_csv(path, index=False)
+    lead = plain(accuracy_page(files, Published(SOURCE), ["mine"]).split("</header>")[0])
+    assert "converged in the basis, with harmonics up to 3." in lead
+    without = accuracy_page([], Published(SOURCE), ["mine"]).split("</header>")[0]
+    assert "was not computed" in without
+
+
+@pytest.fixture
+def page_of_accuracy(tmp_path):
+    """The page of one case that has everything and of another that has nothing."""
+    peak = {"peak_frequency_error_percent": -0.5, "peak_amplitude_error_percent": 2.0}
+    rows = {
+        "patterns_three_bolt": {
+            "basis": ["free-4", "free-4", "enriched-8", "enriched-8"],
+            "vectors": [4, 4, 8, 8],
+            "springs": "x",
+            "pattern": ["all", "left", "all", "left"],
+            "resonance": 1,
+            "frequency_Hz": 100.0,
+            "error_percent": [51.5, 3.0, 0.25, 0.125],
+        },
+        "models_mine": {
+            "modes": ["free-4", "enriched-8"],
+            "joint": "node-to-node",
+            "coordinates": ["rdnm-1", "linear"],
+            "resonance": 1,
+            "force_N": 5.0,
+            "complete": [False, True],
+            **peak,
+            "cpu_s": 1.0,
+        },
+        "bases_mine": {
+            "basis": ["free-4", "free-4", "enriched-8"],
+            "vectors": [4, 4, 8],
+            "force_N": [1.0, 5.0, 1.0],
+            **peak,
+            "peak_amplitude_error_percent": [-77.0, 12.0, 0.0],
+        },
+        "divisions_mine_enriched-8": {
+            "division": "clusters",
+            "motion": "mean",
+            "regions": [2, 2, 4],
+            "region_error_percent": 1.5,
+            "force_N": [1.0, 5.0, 1.0],
+            **peak,
+        },
+    }
+    for folder in ("tables", "figures"):
+        (tmp_path / folder).mkdir()
+    for stem, content in rows.items():
+        pd.DataFrame(content).to_csv(tmp_path / f"tables/{stem}.csv", index=False)
+        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    files = sorted(str(path) for path in tmp_path.rglob("*.*"))
+    return accuracy_page(files, Published(SOURCE), ["mine", "other"])
+
+
+def test_page_of_accuracy_has_structure_models_bases_and_regions(page_of_accuracy):
+    sections = re.findall('<section id="([^"]+)"', page_of_accuracy)
+    assert sections == [
+        "reading",
+        "patterns",
+        *("case-mine", "models-mine", "bases-mine", "divisions-mine"),
+    ]
+    assert len(re.findall("<svg", page_of_accuracy)) == 4
+    assert page_of_accuracy.count('href="../tables/') == 4
+    assert not repeated_ids(page_of_accuracy)
+
+
+def test_page_of_accuracy_sums_up_by_the_largest_errors(page_of_accuracy):
+    tables = {
+        re.search("<strong>(.*?)</strong>", each)[1]: [
+            [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", row)]
+            for row in re.findall("<tr.*?</tr>", each)
+        ][-2:]
+        for each in re.findall('<figure class="tabular".*?</figure>', page_of_accuracy, re.S)
+        if "Every" not in each
+    }
+    assert tables["Largest errors in three_bolt, over all patterns"] == [
+        ["free-4", "4", "51.50"],
+        ["enriched-8", "8", "0.25"],
+    ]
+    # that of the models, of the bases and of the regions; the last one stands here
+    assert tables["Largest errors over all forces"] == [
+        ["clusters", "mean", "2", "1.50", "0.50", "2.00"],
+        ["", "", "4", "1.50", "0.50", "2.00"],
+    ]
+    assert ["free-4", "4", "0.50", "77.00"] in [
+        [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", row)]
+        for row in re.findall("<tr.*?</tr>", page_of_accuracy)
+    ]

@@ -1,0 +1,121 @@
+import numpy as np
+from page_examples import edit, figure, plain, write
+
+from boltjoint.config.options import Solver
+from boltjoint.report.pages.document import compressed_page
+
+
+def test_a_figure_tells_its_number_in_the_source_and_its_errors(page):
+    response = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
+    assert "Figure 3.9 of the source" in response
+    assert "The peak lies at 70.6 Hz with 0.001 N" in response
+    reduced = figure(page, "response_mine_free-4_regions=6_elements=4_rdnm-1_resonance=1")
+    assert "Figure 3.21 of the source" in reduced
+    assert "20 % in amplitude (at 0.001 N)" in reduced
+    assert "Broken off at 50 N: the branch would turn back." in reduced
+    assert "of the source" not in figure(
+        page, "response_mine_free-4_node-to-node_rdnm-1_resonance=2"
+    )
+
+
+def test_a_figure_of_several_in_the_source_tells_all_their_numbers(files):
+    states = "states_mine_free-4_node-to-node_linear_resonance=1"
+    page = write(files, published="three_bolt_variable")
+    assert "Figures 3.46 to 3.51 of the source" in figure(page, states)
+    assert "of the source" not in figure(write(files), states)
+
+
+def test_published_times_stand_beside_ours(page):
+    nodes = figure(page, "table-3.3-free-4")
+    assert "0.001 0.3 685.3 0.3 295.8 40.00 56.84" in nodes
+    regions = figure(page, "table-3.4-free-4")
+    assert "50 40.00 99.74 40.00 99.90" in regions
+
+
+def test_sums_of_slip_forces_stand_beside_each_other(page):
+    assert "300 N here, 700 N in the source" in figure(page, "table-3.5-free-4")
+
+
+def test_facts_stand_beside_those_of_the_source(page):
+    facts = figure(page, "case-table")
+    assert "preload per bolt (N) 37976 10000" in facts
+    assert "friction elements, node to node 1178 1183" in facts
+    assert "loss factor 0.002 not given" in facts
+    assert "add up to what 37976 N per bolt would give" in plain(page)
+
+
+def test_facts_tell_how_friction_is_solved(files):
+    exact = write(files)
+    assert "friction forces closed form (analytic) – harmonics of the response 1" in figure(
+        exact, "case-table"
+    )
+    assert "time samples per period" not in exact
+    assert "first-harmonic" not in exact
+    sampled = write(files, Solver(friction="sampled", harmonics=3, samples=128))
+    facts = figure(sampled, "case-table")
+    assert "friction forces AFT, sampled in time – harmonics of the response 3" in facts
+    assert "time samples per period 128" in facts
+    assert "those of its first-harmonic amplitude" in plain(sampled)
+
+
+def test_regions_whose_number_a_tolerance_decides_stand_after_numbers(files):
+    joints = ["node-to-node", "regions=auto", "regions=12", "regions=6"]
+    facts = figure(write(files, solve=[{"resonance": 1, "joints": joints}]), "case-table")
+    assert "regions 6, 12, auto" in facts
+
+
+def test_folds_wrong_peaks_and_replaced_responses_are_named(files):
+    def doubt(frame):
+        rdnm = frame["coordinates"] == "rdnm-1"
+        estimate = np.where(rdnm & (frame["force_N"] == 50), 832.0, 0.7)
+        instead = rdnm & (frame["force_N"] == 0.001)
+        wrong = rdnm & (frame["force_N"] == 50)
+        errors = {
+            "estimated_peak_error_percent": estimate,
+            "estimated_largest_error_percent": 2 * estimate,
+        }
+        return frame.assign(**errors, wrong=wrong, fell_back=instead)
+
+    edit(files, "accuracy_mine_free-4", doubt)
+    page = write(files)
+    of_regions = figure(page, "response_mine_free-4_regions=6_linear_resonance=1")
+    assert (
+        "There are several solutions at the same frequency: at 50 N between 71.25 and 72.50 Hz "
+        "(2 turning points). Sweeps with rising and with falling frequency follow different ones."
+    ) in of_regions
+    in_one_mode = figure(page, "response_mine_free-4_node-to-node_rdnm-1_resonance=1")
+    assert "several solutions" not in in_one_mode
+    assert "The response to 50 N is wrong" in in_one_mode
+    assert "is up to 1664 % of the peak, and up to 832 % at the peak." in in_one_mode
+    assert "At 0.001 N it is replaced by the response in linear modes." in in_one_mode
+    assert "is wrong" not in of_regions
+
+
+def test_what_comes_from_results_is_escaped(files):
+    hostile = "<script>alert(1)</script>"
+
+    def attack(frame):
+        return frame.assign(reason=np.where(frame["complete"], None, hostile))
+
+    edit(files, "accuracy_mine_free-4", attack)
+    page = write(files)
+    assert hostile not in page
+    # in the verdict and in the table
+    assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 2
+
+
+def test_what_no_section_expects_is_shown_at_the_end(page):
+    assert page.index('id="further"') < page.index('id="surprise_mine_free-4"')
+
+
+def test_what_a_case_lacks_is_left_out(files):
+    some = [path for path in files if "times" not in path and "regions=6" not in path]
+    page = write(some, published=None)
+    assert 'id="times-free-4"' not in page
+    assert "in the source" not in page
+    assert 'id="response_mine_free-4_node-to-node_linear_resonance=1"' in page
+
+
+def test_the_same_files_give_the_same_page(files):
+    assert write(files) == write(files)
+    assert compressed_page(write(files)) == compressed_page(write(files))
