@@ -43,3 +43,12 @@ def test_imports_never_form_a_circle():
     TopologicalSorter(
         {file: {below for below, _ in imported(TREES[file], with_types=False)} for file in TREES}
     ).prepare()
+
+
+@pytest.mark.parametrize("file", TREES)
+def test_files_and_classes_are_short_and_open_with_a_statement(file):
+    assert len((PACKAGE / file).read_text(encoding="utf-8").splitlines()) <= 400
+    for node in ast.walk(TREES[file]):
+        if isinstance(node, ast.ClassDef):
+            assert node.end_lineno - node.lineno < 250, node.name
+    assert "?" not in (ast.get_docstring(TREES[file]) or "").split("\n")[0]
