@@ -13,7 +13,7 @@ reproduce: .venv/ready
 	$(BIN)/snakemake --cores $(CORES) $(CONFIG) --report results/report.html
 
 test: .venv/ready
-	$(BIN)/python -m pytest
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
 lint: .venv/ready
 	$(BIN)/ruff check .

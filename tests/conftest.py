@@ -1,14 +1,20 @@
+import fcntl
 import os
 import shutil
-import signal
-import subprocess
-import time
 
 import pytest
 from small_joint import make_joint
-from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, environment, snakemake, write
+from small_study import CASES, ROOT, run, write_config
 
 from boltjoint.joint.model import Joint
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what runs the workflow, and begin with it: another process has the other tests."""
+    for item in items:
+        if {"project", "finished"} & set(item.fixturenames):
+            item.add_marker("workflow")
+    items.sort(key=lambda item: "finished" not in item.fixturenames)
 
 
 @pytest.fixture
@@ -18,36 +24,37 @@ def joint() -> Joint:
 
 @pytest.fixture(scope="session")
 def project(tmp_path_factory):
-    """A copy of the project, so that a test may edit the library."""
+    """The workflow with the configuration of the first case of the small study."""
     folder = tmp_path_factory.mktemp("project")
-    for name in ("workflow", "profiles", "resources", "src"):
-        shutil.copytree(ROOT / name, folder / name)  # with what is compiled
-    shutil.copy(ROOT / "Snakefile", folder)
-    write(folder / "config/assemblies/two_bolt.yaml", ASSEMBLY)
-    write(folder / "config/cases/small.yaml", CASE)
-    write(folder / "config/config.yaml", SETTINGS)
+    copy_workflow(folder)
+    write_config(folder, {"small": CASES["small"]})
     return folder
 
 
 @pytest.fixture(scope="session")
-def finished(project):
-    """The small study, killed as by a power cut after its first result, and run to its end."""
-    first = project / "results/assemblies/two_bolt/assembly.nc"
-    with subprocess.Popen(
-        COMMAND,
-        cwd=project,
-        env=environment(project),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    ) as running:
-        while not first.exists():
-            assert running.poll() is None, "the run ended before its first result"
-            time.sleep(0.1)
-        os.killpg(running.pid, signal.SIGKILL)
-    assert not (project / "results/tables").exists()
-    assert "cannot be locked" in snakemake(project).stderr
-    assert snakemake(project, "--unlock").returncode == 0
-    ran = snakemake(project)
-    assert ran.returncode == 0, ran.stderr
-    return project
+def finished(tmp_path_factory):
+    """The small study after its run, which all processes of the tests share: do not change it."""
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+    folder, done = shared / "finished", shared / "finished.done"
+    with open(shared / "finished.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not done.exists():
+            copy_workflow(folder)
+            write_config(folder)
+            run(folder)
+            done.touch()
+    return folder
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    """A copy of the small study after its run."""
+    return shutil.copytree(finished, tmp_path / "study")
+
+
+def copy_workflow(folder):
+    for name in ("workflow", "profiles", "resources"):
+        shutil.copytree(ROOT / name, folder / name, dirs_exist_ok=True)
+    shutil.copy(ROOT / "Snakefile", folder)

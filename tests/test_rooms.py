@@ -1,29 +1,54 @@
-"""Imports of the library point only downwards."""
+"""Imports of the library point only downwards and never in a circle, and its files are short."""
 
 import ast
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
 #: highest first; a room imports from itself and from those after it
-ROOMS = ["report", "study", "verification", "dynamics", "structure", "joint", "config"] + [
-    "friction",
-    "solvers",
-    "workflow",
-    "names",
-    "dataset",
-    "checks",
-    "__init__",
-]
+ROOMS = (
+    *("report", "study", "verification", "dynamics", "structure", "joint", "config"),
+    *("friction", "solvers", "workflow", "names", "dataset", "checks", "__init__"),
+)
+#: by the file, the syntax tree
+TREES = {
+    file.relative_to(PACKAGE).as_posix(): ast.parse(file.read_text(encoding="utf-8"))
+    for file in sorted(PACKAGE.rglob("*.py"))
+}
 
 
-@pytest.mark.parametrize("file", sorted(PACKAGE.rglob("*.py")), ids=str)
-def test_imports_point_downwards(file):
-    room = file.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+def imported(tree, with_types=True):
+    """The files of the package that a module imports anywhere, and the lines where."""
+    for node in ast.iter_child_nodes(tree):
+        if with_types or not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
+            yield from imported(node, with_types)
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "boltjoint":
-            names = [f"{node.module}.{alias.name}".split(".")[1] for alias in node.names]
-            for name in names:
-                below = name if name in ROOMS else "__init__"
-                assert ROOMS.index(below) >= ROOMS.index(room), f"line {node.lineno}: {name}"
+            for alias in node.names:
+                parts = [*node.module.split("."), alias.name][1:]
+                stems = ["/".join(parts), "/".join(parts[:-1]), "/".join([*parts[:-1], "__init__"])]
+                yield next(f"{s}.py" for s in stems if f"{s}.py" in TREES), node.lineno
+
+
+@pytest.mark.parametrize("file", TREES)
+def test_imports_point_downwards(file):
+    room = file.split("/")[0].removesuffix(".py")
+    for below, line in imported(TREES[file]):
+        other = below.split("/")[0].removesuffix(".py")
+        assert ROOMS.index(other) >= ROOMS.index(room), f"line {line}: {below}"
+
+
+def test_imports_never_form_a_circle():
+    TopologicalSorter(
+        {file: {below for below, _ in imported(TREES[file], with_types=False)} for file in TREES}
+    ).prepare()
+
+
+@pytest.mark.parametrize("file", TREES)
+def test_files_and_classes_are_short_and_open_with_a_statement(file):
+    assert len((PACKAGE / file).read_text(encoding="utf-8").splitlines()) <= 400
+    for node in ast.walk(TREES[file]):
+        if isinstance(node, ast.ClassDef):
+            assert node.end_lineno - node.lineno < 250, node.name
+    assert "?" not in (ast.get_docstring(TREES[file]) or "").split("\n")[0]

@@ -19,6 +19,12 @@ def assembly(coarse):
 
 
 @pytest.fixture(scope="session")
+def tiny():
+    """As few elements as two bolts can have."""
+    return build_assembly(examples.coarse_assembly(**examples.FEWEST))
+
+
+@pytest.fixture(scope="session")
 def modes(assembly):
     return find_modes(assembly, "free-3")
 

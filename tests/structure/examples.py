@@ -35,6 +35,15 @@ COARSE = {
         "layers_in_head": 1,
     },
 }
+#: fewer elements cannot be
+FEWEST = {
+    "ring_cells_across_width": 2,
+    "ring_cells_along_bar": 2,
+    "columns_between_bolt_cells": 1,
+    "columns_at_each_lap_end": 1,
+    "layers_per_half_height": 1,
+    "element_length_free_mm": 50,
+}
 
 
 def coarse_assembly(**mesh):

@@ -149,7 +149,9 @@ def test_result_is_the_same_every_time(assembly, modes):
     ("name", "published"),
     [("three_bolt", [71, 362, 946, 2571]), ("four_bolt", [51, 263, 731, 1899])],
 )
-def test_published_frequencies(name, published):
+def test_published_frequencies(name, published, monkeypatch):
+    # the symmetric half has the same ones in a third of the time (test above)
+    monkeypatch.setattr("boltjoint.structure.modes._MOST_OF_WHOLE", 0)
     found = find_modes(build_assembly(study_assembly(name)), "free-4")
     # the dimensions were calibrated on the published values, which have two or three digits
     np.testing.assert_allclose(found["natural_frequency"], published, rtol=0.01)

@@ -185,9 +185,9 @@ def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatc
     ],
 )
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
-def test_a_search_without_equilibrium_ends_with_what_to_do(assembly, change, preload_N, options):
-    changed = assembly.assign(
-        {name: assembly[name].copy(data=value) for name, value in change.items()}
+def test_a_search_without_equilibrium_ends_with_what_to_do(tiny, change, preload_N, options):
+    changed = tiny.assign(
+        {name: tiny[name].copy(data=value) for name, value in change.items()}
     )
     with pytest.raises(RuntimeError, match="no equilibrium after") as caught:
         apply_preload(changed, preload_N, **options)
@@ -202,12 +202,12 @@ def test_a_penalty_beyond_all_numbers_is_no_stiffness(assembly):
         apply_preload(assembly.assign(contact_penalty=penalty), 8e3)
 
 
-def test_a_preload_that_no_bolt_bears_is_told(assembly, caplog):
+def test_a_preload_that_no_bolt_bears_is_told(tiny, caplog):
     # shanks of 8 mm, 200 GPa: 50.27 mm2 strain by 0.31 % under 31.2 kN
     with caplog.at_level(logging.WARNING):
-        apply_preload(assembly, 31e3)
+        apply_preload(tiny, 31e3)
         assert not caplog.records
-        apply_preload(assembly, 40e3)
+        apply_preload(tiny, 40e3)
     (record,) = caplog.records
     assert "40000 N strains the shanks by 0.40%, more than the 0.31%" in record.getMessage()
 

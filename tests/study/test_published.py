@@ -5,7 +5,7 @@ import pytest
 
 from boltjoint.study.published import Published
 
-SOURCE = Path(__file__).parents[1] / "resources" / "source"
+SOURCE = Path(__file__).parents[2] / "resources" / "source"
 
 
 def test_the_index_numbers_every_figure_once():

@@ -25,7 +25,7 @@ from boltjoint.study.tables.times import tabulate_times
 from boltjoint.study.timing import time_solver
 from boltjoint.verification.residual_in_time import check_solutions
 
-SOURCE = Path(__file__).parents[1] / "resources" / "source"
+SOURCE = Path(__file__).parents[2] / "resources" / "source"
 ONCE = {"jacobians": ["analytic", "forward-difference"], "repeats": 1}
 FORCES = [0.001, 1.0, 5.0]
 

@@ -1,0 +1,181 @@
+"""What is computed anew after a change of the configuration or of the code, found by dry runs.
+
+Changes of different cases share a run: a result lies in the folder of its case.
+"""
+
+import os
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from planned import among, planned
+from small_study import CASE, CHECKS, RESPONSES, ROOT, SETTINGS, VARIABLE, write, write_config
+
+from boltjoint.workflow.code_dependencies import library_sources
+
+STRUCTURE = "assemblies/*"
+FREE, ENRICHED = SETTINGS["convergence"]["bases"]
+NODES = "node-to-node/joint.nc"
+
+
+def with_contact(case, **values):
+    return case | {"contact": case["contact"] | values}
+
+
+def test_a_new_force_leaves_the_joints_and_a_new_stiffness_the_structure_alone(copied):
+    small = CASE | {"forces_N": [0.01, 5, 20]}
+    write_config(copied, {"small": small, "variable": with_contact(VARIABLE, **STIFFER_NORMAL)})
+    found = planned(copied)
+    for case, responses in RESPONSES.items():
+        assert len(among(found, f"cases/{case}/*/response.nc")) == responses
+        assert len(among(found, f"cases/{case}/*/timing.csv")) == responses
+        assert len(among(found, f"cases/{case}/*/check.csv")) == CHECKS[case]
+    assert among(found, "cases/small/*/joint.nc", "cases/small/*/fit_timing.csv") == []
+    assert len(among(found, f"cases/variable/*/{NODES}")) == len([FREE, ENRICHED])
+    assert among(found, STRUCTURE) == []
+
+
+STIFFER_NORMAL = {"normal_stiffness_N_per_m": 5e7}
+
+
+def test_another_division_leaves_the_nodes_alone(copied):
+    small = with_contact(CASE, tangential_stiffness_N_per_m=5e8)
+    write_config(copied, {"small": small, "variable": VARIABLE | EQUAL_LOAD})
+    found = planned(copied)
+    assert len(among(found, f"cases/small/*/{NODES}")) == len([FREE, ENRICHED])
+    folder = f"cases/variable/{FREE}/regions=2"
+    assert among(found, "cases/variable/*/joint.nc") == among(
+        [f"results/{folder}/joint.nc", f"results/{folder}/elements=2/joint.nc"], "*"
+    )
+    assert among(found, f"{folder}/linear/*/response.nc", f"{folder}/elements=2/linear/*.nc")
+    assert among(found, STRUCTURE) == []
+
+
+EQUAL_LOAD = {"regions": {"division": "equal-load"}}
+
+
+def test_another_motion_of_regions_leaves_clusters_and_other_cases_alone(copied):
+    small = CASE | {"regions": {"motion": "load-weighted"}}
+    write_config(copied, {"small": small, "variable": VARIABLE, "third": VARIABLE})
+    found = planned(copied)
+    folder = f"results/cases/small/{FREE}/regions=2"
+    assert among(found, "cases/small/*/joint.nc") == [
+        f"{folder}/elements=2/joint.nc",
+        f"{folder}/joint.nc",
+        f"{folder}/table/joint.nc",
+    ]
+    assert among(found, "cases/variable/*") == []
+    # a further case computes only what is its own
+    assert len(among(found, "cases/third/*/response.nc")) == RESPONSES["variable"]
+    assert len(among(found, f"cases/third/*/{NODES}")) == len([FREE, ENRICHED])
+    assert among(found, STRUCTURE) == []
+
+
+def test_a_tolerance_and_numbers_of_regions_to_compare_leave_the_cases_alone(copied):
+    # joints of a given number of regions meet no tolerance: only pages tell of it
+    write(copied / "config/cases/small.yaml", CASE | {"regions": {"tolerance": 0.02}})
+    found = planned(copied, "--config", "convergence={regions: [2, 3]}")
+    assert len(among(found, "tables/divisions_*.csv")) == 1
+    assert among(found, STRUCTURE, "cases/*") == []
+
+
+def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(copied):
+    options = ["fitting={starts: 3}", "contact_adapted_basis={levels: 6}"]
+    found = planned(copied, "--config", *options)
+    assert among(found, "assemblies/*.nc") == [
+        f"results/assemblies/two_bolt/{ENRICHED}/modes.nc",
+        "results/assemblies/two_bolt/principal.nc",
+    ]
+    # the fit to loops has starts, that of harmonics has none
+    assert among(found, "cases/*/joint.nc") == sorted(
+        f"results/cases/{case}/{joint}/joint.nc"
+        for case in RESPONSES
+        for joint in (f"{FREE}/regions=2/elements=2", f"{ENRICHED}/node-to-node")
+    )
+    assert len(among(found, f"cases/*/{ENRICHED}/*/response.nc")) == 3
+
+
+def test_sampled_friction_solves_anew_and_leaves_the_joints_alone(copied):
+    found = planned(copied, "--config", "solver={friction: sampled}")
+    for name in ("response.nc", "timing.csv"):
+        assert len(among(found, f"cases/*/{name}")) == sum(RESPONSES.values())
+    assert among(found, "cases/*/joint.nc", STRUCTURE) == []
+    # time integration checks exact forces only
+    assert among(found, "cases/*/check.csv") == []
+
+
+def test_code_of_another_date_or_without_a_use_and_a_description_run_nothing(copied):
+    folder = with_library(copied)
+    write(folder / "config/cases/small.yaml", CASE | {"description": "Other words"})
+    for path in (*folder.rglob("src/**/*.py"), *folder.rglob("workflow/**/*.py")):
+        os.utime(path)
+    edit(folder / "src/boltjoint/study/estimate.py")
+    assert planned(folder) == []
+
+
+def test_edited_code_runs_what_uses_it_whatever_its_date(copied):
+    folder = with_library(copied)
+    edit(folder / "src/boltjoint/study/tables/accuracy.py", date=0)
+    edit(folder / "workflow/scripts/draw_figures.py")
+    found = planned(folder)
+    assert among(found, "tables/accuracy_*.csv") and among(found, "figures/mesh_two_bolt.svg")
+    assert among(found, STRUCTURE, "cases/*") == []
+
+
+def with_library(folder):
+    """A study with a library of its own, for tests that edit it."""
+    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def edit(path, date=None):
+    path.write_text(path.read_text() + "\n# edited\n")
+    if date is not None:
+        os.utime(path, (date, date))
+
+
+RULES = "".join(path.read_text() for path in sorted(ROOT.glob("workflow/rules/*.smk")))
+
+
+def test_every_job_knows_the_content_of_its_own_script():
+    scripts = re.findall(r'^ +"\.\./scripts/(\w+\.py)"$', RULES, flags=re.MULTILINE)
+    assert re.findall(r'^ +library=library\("(\w+\.py)"\),$', RULES, flags=re.MULTILINE) == scripts
+    assert set(scripts) == {path.name for path in ROOT.glob("workflow/scripts/*.py")}
+
+
+STRUCTURE_SCRIPTS = {"build_assembly", "apply_preload", "find_modes", "find_pod_modes"}
+JOINT_SCRIPTS = {"connect_nodes", "partition_regions", "fit_reduced_joint", "tabulate_joint"}
+SOLUTION_SCRIPTS = {"solve_responses", "time_responses", "find_peaks"}
+
+
+@pytest.mark.parametrize(
+    ("module", "used_by", "not_used_by"),
+    [
+        ("joint/fit_loops", {"fit_reduced_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
+        ("structure/preload", {"apply_preload"}, {"build_assembly"}),
+        ("structure/basis/pod", {"find_pod_modes"}, {"apply_preload"}),
+        ("solvers/arc_length", SOLUTION_SCRIPTS, STRUCTURE_SCRIPTS | JOINT_SCRIPTS),
+        (
+            "study/tables/accuracy",
+            {"tabulate_basis", "tabulate_models"},
+            STRUCTURE_SCRIPTS | JOINT_SCRIPTS | SOLUTION_SCRIPTS | {"check_responses"},
+        ),
+        (
+            "report/figures/style",
+            {"draw_figures"},
+            STRUCTURE_SCRIPTS | JOINT_SCRIPTS | SOLUTION_SCRIPTS | {"check_responses"},
+        ),
+        ("study/estimate", set(), {path.stem for path in ROOT.glob("workflow/scripts/*.py")}),
+    ],
+)
+def test_scripts_use_no_more_of_the_library_than_they_need(module, used_by, not_used_by):
+    file = str(ROOT / f"src/boltjoint/{module}.py")
+    assert Path(file).exists()
+    users = {
+        path.stem
+        for path in ROOT.glob("workflow/scripts/*.py")
+        if file in library_sources(path, ROOT / "src/boltjoint")
+    }
+    assert used_by <= users
+    assert not not_used_by & users
