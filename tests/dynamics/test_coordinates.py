@@ -144,7 +144,7 @@ def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
     balance, x = moved(variable)
     equations = formulate_equations("rdnm-3", balance, 1, basis_update=basis_update)
     (equations.update(x, W) if basis_update == "lagged" else equations.accept(x))
-    basis = equations.basis if basis_update == "lagged" else equations.tracked
+    basis = equations.basis if basis_update == "lagged" else equations.state()
     tangential, normal = (k.real for k in secants(variable, x))
     matrix = stiffness_with(variable, [tangential, normal])
     projected = basis.T @ matrix @ basis

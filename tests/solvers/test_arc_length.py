@@ -8,11 +8,11 @@ from boltjoint.solvers.equations import StepControl
 
 def test_branch_passes_both_turning_points():
     control = StepControl(largest_step=0.05)
-    path = trace(FOLDED, np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
-    assert path.complete
-    assert path.reason == ""
-    x = np.array([solution.x[0] for solution in path.solutions])
-    p = np.array([solution.p for solution in path.solutions])
+    branch = trace(FOLDED, np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
+    assert branch.complete
+    assert branch.reason == ""
+    x = np.array([solution.x[0] for solution in branch.solutions])
+    p = np.array([solution.p for solution in branch.solutions])
     np.testing.assert_allclose(x**3 - 3 * x, p, atol=1e-8)
     assert np.all(np.diff(x) > 0)  # never turns back on itself
     assert p[0] == -8.0
@@ -21,46 +21,46 @@ def test_branch_passes_both_turning_points():
 
 
 def test_branch_runs_backwards_too():
-    path = trace(FOLDED, np.array([2.5]), (8.0, -8.0), StepControl(), scale=4.0)
-    assert path.complete
-    assert path.solutions[-1].x[0] < -2
+    branch = trace(FOLDED, np.array([2.5]), (8.0, -8.0), StepControl(), scale=4.0)
+    assert branch.complete
+    assert branch.solutions[-1].x[0] < -2
 
 
 @pytest.mark.parametrize("begin", [-5.0, 0.0, 6.0])
 def test_branch_may_start_within_the_window(begin):
     start = np.roots([1.0, 0.0, -3.0, -begin])
     lowest = min(start[abs(start.imag) < 1e-9].real)
-    path = trace(FOLDED, np.array([lowest]), (-8.0, 8.0), StepControl(), scale=4.0, begin=begin)
-    assert path.complete
-    assert path.solutions[0].p == begin
+    branch = trace(FOLDED, np.array([lowest]), (-8.0, 8.0), StepControl(), scale=4.0, begin=begin)
+    assert branch.complete
+    assert branch.solutions[0].p == begin
     # from the lower sheet around both folds, past where it started
-    p = np.array([solution.p for solution in path.solutions])
+    p = np.array([solution.p for solution in branch.solutions])
     assert (p.min() < begin) == (-2 < begin < 2)
 
 
 def test_steps_are_short_where_a_little_of_the_parameter_counts_much():
     control = StepControl(largest_step=0.05)
     line = Curve(lambda x, p: x - 1, lambda x, p: 1.0, lambda x, p: 0.0)
-    path = trace(line, np.ones(1), (1.0, 100.0), control, scale=lambda p: min(5.0, 0.1 * p))
-    assert path.complete
-    p = np.array([solution.p for solution in path.solutions[1:-1]])
+    branch = trace(line, np.ones(1), (1.0, 100.0), control, scale=lambda p: min(5.0, 0.1 * p))
+    assert branch.complete
+    p = np.array([solution.p for solution in branch.solutions[1:-1]])
     steps = np.diff(p) / np.minimum(5.0, 0.1 * p[:-1])
     # within 1e-3 of the radius; the first ones are growing
     np.testing.assert_allclose(steps[5:], 0.05, rtol=1e-3)
 
 
 def test_a_branch_without_a_start_is_told_not_raised():
-    path = trace(NO_WAY_ON, np.array([1.0]), (2.0, 3.0), StepControl(), scale=1.0)
-    assert not path.complete
-    assert "start of the window" in path.reason
-    assert [solution.converged for solution in path.solutions] == [False]
+    branch = trace(NO_WAY_ON, np.array([1.0]), (2.0, 3.0), StepControl(), scale=1.0)
+    assert not branch.complete
+    assert "start of the window" in branch.reason
+    assert [solution.converged for solution in branch.solutions] == [False]
 
 
 def test_a_branch_that_returns_is_told():
-    path = trace(NO_WAY_ON, np.array([1.4]), (-1.0, 3.0), StepControl(), scale=1.0)
-    assert not path.complete
-    assert path.reason == "the branch returned to the start of the window"
-    assert all(solution.converged for solution in path.solutions)
+    branch = trace(NO_WAY_ON, np.array([1.4]), (-1.0, 3.0), StepControl(), scale=1.0)
+    assert not branch.complete
+    assert branch.reason == "the branch returned to the start of the window"
+    assert all(solution.converged for solution in branch.solutions)
 
 
 def test_a_branch_that_ends_is_told():
@@ -70,15 +70,17 @@ def test_a_branch_that_ends_is_told():
         lambda x, p: 1.0,
         lambda x, p: 0.5 / np.sqrt(1 - p) if p < 1 else np.nan,
     )
-    path = trace(ends, np.array([1.0]), (0.0, 2.0), StepControl(), scale=1.0)
-    assert not path.complete
-    assert path.reason == "no solution found near the last one"
+    branch = trace(ends, np.array([1.0]), (0.0, 2.0), StepControl(), scale=1.0)
+    assert not branch.complete
+    assert branch.reason == "no solution found near the last one"
 
 
 def test_a_branch_may_not_grow_without_end():
-    path = trace(FOLDED, np.array([-2.5]), (-8.0, 8.0), StepControl(maximum_solutions=7), scale=4.0)
-    assert len(path.solutions) == 7
-    assert path.reason == "the branch has more solutions than allowed"
+    branch = trace(
+        FOLDED, np.array([-2.5]), (-8.0, 8.0), StepControl(maximum_solutions=7), scale=4.0
+    )
+    assert len(branch.solutions) == 7
+    assert branch.reason == "the branch has more solutions than allowed"
 
 
 def hairpin(sharpness):
@@ -98,10 +100,10 @@ def test_sharp_turns_are_passed_in_short_steps(sharpness, scale):
     curve, p_of = hairpin(sharpness)
     window, largest = (p_of(0.5), p_of(5.0)), 0.05
     control = StepControl(largest_step=largest)
-    path = trace(curve, np.array([0.5]), window, control, scale=scale)
-    assert path.complete, path.reason
-    x = np.array([solution.x[0] for solution in path.solutions])
-    p = np.array([solution.p for solution in path.solutions])
+    branch = trace(curve, np.array([0.5]), window, control, scale=scale)
+    assert branch.complete, branch.reason
+    x = np.array([solution.x[0] for solution in branch.solutions])
+    p = np.array([solution.p for solution in branch.solutions])
     np.testing.assert_allclose(p_of(x), p, atol=1e-8)
     assert np.all(np.diff(x) > 0)  # never turns back on itself
     secants = np.column_stack([np.diff(x) / x[:-1], np.diff(p) / scale])
@@ -133,9 +135,9 @@ def test_impossible_step_control_is_refused(wrong):
 @pytest.mark.parametrize("largest", [0.03, 0.005])
 def test_steps_are_no_longer_than_allowed(largest):
     control = StepControl(largest_step=largest)
-    path = trace(FOLDED, np.array([-2.5]), (-8.0, 1.5), control, scale=4.0)
-    x = np.array([solution.x[0] for solution in path.solutions])
-    p = np.array([solution.p for solution in path.solutions])
+    branch = trace(FOLDED, np.array([-2.5]), (-8.0, 1.5), control, scale=4.0)
+    x = np.array([solution.x[0] for solution in branch.solutions])
+    p = np.array([solution.p for solution in branch.solutions])
     steps = np.hypot(np.diff(x) / x[:-1], np.diff(p) / 4.0)
     # a solution counts as on the sphere when it is within 1e-3 of its radius
     assert steps.max() <= largest * 1.001

@@ -69,9 +69,9 @@ def test_a_corner_of_any_angle_is_turned(turn, others):
     wedge = Wedge(inside, axis=inside / 4, others=others)
     down, up = wedge.lines()
     assert down[1] < 0 < up[1]
-    path = trace(wedge, wedge.start(0.999), (0.999, 1.001), StepControl(), scale=1.0)
-    assert path.complete, path.reason
-    z = np.array([wedge.plane(s.x, s.p) for s in path.solutions]) - [2.0, 1.0]
+    branch = trace(wedge, wedge.start(0.999), (0.999, 1.001), StepControl(), scale=1.0)
+    assert branch.complete, branch.reason
+    z = np.array([wedge.plane(s.x, s.p) for s in branch.solutions]) - [2.0, 1.0]
     lower = z[:, 1] < 0
     # once along each line, and never back
     assert np.all(np.diff(lower.astype(int)) <= 0)
@@ -86,10 +86,12 @@ def test_a_maximum_at_a_corner_is_located(others):
     observe = First()
     observe.value = lambda x: float((wedge.columns @ x)[0])
     observe.slope = lambda x, dx: float((wedge.columns @ dx)[0])
-    path = trace(wedge, wedge.start(0.95), (0.95, 1.05), StepControl(), scale=0.3, maximise=observe)
-    assert path.complete, path.reason
-    (highest,) = [s for s in path.solutions if s.located]
-    value = [observe.value(s.x) for s in path.solutions]
+    branch = trace(
+        wedge, wedge.start(0.95), (0.95, 1.05), StepControl(), scale=0.3, maximise=observe
+    )
+    assert branch.complete, branch.reason
+    (highest,) = [s for s in branch.solutions if s.located]
+    value = [observe.value(s.x) for s in branch.solutions]
     assert observe.value(highest.x) == max(value)
     assert max(value) == pytest.approx(2.0, abs=1e-7)
 
@@ -136,9 +138,9 @@ def test_where_one_way_on_ends_another_is_taken(dead_end, reached):
     star = Star(dead_end)
     down = star.direction(star.angles[0])
     start = 1 + down[0] / down[1] * (0.9 - 1)
-    path = trace(star, np.array([start]), (0.9, 1.1), StepControl(), scale=1.0)
-    assert path.complete, path.reason
-    z = np.array([[s.x[0] - 1, s.p - 1] for s in path.solutions])
+    branch = trace(star, np.array([start]), (0.9, 1.1), StepControl(), scale=1.0)
+    assert branch.complete, branch.reason
+    z = np.array([[s.x[0] - 1, s.p - 1] for s in branch.solutions])
     expected = star.direction(star.angles[reached])
     above = z[z[:, 1] > 1e-3]
     assert len(above) > 3
@@ -154,9 +156,9 @@ def test_where_all_ways_on_end_the_first_is_kept():
     )
     down = star.direction(star.angles[0])
     start = 1 + down[0] / down[1] * (0.9 - 1)
-    path = trace(star, np.array([start]), (0.9, 1.1), StepControl(), scale=1.0)
-    assert not path.complete
-    assert path.reason == "no solution found near the last one"
+    branch = trace(star, np.array([start]), (0.9, 1.1), StepControl(), scale=1.0)
+    assert not branch.complete
+    assert branch.reason == "no solution found near the last one"
     # the one that turns least
-    assert path.solutions[-1].p == pytest.approx(1.01, abs=1e-6)
-    assert path.solutions[-1].x[0] == pytest.approx(1 - 0.01 / np.tan(np.radians(60)), abs=1e-6)
+    assert branch.solutions[-1].p == pytest.approx(1.01, abs=1e-6)
+    assert branch.solutions[-1].x[0] == pytest.approx(1 - 0.01 / np.tan(np.radians(60)), abs=1e-6)

@@ -5,7 +5,8 @@ import pytest
 from curves import FOLDED, Curve, First
 
 from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.lagged_basis import LaggedEquations, trace
+from boltjoint.solvers.lagged_basis import LaggedEquations
+from boltjoint.solvers.lagged_continuation import trace
 
 
 class Lagged(LaggedEquations):
@@ -13,7 +14,7 @@ class Lagged(LaggedEquations):
 
     residual_scale = 1.0
     predictive = implicit = False
-    full = None
+    full_equations = None
     basis = 0.0
 
     def update(self, q, p):
@@ -57,10 +58,10 @@ class Turning(Lagged):
 
 def test_branch_passes_turning_points_while_axes_turn():
     control = StepControl(largest_step=0.05)
-    path = trace(Turning(), np.array([-2.5, -1.5]), (-8.0, 8.0), control, scale=4.0)
-    assert path.complete
-    x, y = np.array([solution.x for solution in path.solutions]).T
-    p = np.array([solution.p for solution in path.solutions])
+    branch = trace(Turning(), np.array([-2.5, -1.5]), (-8.0, 8.0), control, scale=4.0)
+    assert branch.complete
+    x, y = np.array([solution.x for solution in branch.solutions]).T
+    p = np.array([solution.p for solution in branch.solutions])
     np.testing.assert_allclose(x**3 - 3 * x, p, atol=1e-8)
     np.testing.assert_allclose(y, x + 1, atol=1e-8)
     assert np.all(np.diff(x) > 0)  # never turns back on itself
@@ -81,10 +82,10 @@ class Jumping(Lagged):
 
 
 def test_a_branch_that_would_jump_ends():
-    path = trace(Jumping(), np.ones(1), (0.0, 2.0), StepControl(), scale=1.0)
-    assert not path.complete
-    assert path.reason == "the branch would jump or turn back"
-    x = np.array([solution.x[0] for solution in path.solutions])
+    branch = trace(Jumping(), np.ones(1), (0.0, 2.0), StepControl(), scale=1.0)
+    assert not branch.complete
+    assert branch.reason == "the branch would jump or turn back"
+    x = np.array([solution.x[0] for solution in branch.solutions])
     assert np.all(np.abs(np.diff(x)) < 0.01)
 
 
@@ -109,10 +110,10 @@ class Swinging(Lagged):
 
 def test_a_branch_that_would_turn_back_ends():
     # steeper in x than in p, so that the direction of x decides the sense of the tangent
-    path = trace(Swinging(), np.ones(1), (0.0, 2.0), StepControl(), scale=100.0)
-    assert not path.complete
-    assert path.reason == "the branch would jump or turn back"
-    p = np.array([solution.p for solution in path.solutions])
+    branch = trace(Swinging(), np.ones(1), (0.0, 2.0), StepControl(), scale=100.0)
+    assert not branch.complete
+    assert branch.reason == "the branch would jump or turn back"
+    p = np.array([solution.p for solution in branch.solutions])
     farthest = np.maximum.accumulate(p)
     assert farthest[-1] > 1
     # it may fall back by an arc of 0.02, here a change of x by that share
@@ -145,7 +146,7 @@ class Expecting(Lagged):
     basis = 1.0
 
     def __init__(self, share, predictive, full=None):
-        self._share, self.full = share, full
+        self._share, self.full_equations = share, full
         self.predictive = self.implicit = predictive
 
     def _seen(self, p):
@@ -164,9 +165,9 @@ class Expecting(Lagged):
 
 def along_the_bell(equations, step):
     control = StepControl(largest_step=step, first_step=step)
-    path = trace(equations, np.ones(1), (-1.0, 1.0), control, scale=1.0, maximise=First())
-    assert path.complete
-    return path.solutions
+    branch = trace(equations, np.ones(1), (-1.0, 1.0), control, scale=1.0, maximise=First())
+    assert branch.complete
+    return branch.solutions
 
 
 @pytest.mark.parametrize("full", [None, Bell()])
@@ -207,7 +208,7 @@ class Folding(Lagged):
     """The folded curve; its tangent is that of another one where x is within a window."""
 
     predictive = implicit = True
-    full = FOLDED
+    full_equations = FOLDED
 
     def evaluate(self, x, p):
         if -1.5 < x[0] < -0.5:
@@ -220,14 +221,14 @@ class Folding(Lagged):
 
 def test_where_a_held_basis_leads_no_further_the_full_equations_do():
     control = StepControl(largest_step=0.05)
-    path = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0, maximise=First())
-    assert path.complete, path.reason
-    x = np.array([solution.x[0] for solution in path.solutions])
-    p = np.array([solution.p for solution in path.solutions])
+    branch = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0, maximise=First())
+    assert branch.complete, branch.reason
+    x = np.array([solution.x[0] for solution in branch.solutions])
+    p = np.array([solution.p for solution in branch.solutions])
     np.testing.assert_allclose(x**3 - 3 * x, p, atol=1e-8)
     assert np.all(np.diff(x) > 0)
     assert np.sum((-1.5 < x) & (x < -0.5)) > 10
-    Folding.full = None
-    path = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
-    assert not path.complete
-    assert path.solutions[-1].x[0] == pytest.approx(-1.5, abs=1e-6)
+    Folding.full_equations = None
+    branch = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
+    assert not branch.complete
+    assert branch.solutions[-1].x[0] == pytest.approx(-1.5, abs=1e-6)

@@ -26,28 +26,28 @@ class Wrong(First):
         return self._slope(dx)
 
 
-def located(path):
-    return [(solution.p, solution.x[0]) for solution in path.solutions if solution.located]
+def located(branch):
+    return [(solution.p, solution.x[0]) for solution in branch.solutions if solution.located]
 
 
 @pytest.mark.parametrize("towards", [1, -1])
 def test_every_maximum_is_located_and_no_minimum(towards):
     window = (0.0, 4 * np.pi)[::towards]
-    path = trace(WAVES, np.array([2.0]), window, StepControl(), scale=5.0, maximise=First())
-    assert path.complete
+    branch = trace(WAVES, np.array([2.0]), window, StepControl(), scale=5.0, maximise=First())
+    assert branch.complete
     expected = [(np.pi / 2, 3.0), (5 * np.pi / 2, 3.0)][::towards]
     # located within 1e-6 of a step
-    np.testing.assert_allclose(located(path), expected, atol=1e-6)
-    p = [solution.p for solution in path.solutions]
+    np.testing.assert_allclose(located(branch), expected, atol=1e-6)
+    p = [solution.p for solution in branch.solutions]
     assert p == sorted(p, reverse=towards < 0)
 
 
 @pytest.mark.parametrize("slope", [lambda dx: 1.0, lambda dx: -1.0, lambda dx: -dx[0]])
 def test_a_sample_above_its_neighbours_is_refined_whatever_the_slope_says(slope):
     observe = Wrong(slope)
-    path = trace(WAVES, np.array([2.0]), (0.0, 4.0), StepControl(), scale=5.0, maximise=observe)
-    value = np.array([solution.x[0] for solution in path.solutions])
-    p, highest = max(located(path), key=lambda each: each[1])
+    branch = trace(WAVES, np.array([2.0]), (0.0, 4.0), StepControl(), scale=5.0, maximise=observe)
+    value = np.array([solution.x[0] for solution in branch.solutions])
+    p, highest = max(located(branch), key=lambda each: each[1])
     assert highest == value.max()
     # by values alone a flat maximum is known to the square root of their rounding
     assert highest == pytest.approx(3.0, rel=1e-12)
@@ -56,18 +56,18 @@ def test_a_sample_above_its_neighbours_is_refined_whatever_the_slope_says(slope)
 
 def test_a_maximum_between_the_last_two_solutions_counts():
     end = np.pi / 2 + 1e-3
-    path = trace(WAVES, np.array([2.0]), (0.0, end), StepControl(), scale=5.0, maximise=First())
-    assert located(path) == [pytest.approx((np.pi / 2, 3.0), abs=1e-6)]
+    branch = trace(WAVES, np.array([2.0]), (0.0, end), StepControl(), scale=5.0, maximise=First())
+    assert located(branch) == [pytest.approx((np.pi / 2, 3.0), abs=1e-6)]
 
 
 def test_what_is_highest_at_an_end_is_no_maximum():
-    path = trace(WAVES, np.array([2.0]), (0.0, 1.5), StepControl(), scale=5.0, maximise=First())
-    assert path.complete
-    assert not located(path)
+    branch = trace(WAVES, np.array([2.0]), (0.0, 1.5), StepControl(), scale=5.0, maximise=First())
+    assert branch.complete
+    assert not located(branch)
 
 
 def test_a_plateau_is_no_maximum():
     flat = graph(lambda p: 1.0, lambda p: 0.0)
-    path = trace(flat, np.array([1.0]), (0.0, 1.0), StepControl(), scale=1.0, maximise=First())
-    assert path.complete
-    assert not located(path)
+    branch = trace(flat, np.array([1.0]), (0.0, 1.0), StepControl(), scale=1.0, maximise=First())
+    assert branch.complete
+    assert not located(branch)

@@ -31,10 +31,10 @@ def test_jacobians_are_evaluated_where_corrections_need_them():
     assert jacobian[0, 0] == pytest.approx(3 * 2.0**2 - 3, rel=1e-3)
     assert jacobian[0, 0] != 3 * solution.x[0] ** 2 - 3
     curve.evaluated = 0
-    path = trace(curve, np.array([-2.0]), (-3.0, 3.0), StepControl(), scale=1.0)
-    assert path.complete
-    tried_in_vain = curve.evaluated - sum(max(s.iterations, 1) for s in path.solutions)
-    assert tried_in_vain < len(path.solutions) / 2
+    branch = trace(curve, np.array([-2.0]), (-3.0, 3.0), StepControl(), scale=1.0)
+    assert branch.complete
+    tried_in_vain = curve.evaluated - sum(max(s.iterations, 1) for s in branch.solutions)
+    assert tried_in_vain < len(branch.solutions) / 2
 
 
 def test_newton_converges_quadratically_to_a_root():
@@ -53,7 +53,7 @@ def test_newton_without_a_root_says_so():
 def test_no_residual_is_asked_for_below_the_rounding_of_its_terms():
     # forces ten orders above what excites, as at a sharp resonance
     stiff = Curve(lambda x, p: 1e10 * (x**2 - p), lambda x, p: 2e10 * x, lambda x, p: -1e10)
-    path = trace(stiff, np.array([1.4]), (2.0, 3.0), StepControl(tolerance=1e-9), scale=1.0)
-    assert path.complete
-    for solution in path.solutions:
+    branch = trace(stiff, np.array([1.4]), (2.0, 3.0), StepControl(tolerance=1e-9), scale=1.0)
+    assert branch.complete
+    for solution in branch.solutions:
         assert solution.x[0] == pytest.approx(np.sqrt(solution.p), rel=1e-12)

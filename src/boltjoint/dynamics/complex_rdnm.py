@@ -66,7 +66,7 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         self.implicit = basis_update == "implicit"
         # with the residual modes, a basis of the solution itself is as good as the linear modes
         exact = self.implicit and quasi_static_correction
-        self.full = LinearModes(balance, jacobian) if exact else None
+        self.full_equations = LinearModes(balance, jacobian) if exact else None
         if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
             raise ValueError("complex response-dependent modes need a motion of one harmonic")
         self._modes = len(balance.stiffness)

@@ -11,8 +11,8 @@ from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.dynamics.load_stepping import LoadStepping
-from boltjoint.solvers import arc_length, lagged_basis
-from boltjoint.solvers.equations import Path, StepControl
+from boltjoint.solvers import arc_length, lagged_continuation
+from boltjoint.solvers.equations import SolutionBranch, StepControl
 from boltjoint.solvers.lagged_basis import LaggedEquations
 from boltjoint.solvers.newton import newton
 
@@ -57,19 +57,21 @@ class Continuation:
         self._largest_scale = _WINDOW_PART * 2 * np.pi * (window[1] - window[0])
         self._lagged = isinstance(equations, LaggedEquations)
 
-    def across(self, window: tuple[float, float], start: NDArray[np.float64] | None) -> Path:
+    def across(
+        self, window: tuple[float, float], start: NDArray[np.float64] | None
+    ) -> SolutionBranch:
         """Branch from the lower end of a window [rad/s], or from other starts if incomplete."""
         low, high = window
-        path = self._follow((low, high), low, start)
-        if path.complete or start is not None:
-            return path
+        branch = self._follow((low, high), low, start)
+        if branch.complete or start is not None:
+            return branch
         for begin in (high, *(low + part * (high - low) for part in _STARTS_INSIDE)):
             other = self._through(window, begin)
             if other.complete:
                 return other
-        return path
+        return branch
 
-    def _through(self, window: tuple[float, float], begin: float) -> Path:
+    def _through(self, window: tuple[float, float], begin: float) -> SolutionBranch:
         """Branch from a frequency in the window to both of its ends."""
         low, high = window
         start = self._start(begin)
@@ -77,16 +79,16 @@ class Continuation:
         if not down.complete:
             return down
         if begin == high:
-            return Path(down.solutions[::-1], complete=True)
+            return SolutionBranch(down.solutions[::-1], complete=True)
         up = self._follow((low, high), begin, start)
-        return Path(down.solutions[:0:-1] + up.solutions, up.complete, up.reason)
+        return SolutionBranch(down.solutions[:0:-1] + up.solutions, up.complete, up.reason)
 
     def _follow(
         self, window: tuple[float, float], begin: float, start: NDArray[np.float64] | None
-    ) -> Path:
+    ) -> SolutionBranch:
         if start is None:
             start = self._start(begin)
-        trace = lagged_basis.trace if self._lagged else arc_length.trace
+        trace = lagged_continuation.trace if self._lagged else arc_length.trace
         return trace(
             self._equations,
             start,
@@ -103,9 +105,9 @@ class Continuation:
     def _start(self, w: float) -> NDArray[np.float64]:
         """An initial guess: the stuck linear solution, or the end of load stepping from it."""
         stuck = self._balance.stuck_solution(w)
-        if self._lagged and self._equations.full is None:
+        if self._lagged and self._equations.full_equations is None:
             return stuck  # a lagged basis is no use far from its solution
-        equations = self._equations.full if self._lagged else self._equations
+        equations = self._equations.full_equations if self._lagged else self._equations
         if newton(equations, stuck, w, self._control)[0].converged:
             return stuck
         loading = LoadStepping(equations, w)

@@ -79,7 +79,7 @@ class EPMCEquations(Equations):
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
         self.scale, self.stuck = squared[resonance - 1], vectors[:, resonance - 1]
         #: sine and cosine part of the mode whose phase the unknown has
-        self.tracked = self.stuck, np.zeros(self._modes)
+        self._reference = self.stuck, np.zeros(self._modes)
 
     def start(self) -> NDArray[np.float64]:
         """The stuck mode and its eigenvalue, without damping."""
@@ -95,7 +95,7 @@ class EPMCEquations(Equations):
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
         real, imaginary = x[-2:]
         force, force_jacobian = self.balance.residual_and_jacobian(a * x[:-2], 0.0)
-        s_0, c_0 = self.tracked
+        s_0, c_0 = self._reference
         residual = np.append(force / (a * self.scale), [s @ s + c @ c - 1, s_0 @ c - c_0 @ s])
         residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
         residual[-2 - modes : -2] -= real * c + imaginary * s
@@ -120,7 +120,7 @@ class EPMCEquations(Equations):
         jacobian[sin, -2:] = np.column_stack([-s, c])
         jacobian[cos, -2:] = np.column_stack([-c, -s])
         jacobian[-2, sin], jacobian[-2, cos] = 2 * s, 2 * c
-        jacobian[-1, cos], jacobian[-1, sin] = self.tracked[0], -self.tracked[1]
+        jacobian[-1, cos], jacobian[-1, sin] = self._reference[0], -self._reference[1]
         return jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
@@ -131,7 +131,15 @@ class EPMCEquations(Equations):
 
     def accept(self, x: NDArray[np.float64]) -> None:
         """Hold the phase of the mode to that of x from here on."""
-        self.tracked = tuple(x[-2 - 2 * self._modes : -2].reshape(2, -1))
+        self._reference = tuple(x[-2 - 2 * self._modes : -2].reshape(2, -1))
+
+    def state(self) -> tuple[NDArray[np.float64], ...]:
+        """Sine and cosine part of the mode to whose phase the mode is held."""
+        return self._reference
+
+    def restore(self, state: tuple[NDArray[np.float64], ...]) -> None:
+        """Hold the phase of the mode to that of an earlier one."""
+        self._reference = state
 
     def amplitudes_for(
         self, forces: Sequence[float], window: tuple[float, float]
@@ -209,7 +217,7 @@ class Backbone:
         path = None
         for first in np.log(_FIRST_AMPLITUDES):
             # the stuck mode is an initial guess where little slips
-            equations.tracked = equations.stuck, np.zeros_like(equations.stuck)
+            equations.restore((equations.stuck, np.zeros_like(equations.stuck)))
             window = (low + first, high)
             found = trace(equations, equations.start(), window, self._control, scale=_SCALE)
             if path is None or found.complete or len(path.solutions) < 2:

@@ -30,7 +30,7 @@ from boltjoint.dynamics.modal_synthesis import BEGINS_ABOVE, synthesise_response
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
 from boltjoint.joint.model import Joint
 from boltjoint.names import Coordinates
-from boltjoint.solvers.equations import Path, StepControl
+from boltjoint.solvers.equations import SolutionBranch, StepControl
 
 logger = logging.getLogger(__name__)
 
@@ -305,7 +305,7 @@ def _synthesise(
     )
 
 
-def _branch(force: float, path: Path, output: OutputPoint) -> Branch:
+def _branch(force: float, path: SolutionBranch, output: OutputPoint) -> Branch:
     """Branch from the solutions of a continuation."""
 
     def each(name: str) -> NDArray:

@@ -22,15 +22,6 @@ class LoadStepping(Equations):
         self._equations, self._w = equations, w
         self.residual_scale = equations.residual_scale
 
-    @property
-    def tracked(self) -> object:
-        """As of the equations."""
-        return self._equations.tracked
-
-    @tracked.setter
-    def tracked(self, tracked: object) -> None:
-        self._equations.tracked = tracked
-
     def evaluate(
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
@@ -44,3 +35,11 @@ class LoadStepping(Equations):
     def accept(self, x: NDArray[np.float64]) -> None:
         """As of the equations."""
         self._equations.accept(x)
+
+    def state(self) -> object:
+        """As of the equations."""
+        return self._equations.state()
+
+    def restore(self, state: object) -> None:
+        """As of the equations."""
+        self._equations.restore(state)

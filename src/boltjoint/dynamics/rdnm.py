@@ -49,7 +49,7 @@ class LaggedRDNM(LinearModes, LaggedEquations):
     """
 
     predictive = implicit = False
-    full = None
+    full_equations = None
 
     def __init__(
         self,
@@ -120,14 +120,13 @@ class SelfConsistentRDNM(LinearModes):
         #: modes evaluated last: the solution, the modes they continue, the modes
         self._found: tuple[NDArray[np.float64], ...] | None = None
 
-    @property
-    def tracked(self) -> NDArray[np.float64]:
-        """The modes at the last solution, by which those at the next are known again."""
+    def state(self) -> NDArray[np.float64]:
+        """The modes at the last accepted solution, by which those at the next are tracked."""
         return self._modes
 
-    @tracked.setter
-    def tracked(self, modes: NDArray[np.float64]) -> None:
-        self._modes = modes
+    def restore(self, state: NDArray[np.float64]) -> None:
+        """Return to the modes at an earlier solution."""
+        self._modes = state
 
     def evaluate(
         self, x: NDArray[np.float64], p: float, load_factor: float = 1.0

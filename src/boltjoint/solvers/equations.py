@@ -1,6 +1,6 @@
-"""Systems r(x, p) = 0 of one parameter, options of the continuation, and solution branches.
+"""Systems r(x, p) = 0 with one parameter, options of the continuation, and solution branches.
 
-Nothing here knows mechanics: a system is what answers the calls of ``Equations``.
+Nothing here depends on mechanics: a system is any object with the methods of ``Equations``.
 """
 
 from collections.abc import Callable
@@ -16,26 +16,29 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 LazyJacobian = Callable[[], Matrix]
-"""Evaluates the Jacobian that belongs to a residual, where a correction needs it."""
+"""Lazily evaluated Jacobian: called where a correction needs the derivative of a residual."""
 
 
 class Equations(Protocol):
     """A system of equations r(x, p) = 0 with one parameter."""
 
     residual_scale: float
-    """Size of the terms that a residual is compared with."""
+    """Size of the terms to which a residual is compared."""
 
     def evaluate(self, x: Vector, p: float) -> tuple[Vector, LazyJacobian]:
-        """Residual, and its lazily evaluated Jacobian by x."""
+        """Residual and its lazily evaluated Jacobian with respect to x."""
 
     def parameter_derivative(self, x: Vector, p: float) -> Vector:
-        """Derivative of the residual by p."""
-
-    tracked: object = None
-    """What mode tracking remembers of the last accepted solution; it may be set back."""
+        """Derivative of the residual with respect to p."""
 
     def accept(self, x: Vector) -> None:
-        """Take note of an accepted solution, by which mode tracking continues."""
+        """Update the state by an accepted solution."""
+
+    def state(self) -> object:
+        """What depends on the solutions accepted before, as modes that are tracked; else None."""
+
+    def restore(self, state: object) -> None:
+        """Return to an earlier state."""
 
 
 class Quantity(Protocol):
@@ -45,7 +48,7 @@ class Quantity(Protocol):
         """The quantity at a solution."""
 
     def slope(self, x: Vector, dx: Vector) -> float:
-        """Its derivative along a direction, or anything of the same sign."""
+        """Directional derivative of the quantity, or a number of the same sign."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +58,16 @@ class StepControl:
     Parameters
     ----------
     tolerance
-        A residual below this times its scale is zero, and so is one within rounding of its terms.
+        Relative to the residual's scale; a residual within rounding of its terms has converged too.
     first_step, smallest_step, largest_step
         Arc lengths; the first step is no longer than the largest.
     target_iterations
-        Corrector iterations at which the step stays as it is; below it grows, above it shrinks.
+        Corrector iterations at which the step length is kept; with fewer it grows, with more it
+        shrinks.
     maximum_iterations
         Corrector iterations after which a step is retried at half the length.
     maximum_solutions
-        Solutions after which a branch is given up.
+        Solutions after which the continuation of a branch stops.
 
     Raises
     ------
@@ -81,7 +85,7 @@ class StepControl:
     maximum_solutions: int = 5000
 
     def __post_init__(self) -> None:
-        """Refuse options with which no branch can be followed."""
+        """Refuse options that allow no continuation."""
         for name, value in vars(self).items():
             if name in ("target_iterations", "maximum_iterations", "maximum_solutions"):
                 checks.whole(name, value, above=0)
@@ -95,21 +99,21 @@ class StepControl:
 
 
 class Solution(NamedTuple):
-    """A solution on a branch: unknown, parameter, corrector iterations, and whether it solves."""
+    """A solution on a branch: unknown, parameter, number of iterations, whether it converged."""
 
     x: Vector
     p: float
     iterations: int
     converged: bool
     located: bool = False
-    """Whether it is a local maximum that was located."""
-    full: bool = True
-    """Whether it solves the full equations, not those in a lagging basis."""
+    """Whether it is a local maximum found by event location."""
+    reduced: bool = False
+    """Whether it solves equations projected onto a reduced basis, not the full equations."""
 
 
 @dataclass
-class Path:
-    """Solutions in the order they were found.
+class SolutionBranch:
+    """Solutions along a branch in their order.
 
     ``complete`` tells whether the far end of the window was reached; if not, ``reason`` says why.
     """

@@ -1,0 +1,177 @@
+"""Predictor and corrector on spheres around the solutions of a branch.
+
+The next solution lies at the distance of the step length from the last one (Crisfield 1981; eq.
+2.39 to 2.42 of the thesis), so the branch may turn back in the parameter. Distances are measured
+relative to the last solution, because a resonance spans orders of magnitude:
+``|dx|^2 / |x|^2 + (dp / scale)^2``.
+
+References
+----------
+M. A. Crisfield: A fast incremental/iterative solution procedure that handles "snap-through".
+Computers and Structures 13 (1981) 55-62.
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: sections 2.1.4 and 2.1.5.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, StepControl, Vector
+from boltjoint.solvers.maxima import Arc, Observation
+from boltjoint.solvers.newton import smallest_residual, solve
+
+#: smallest cosine between the step and the tangent, where no other direction is given
+_SMALLEST_COSINE = 0.5
+
+#: distances from a solution below this share of the largest are relative to the latter
+_SMALLEST_SHARE = 1e-3
+
+
+class Predictor(NamedTuple):
+    """A solution from which a step is taken: weights of distances, and the unit tangent."""
+
+    x: Vector
+    p: float
+    weights: Vector
+    tangent: Vector
+
+    def at(self, offset: Vector) -> tuple[Vector, float]:
+        """Unknown and parameter at a weighted offset."""
+        change = offset / self.weights
+        return self.x + change[:-1], self.p + float(change[-1])
+
+
+class Step(NamedTuple):
+    """A solution on a sphere, a Jacobian there, and the unweighted offset from the center."""
+
+    solution: Solution
+    jacobian: Matrix
+    offset: Vector
+
+
+@dataclass
+class Corrector:
+    """Predictors and corrector of one branch.
+
+    Parameters
+    ----------
+    equations, control
+        The system and its tolerances.
+    scale
+        Change of the parameter, by the parameter, that counts as much as doubling the unknown.
+    """
+
+    equations: Equations
+    control: StepControl
+    scale: Callable[[float], float]
+    largest_norm: float = 0.0
+    """Of the unknown along the branch so far."""
+
+    def predictor(self, x: Vector, p: float, jacobian: Matrix, direction: Vector) -> Predictor:
+        """The predictor from a solution, its tangent along an unweighted direction."""
+        size = float(np.linalg.norm(x))
+        self.largest_norm = max(self.largest_norm, size)
+        size = max(size, _SMALLEST_SHARE * self.largest_norm) or 1.0
+        weights = np.append(np.full_like(x, 1 / size), 1 / self.scale(p))
+        return Predictor(x, p, weights, self.tangent(x, p, jacobian, weights, direction))
+
+    def tangent(
+        self, x: Vector, p: float, jacobian: Matrix, weights: Vector, direction: Vector
+    ) -> Vector:
+        """Unit tangent of the branch in weighted coordinates, in the sense of a direction.
+
+        The thesis takes the sense from the sign of det J (2.47). Bordering the derivatives with
+        the direction is equivalent, and needs no determinant that over- or underflows.
+        """
+        along = direction * weights
+        derivative = self.derivative(x, p, jacobian, weights)
+        derivative /= np.linalg.norm(derivative, axis=1, keepdims=True)
+        unit = np.zeros(weights.size)
+        unit[-1] = 1.0
+        tangent = solve(np.vstack([derivative, along / np.linalg.norm(along)]), unit)
+        if tangent is None:  # the branch is normal to the direction
+            tangent = along
+        return tangent / np.linalg.norm(tangent)
+
+    def derivative(self, x: Vector, p: float, jacobian: Matrix, weights: Vector) -> Matrix:
+        """Derivative of the residual by unknown and parameter, in weighted coordinates."""
+        by_parameter = self.equations.parameter_derivative(x, p)
+        return np.column_stack([jacobian, by_parameter]) / weights
+
+    def correct(
+        self,
+        predictor: Predictor,
+        radius: float,
+        direction: Vector | None = None,
+        *,
+        update_jacobian: bool = False,
+    ) -> Step | None:
+        """Solve on a sphere around the solution of a predictor.
+
+        Parameters
+        ----------
+        predictor, radius
+            Center and radius.
+        direction
+            Unit direction of the predicted point; by default the tangent, from which the solution
+            must not deviate by more than 60 degrees.
+        update_jacobian
+            Whether the Jacobian is evaluated at the solution; else it is that of the last
+            correction.
+
+        Returns
+        -------
+        Step or None
+            None where the corrector fails or diverges, or the solution deviates from the tangent.
+        """
+        offset = radius * (predictor.tangent if direction is None else direction)
+        jacobian = None
+        for iteration in range(self.control.maximum_iterations + 1):
+            x, p = predictor.at(offset)
+            residual, jacobian_at = self.equations.evaluate(x, p)
+            if jacobian is None:
+                jacobian = jacobian_at()
+            sphere = offset @ offset / radius - radius
+            limit = smallest_residual(self.equations, self.control, x, jacobian)
+            if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * radius:
+                if direction is None and offset @ predictor.tangent < _SMALLEST_COSINE * radius:
+                    return None
+                solution = Solution(x, p, iteration, True)
+                jacobian = jacobian_at() if update_jacobian else jacobian
+                return Step(solution, jacobian, offset / predictor.weights)
+            if iteration > 0:
+                jacobian = jacobian_at()
+            derivative = self.derivative(x, p, jacobian, predictor.weights)
+            correction = solve(
+                np.vstack([derivative, 2 * offset / radius]), np.append(residual, sphere)
+            )
+            if correction is None or np.linalg.norm(correction) > 2 * radius:
+                return None
+            offset = offset - correction
+        return None
+
+    def with_tangent_at_solution(self, predictor: Predictor) -> Predictor:
+        """The predictor with the tangent of the Jacobian at its own solution."""
+        _, jacobian_at = self.equations.evaluate(predictor.x, predictor.p)
+        x, p, weights, tangent = predictor
+        tangent = self.tangent(x, p, jacobian_at(), weights, tangent / weights)
+        return predictor._replace(tangent=tangent)
+
+    def observation(self, quantity: Quantity, predictor: Predictor, step: Step) -> Observation:
+        """A quantity and its slope along the branch at the end of a step."""
+        x, p, weights = step.solution.x, step.solution.p, predictor.weights
+        tangent = self.tangent(x, p, step.jacobian, weights, step.offset)
+        slope = quantity.slope(x, (tangent / weights)[:-1])
+        return Observation(step.solution, quantity.value(x), slope)
+
+    def arc(self, quantity: Quantity, predictor: Predictor) -> Arc:
+        """Observations of a quantity along the branch by the distance from a solution."""
+
+        def observation_at(distance: float) -> Observation | None:
+            step = self.correct(predictor, distance, update_jacobian=True)
+            return step and self.observation(quantity, predictor, step)
+
+        return observation_at
