@@ -22,7 +22,7 @@ class Curve(Equations):
 
 # p = x^3 - 3 x folds at x = -1 (p = 2) and x = 1 (p = -2)
 FOLDED = Curve(lambda x, p: x**3 - 3 * x - p, lambda x, p: 3 * x**2 - 3, lambda x, p: -1.0)
-NO_WAY_ON = Curve(lambda x, p: x**2 + p - 1, lambda x, p: 2 * x, lambda x, p: 1.0)
+PARABOLA = Curve(lambda x, p: x**2 + p - 1, lambda x, p: 2 * x, lambda x, p: 1.0)
 
 
 class First:

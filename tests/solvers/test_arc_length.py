@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from curves import FOLDED, NO_WAY_ON, Curve
+from curves import FOLDED, PARABOLA, Curve
 
 from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.equations import StepControl
@@ -20,7 +20,7 @@ def test_branch_passes_both_turning_points():
     assert np.any(np.diff(p) < 0)  # it did go around the folds
 
 
-def test_branch_runs_backwards_too():
+def test_branch_is_followed_to_lower_parameters_too():
     branch = trace(FOLDED, np.array([2.5]), (8.0, -8.0), StepControl(), scale=4.0)
     assert branch.complete
     assert branch.solutions[-1].x[0] < -2
@@ -38,7 +38,7 @@ def test_branch_may_start_within_the_window(begin):
     assert (p.min() < begin) == (-2 < begin < 2)
 
 
-def test_steps_are_short_where_a_little_of_the_parameter_counts_much():
+def test_step_lengths_follow_a_scale_that_varies():
     control = StepControl(largest_step=0.05)
     line = Curve(lambda x, p: x - 1, lambda x, p: 1.0, lambda x, p: 0.0)
     branch = trace(line, np.ones(1), (1.0, 100.0), control, scale=lambda p: min(5.0, 0.1 * p))
@@ -49,21 +49,21 @@ def test_steps_are_short_where_a_little_of_the_parameter_counts_much():
     np.testing.assert_allclose(steps[5:], 0.05, rtol=1e-3)
 
 
-def test_a_branch_without_a_start_is_told_not_raised():
-    branch = trace(NO_WAY_ON, np.array([1.0]), (2.0, 3.0), StepControl(), scale=1.0)
+def test_a_failed_start_is_a_reason_not_an_exception():
+    branch = trace(PARABOLA, np.array([1.0]), (2.0, 3.0), StepControl(), scale=1.0)
     assert not branch.complete
     assert "start of the window" in branch.reason
     assert [solution.converged for solution in branch.solutions] == [False]
 
 
-def test_a_branch_that_returns_is_told():
-    branch = trace(NO_WAY_ON, np.array([1.4]), (-1.0, 3.0), StepControl(), scale=1.0)
+def test_a_branch_that_returns_has_a_reason():
+    branch = trace(PARABOLA, np.array([1.4]), (-1.0, 3.0), StepControl(), scale=1.0)
     assert not branch.complete
     assert branch.reason == "the branch returned to the start of the window"
     assert all(solution.converged for solution in branch.solutions)
 
 
-def test_a_branch_that_ends_is_told():
+def test_a_branch_that_ends_has_a_reason():
     # x = sqrt(1 - p) with a residual that is undefined beyond p = 1
     ends = Curve(
         lambda x, p: x - np.sqrt(1 - p) if p < 1 else np.nan,
@@ -75,7 +75,7 @@ def test_a_branch_that_ends_is_told():
     assert branch.reason == "no solution found near the last one"
 
 
-def test_a_branch_may_not_grow_without_end():
+def test_the_number_of_solutions_is_limited():
     branch = trace(
         FOLDED, np.array([-2.5]), (-8.0, 8.0), StepControl(maximum_solutions=7), scale=4.0
     )

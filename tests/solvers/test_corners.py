@@ -1,4 +1,4 @@
-"""Branches of piecewise linear equations, with corners of any angle."""
+"""Branches of piecewise linear equations with corners of any angle."""
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ class Wedge(Equations):
 def test_a_corner_of_any_angle_is_turned(turn, others):
     """Up to where the branch turns back almost onto itself."""
     inside = np.radians(180 - turn)
-    # so that one line comes up from below the corner and the other leads on up
+    # so that the branch ascends on one line to the corner and on the other from it
     wedge = Wedge(inside, axis=inside / 4, others=others)
     down, up = wedge.lines()
     assert down[1] < 0 < up[1]
@@ -133,7 +133,7 @@ class Star(Equations):
 
 
 @pytest.mark.parametrize(("dead_end", "reached"), [(2, 1), (3, 1), (1, 3)])
-def test_where_one_way_on_ends_another_is_taken(dead_end, reached):
+def test_where_one_continuation_ends_another_is_followed(dead_end, reached):
     """The lines beside the one that the branch comes from keep its sense, that between does not."""
     star = Star(dead_end)
     down = star.direction(star.angles[0])
@@ -145,11 +145,11 @@ def test_where_one_way_on_ends_another_is_taken(dead_end, reached):
     above = z[z[:, 1] > 1e-3]
     assert len(above) > 3
     np.testing.assert_allclose(above @ [expected[1], -expected[0]], 0, atol=1e-8)
-    # nothing is left of the way that ended
+    # no solution is left of the continuation that ended
     assert np.all(np.diff(z[:, 1]) > 0)
 
 
-def test_where_all_ways_on_end_the_first_is_kept():
+def test_where_all_continuations_end_the_first_is_kept():
     star = Star(2)
     star.evaluate = lambda x, p, inner=star.evaluate: (
         inner(x, p) if p < 1.01 else (np.array([np.nan]), lambda: np.array([[np.nan]]))

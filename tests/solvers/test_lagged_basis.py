@@ -69,7 +69,7 @@ def test_branch_passes_turning_points_while_axes_turn():
 
 
 class Jumping(Lagged):
-    """x = 1 + p / 100 until an update beyond p = 1 lifts the whole curve to where it cannot be."""
+    """x = 1 + p / 100 until an update beyond p = 1 moves the curve away."""
 
     def evaluate(self, x, p):
         return np.array([x[0] - 1 - p / 100 - self.basis]), lambda: np.array([[1.0]])
@@ -89,8 +89,8 @@ def test_a_branch_that_would_jump_ends():
     assert np.all(np.abs(np.diff(x)) < 0.01)
 
 
-class Swinging(Lagged):
-    """x = 1 + p, whose direction is turned round by the first update beyond p = 1."""
+class Reversing(Lagged):
+    """x = 1 + p, whose direction the first update beyond p = 1 reverses."""
 
     turned = False
 
@@ -110,7 +110,7 @@ class Swinging(Lagged):
 
 def test_a_branch_that_would_turn_back_ends():
     # steeper in x than in p, so that the direction of x decides the sense of the tangent
-    branch = trace(Swinging(), np.ones(1), (0.0, 2.0), StepControl(), scale=100.0)
+    branch = trace(Reversing(), np.ones(1), (0.0, 2.0), StepControl(), scale=100.0)
     assert not branch.complete
     assert branch.reason == "the branch would jump or turn back"
     p = np.array([solution.p for solution in branch.solutions])
@@ -136,9 +136,9 @@ class Bell(Curve):
 
 
 class Expecting(Lagged):
-    """The bell as seen from where the branch is expected to be.
+    """The bell in a basis that is that of the predicted point.
 
-    Equations in an updated basis err by a share of how far f is from what was expected, a share
+    The error in an updated basis is a share of the distance of f from the update point, a share
     that varies with p, so that the top is where it should be only in the basis of itself. Where the
     share is negative, what is found answers what is expected with the opposite sign.
     """
@@ -184,7 +184,7 @@ def test_a_maximum_is_located_in_the_basis_of_itself(share, step, full):
 
 @pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
 @pytest.mark.parametrize("step", [0.16, 0.04])
-def test_an_implicit_step_leads_to_where_its_basis_was_updated(share, step):
+def test_an_implicit_basis_belongs_to_its_solution(share, step):
     begin, *others = along_the_bell(Expecting(share, True), step)
     # twice the twentieth of the step within which what is expected and what is found agree
     for solution in others:
@@ -219,7 +219,7 @@ class Folding(Lagged):
         return FOLDED.parameter_derivative(x, p)
 
 
-def test_where_a_held_basis_leads_no_further_the_full_equations_do():
+def test_where_no_step_in_the_basis_converges_the_full_equations_are_followed():
     control = StepControl(largest_step=0.05)
     branch = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0, maximise=First())
     assert branch.complete, branch.reason

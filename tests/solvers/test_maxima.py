@@ -17,7 +17,7 @@ WAVES = graph(lambda p: 2 + np.sin(p), np.cos)
 
 
 class Wrong(First):
-    """The first unknown with a slope that is that of something else."""
+    """The first unknown with a wrong slope."""
 
     def __init__(self, slope):
         self._slope = slope
@@ -43,7 +43,7 @@ def test_every_maximum_is_located_and_no_minimum(towards):
 
 
 @pytest.mark.parametrize("slope", [lambda dx: 1.0, lambda dx: -1.0, lambda dx: -dx[0]])
-def test_a_sample_above_its_neighbours_is_refined_whatever_the_slope_says(slope):
+def test_a_sample_above_its_neighbours_is_refined_whatever_its_slope(slope):
     observe = Wrong(slope)
     branch = trace(WAVES, np.array([2.0]), (0.0, 4.0), StepControl(), scale=5.0, maximise=observe)
     value = np.array([solution.x[0] for solution in branch.solutions])
@@ -60,7 +60,7 @@ def test_a_maximum_between_the_last_two_solutions_counts():
     assert located(branch) == [pytest.approx((np.pi / 2, 3.0), abs=1e-6)]
 
 
-def test_what_is_highest_at_an_end_is_no_maximum():
+def test_the_highest_solution_at_an_end_is_no_maximum():
     branch = trace(WAVES, np.array([2.0]), (0.0, 1.5), StepControl(), scale=5.0, maximise=First())
     assert branch.complete
     assert not located(branch)

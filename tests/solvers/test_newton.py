@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from curves import FOLDED, NO_WAY_ON, Curve
+from curves import FOLDED, PARABOLA, Curve
 
 from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.equations import StepControl
@@ -8,7 +8,7 @@ from boltjoint.solvers.newton import newton
 
 
 class Counting(Curve):
-    """The folded curve, that counts how often its Jacobian is evaluated."""
+    """The folded curve, counting the evaluations of its Jacobian."""
 
     evaluated = 0
 
@@ -22,12 +22,12 @@ class Counting(Curve):
         return residual, counted
 
 
-def test_jacobians_are_evaluated_where_corrections_need_them():
+def test_jacobians_are_evaluated_only_for_corrections():
     curve = Counting(FOLDED._residual, FOLDED._by_x, FOLDED._by_p)
     solution, jacobian = newton(curve, np.array([2.3]), 2.0, StepControl())
     assert solution.converged
     assert curve.evaluated == solution.iterations > 1
-    # that of the last correction, which led from less than a thousandth away
+    # that of the last correction, which changed x by less than a thousandth
     assert jacobian[0, 0] == pytest.approx(3 * 2.0**2 - 3, rel=1e-3)
     assert jacobian[0, 0] != 3 * solution.x[0] ** 2 - 3
     curve.evaluated = 0
@@ -45,12 +45,12 @@ def test_newton_converges_quadratically_to_a_root():
     assert jacobian[0, 0] == pytest.approx(9.0)
 
 
-def test_newton_without_a_root_says_so():
-    solution, _ = newton(NO_WAY_ON, np.array([0.5]), 3.0, StepControl())
+def test_newton_without_a_root_does_not_converge():
+    solution, _ = newton(PARABOLA, np.array([0.5]), 3.0, StepControl())
     assert not solution.converged
 
 
-def test_no_residual_is_asked_for_below_the_rounding_of_its_terms():
+def test_the_residual_converges_to_the_rounding_of_its_terms():
     # forces ten orders above what excites, as at a sharp resonance
     stiff = Curve(lambda x, p: 1e10 * (x**2 - p), lambda x, p: 2e10 * x, lambda x, p: -1e10)
     branch = trace(stiff, np.array([1.4]), (2.0, 3.0), StepControl(tolerance=1e-9), scale=1.0)

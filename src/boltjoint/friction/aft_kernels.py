@@ -1,38 +1,38 @@
-"""Compiled loops of AFT: friction forces marched through the samples of a period."""
+"""Compiled loops of AFT: friction elements integrated through the samples of a period."""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-#: what an element does at a sample: slip, by the sign of its force, stick, be open, or stick where
-#: the surfaces have met since the sample before
-SLIPS_NEGATIVE, STICKS, SLIPS_POSITIVE, OPEN, CLOSES = range(-1, 4)
+#: contact state at a sample: slip by the sign of its force, stick, separation, or stick after the
+#: contact has closed since the sample before
+SLIP_NEGATIVE, STICK, SLIP_POSITIVE, SEPARATION, CLOSING = range(-1, 4)
 
 
 @njit(cache=True)
-def move_slider(
+def _move_slider(
     x_before: float, n_before: float, x: float, n: float, mu: float, z: float
 ) -> tuple[float, int]:
-    """Where the slider is after a sample, and what the element does there.
+    """Slider position after a sample, and contact state there.
 
-    ``x = k_u u`` and ``n = n0 + k_v v`` are what the springs alone want, z is where the slider was.
+    ``x = k_u u`` and ``n = n0 + k_v v`` are the forces of the springs alone, z the last position.
     """
     if n <= 0.0:
-        return x, OPEN
-    doing = STICKS
+        return x, SEPARATION
+    state = STICK
     if n_before <= 0.0:
-        # laid down where n rises through zero, by a straight line from sample to sample: only then
-        # does the force err by the square of the step
-        z, doing = x_before + (x - x_before) * n_before / (n_before - n), CLOSES
+        # closing where n rises through zero, by linear interpolation between the samples: only then
+        # is the error of the force of second order
+        z, state = x_before + (x - x_before) * n_before / (n_before - n), CLOSING
     if z < x - mu * n:
-        return x - mu * n, SLIPS_POSITIVE
+        return x - mu * n, SLIP_POSITIVE
     if z > x + mu * n:
-        return x + mu * n, SLIPS_NEGATIVE
-    return z, doing
+        return x + mu * n, SLIP_NEGATIVE
+    return z, state
 
 
 @njit(cache=True)
-def march_points(
+def add_forces(
     order: NDArray[np.int64],
     first: NDArray[np.int64],
     k_u: NDArray[np.float64],
@@ -44,12 +44,12 @@ def march_points(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """March the elements point by point, and find the harmonic tangents where there is room."""
+    """Add the harmonic forces, and the tangents where their array is not empty, by point."""
     synthesis = tables[0]
     count, samples = synthesis.shape
     directions = motion.shape[1] // count
     displacement, total = np.empty((directions, samples)), np.empty((directions, samples))
-    x, n, doing = np.empty(samples), np.empty(samples), np.empty(samples, dtype=np.int8)
+    x, n, state = np.empty(samples), np.empty(samples), np.empty(samples, dtype=np.int8)
     for p in range(len(motion)):
         total[:] = 0.0
         for d in range(directions):
@@ -61,19 +61,19 @@ def march_points(
                 n[i] = normal_load[e]
                 if directions == 2:
                     n[i] += k_v[e] * displacement[1, i]
-            z, placed_at, placed_by = 0.0, 0, STICKS
+            z, slider_sample, slider_state = 0.0, 0, STICK
             for i in range(samples):
-                z, does = move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
-                if does != STICKS:
-                    placed_at, placed_by = i, does
+                z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+                if current != STICK:
+                    slider_sample, slider_state = i, current
             for i in range(samples):
-                z, doing[i] = move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+                z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
                 total[0, i] += x[i] - z
                 if directions == 2:
                     total[1, i] += max(n[i], 0.0) - preload
             if tangent.size:
                 springs = k_u[e], k_v[e], mu
-                _add_tangent(springs, x, n, doing, placed_at, placed_by, tables, tangent[p])
+                _add_tangent(springs, x, n, state, slider_sample, slider_state, tables, tangent[p])
         for d in range(directions):
             np.dot(synthesis, total[d], force[p, d * count : (d + 1) * count])
 
@@ -83,32 +83,32 @@ def _add_tangent(
     springs: tuple[float, float, float],
     x: NDArray[np.float64],
     n: NDArray[np.float64],
-    doing: NDArray[np.int8],
-    placed_at: int,
-    placed_by: int,
+    state: NDArray[np.int8],
+    slider_sample: int,
+    slider_state: int,
     tables: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     tangent: NDArray[np.float64],
 ) -> None:
     """Add the harmonic tangent of one element.
 
-    Over a stretch of samples at which it does the same, its forces are linear in the motion: n, and
-    ``mu n`` or ``x - z``, with z as the slider was placed at one sample.
+    Over an interval of samples in one state its forces are linear in the motion: n, and ``mu n`` or
+    ``x - z``, with z determined at one sample.
     """
     k_u, k_v, mu = springs
     synthesis, mean, square = tables
     count = len(synthesis)
     has_normal = len(tangent) > count
     begin = 0
-    for end in range(1, doing.size + 1):
-        does = doing[begin]
-        if end < doing.size and doing[end] == does:
+    for end in range(1, state.size + 1):
+        current = state[begin]
+        if end < state.size and state[end] == current:
             continue
-        slips = does in (SLIPS_NEGATIVE, SLIPS_POSITIVE)
-        if does == CLOSES:
-            placed_at, placed_by = begin, does
-        if does != OPEN:
+        slips = current in (SLIP_NEGATIVE, SLIP_POSITIVE)
+        if current == CLOSING:
+            slider_sample, slider_state = begin, current
+        if current != SEPARATION:
             of_x = 0.0 if slips else k_u
-            of_n = does * mu * k_v if slips else 0.0
+            of_n = current * mu * k_v if slips else 0.0
             for i in range(count):
                 for j in range(count):
                     both = square[end, i, j] - square[begin, i, j]
@@ -116,10 +116,10 @@ def _add_tangent(
                     if has_normal:
                         tangent[i, count + j] += of_n * both
                         tangent[count + i, count + j] += k_v * both
-            if not slips and placed_by != STICKS:
-                share, by_n_before, by_n = slider_placement(x, n, mu, placed_at, placed_by)
+            if not slips and slider_state != STICK:
+                share, by_n_before, by_n = _slider_derivative(x, n, mu, slider_sample, slider_state)
                 for j in range(count):
-                    phi_before, phi = synthesis[j, placed_at - 1], synthesis[j, placed_at]
+                    phi_before, phi = synthesis[j, slider_sample - 1], synthesis[j, slider_sample]
                     z_by_x = k_u * (phi_before + share * (phi - phi_before))
                     z_by_n = k_v * (by_n_before * phi_before + by_n * phi)
                     for i in range(count):
@@ -128,20 +128,96 @@ def _add_tangent(
                         if has_normal:
                             tangent[i, count + j] -= weight * z_by_n
         if slips:
-            placed_at, placed_by = end - 1, does
+            slider_sample, slider_state = end - 1, current
         begin = end
 
 
 @njit(cache=True)
-def slider_placement(
+def _slider_derivative(
     x: NDArray[np.float64], n: NDArray[np.float64], mu: float, at: int, by: int
 ) -> tuple[float, float, float]:
-    """How a slider placed at a sample depends on it and the one before.
+    """Derivatives of a slider position determined at a sample, by this sample and the one before.
 
-    Share of x at the sample, the rest being of x before; derivative by n before, and by n.
+    By x, one minus that by x before; by n before; and by n.
     """
-    if by != CLOSES:
+    if by != CLOSING:
         return 1.0, 0.0, -by * mu
     drop = n[at - 1] - n[at]
     slope = (x[at] - x[at - 1]) / drop**2
     return n[at - 1] / drop, -n[at] * slope, n[at - 1] * slope
+
+
+@njit(cache=True)
+def add_modal_forces(
+    R: NDArray[np.float64],
+    N: NDArray[np.float64],
+    X: NDArray[np.float64],
+    V: NDArray[np.float64],
+    normal_load: NDArray[np.float64],
+    friction_coefficient: NDArray[np.float64],
+    q: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    total: NDArray[np.float64],
+    direct: NDArray[np.float64],
+    by_slider: NDArray[np.float64],
+) -> None:
+    """Add the forces and derivatives of the elements in modal coordinates.
+
+    ``x = X q`` and ``n = n0 + V q``; R and N project friction force and normal load onto the modes.
+    """
+    modes, samples = q.shape
+    has_normal = np.any(V)
+    x, n, friction = np.empty(samples), np.empty(samples), np.empty(samples)
+    state = np.empty(samples, dtype=np.int8)
+    for e in range(len(X)):
+        mu, preload = friction_coefficient[e], max(normal_load[e], 0.0)
+        np.dot(X[e], q, x)
+        n[:] = normal_load[e]
+        if has_normal:
+            n += np.dot(V[e], q)
+        z, slider_sample, slider_state = 0.0, 0, STICK
+        for i in range(samples):
+            z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+            if current != STICK:
+                slider_sample, slider_state = i, current
+        for i in range(samples):
+            z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+            friction[i] = x[i] - z
+        for r in range(modes):
+            for i in range(samples):
+                total[r, i] += R[e, r] * friction[i]
+            if has_normal:
+                for i in range(samples):
+                    total[r, i] += N[e, r] * (max(n[i], 0.0) - preload)
+        begin = 0
+        for end in range(1, samples + 1):
+            current = state[begin]
+            if end < samples and state[end] == current:
+                continue
+            slips = current in (SLIP_NEGATIVE, SLIP_POSITIVE)
+            if current == CLOSING:
+                slider_sample, slider_state = begin, current
+            if current != SEPARATION:
+                of_x = 0.0 if slips else 1.0
+                of_n = current * mu if slips else 0.0
+                for r in range(modes):
+                    for s in range(modes):
+                        change = R[e, r] * (of_x * X[e, s] + of_n * V[e, s]) + N[e, r] * V[e, s]
+                        direct[begin, r, s] += change
+                        direct[end, r, s] -= change
+                if not slips and slider_state != STICK:
+                    share, by_n_before, by_n = _slider_derivative(
+                        x, n, mu, slider_sample, slider_state
+                    )
+                    for r in range(modes):
+                        for s in range(modes):
+                            now = R[e, r] * (share * X[e, s] + by_n * V[e, s])
+                            before = R[e, r] * ((1 - share) * X[e, s] + by_n_before * V[e, s])
+                            for i in range(mean.shape[1]):
+                                weight = mean[end, i] - mean[begin, i]
+                                by_slider[slider_sample, r, s, i] -= now * weight
+                                if slider_state == CLOSING:
+                                    by_slider[slider_sample - 1, r, s, i] -= before * weight
+            if slips:
+                slider_sample, slider_state = end - 1, current
+            begin = end

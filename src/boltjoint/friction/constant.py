@@ -1,9 +1,14 @@
-"""What a dry friction element under constant normal load does in one period of harmonic motion.
+"""Friction under constant normal load: analytic describing function of Jenkins elements.
 
-A spring of stiffness k in series with a slider that yields at mu N (a Jenkins element), driven by
+A spring of stiffness k in series with a slider that slips at mu N, under the displacement
 ``u = s sin(wt) + c cos(wt)``. The slider starts without traction at the assembled state, so an
-element that never slips acts as the spring alone; one that slips forgets how it started after its
-first reversal, and its steady loop is that of eq. 2.25 of the source study.
+element that does not slip is a spring; the steady hysteresis loop of one that slips does not depend
+on the start (eq. 2.25 of the thesis).
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: section 2.2.1.
 """
 
 from dataclasses import dataclass
@@ -55,7 +60,7 @@ class ConstantLoad(FrictionLaw):
     }
 
     def __post_init__(self) -> None:
-        """Refuse what is no friction element."""
+        """Refuse impossible friction elements."""
         check_elements(self)
 
     def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -74,7 +79,7 @@ class ConstantLoad(FrictionLaw):
         return force, tangent
 
     def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
-        """Stiffness of the points while nothing slips [N/m], shape (points, directions)."""
+        """Stiffness of the points in stick [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
         return total[:, None]
@@ -101,7 +106,7 @@ class ConstantLoad(FrictionLaw):
 
 @njit(cache=True)
 def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float, float, float]:
-    """In-phase and quadrature stiffness of a slipping element, and the sine of its slip angle.
+    """In-phase and quadrature stiffness of an element in stick-slip, and sine of its slip angle.
 
     The element sticks from a reversal until the phase theta with cos(theta) = 1 - 2 mu N / (k A)
     (eq. 2.21, 2.23 counted from the reversal). The Fourier integrals (2.5, 2.6) over the loop
@@ -126,7 +131,7 @@ def _add_forces(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """Add forces, and tangents where there is room for them."""
+    """Add the forces of all elements, and the tangents where their array is not empty."""
     with_tangent = tangent.size > 0
     for e in range(point_of_element.size):
         p = point_of_element[e]

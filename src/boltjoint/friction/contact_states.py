@@ -1,4 +1,4 @@
-"""The contact states an element can have over one period, as the result files number them."""
+"""Contact states of an element over one period, by their numbers in result files."""
 
 UNKNOWN = -1
 STICK = 0

@@ -1,4 +1,4 @@
-"""What every friction law answers: harmonic forces, tangents and contact states by motion."""
+"""Protocol of a friction law: harmonic forces, tangents and contact states by the motion."""
 
 from abc import ABC, abstractmethod
 from functools import cached_property
@@ -12,9 +12,9 @@ from boltjoint import checks
 class FrictionLaw(ABC):
     """Friction elements on contact points, as functions of the harmonic motion of these points.
 
-    ``force``, ``force_and_tangent`` and ``contact_state`` check the motion before compiled code
-    reads it. Iterations evaluate a law thousands of times at motions that fit by construction, and
-    must survive one that overflows: they call ``evaluate`` and ``evaluate_with_tangent``.
+    ``force``, ``force_and_tangent`` and ``contact_state`` check the motion. Solvers, whose motions
+    have the right shape by construction and may overflow, call ``evaluate`` and
+    ``evaluate_with_tangent``.
     """
 
     #: the contact point each element acts on, counted from 0
@@ -36,9 +36,9 @@ class FrictionLaw(ABC):
         Returns
         -------
         ndarray
-            Those of the friction force, then, where the law has a normal direction, those by which
-            the normal load exceeds that of the assembled state, with which the structure is in
-            equilibrium [N], shape (points, directions * components).
+            Coefficients of the friction force, then, where the law has a normal direction, of the
+            excess of the normal load over that of the assembled state, which is in equilibrium [N],
+            shape (points, directions * components).
 
         Raises
         ------
@@ -74,10 +74,10 @@ class FrictionLaw(ABC):
         return self.evaluate_with_tangent(self._checked(motion))
 
     def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
-        """State of every element over the period (``boltjoint.friction.states``).
+        """State of every element over the period (``friction.contact_states``).
 
-        An element that touches and lets go within the period counts as one with separation, whether
-        or not it slips while it touches.
+        An element that is open for a part of the period is in stick-slip with separation, whether
+        or not it slips while it is closed.
 
         Parameters
         ----------
@@ -93,21 +93,21 @@ class FrictionLaw(ABC):
 
     @abstractmethod
     def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
-        """As ``force``, of a motion that is known to fit."""
+        """As ``force``, without checks."""
 
     @abstractmethod
     def evaluate_with_tangent(
         self, motion: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """As ``force_and_tangent``, of a motion that is known to fit."""
+        """As ``force_and_tangent``, without checks."""
 
     @abstractmethod
     def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
-        """As ``contact_state``, of a motion that is known to fit."""
+        """As ``contact_state``, without checks."""
 
     @cached_property
     def _points(self) -> int:
-        """Points up to the last that has an element."""
+        """Number of points up to the last one with an element."""
         return int(self.point_of_element.max(initial=-1)) + 1
 
     def _checked(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -122,14 +122,14 @@ class FrictionLaw(ABC):
 
 
 def check_elements(law: FrictionLaw, signed: tuple[str, ...] = ()) -> None:
-    """Convert what describes the elements of a new law to arrays of one length.
+    """Convert the quantities of the elements of a new law to arrays of one length.
 
     Parameters
     ----------
     law
-        A frozen dataclass, while it is made.
+        A frozen dataclass during its construction.
     signed
-        Those of its ``quantities`` that need not be positive.
+        Names of ``quantities`` that may be negative.
 
     Raises
     ------

@@ -1,8 +1,9 @@
-"""What do any number of friction elements on one point cost? As much as one, from a table.
+"""Tabulated describing function of any number of friction elements on one contact point.
 
-Elements under constant normal load that share a point share its amplitude A as well, so their force
-is one complex describing function of A. Its quadrature part, the loss, is known in closed form
-between the amplitudes at which elements begin to slip; its in-phase part is interpolated.
+Elements under constant normal load on one point have its amplitude A in common, so their force is
+one complex describing function of A, evaluated at the cost of one element. Its quadrature part, the
+dissipation, has a closed form between the amplitudes at which elements begin to slip; its in-phase
+part is interpolated.
 """
 
 from dataclasses import dataclass
@@ -18,11 +19,11 @@ from boltjoint.friction.constant import ConstantLoad
 
 Array = NDArray[np.float64]
 
-#: error of interpolation that is allowed, relative to the describing function
+#: tolerance of the interpolation, relative to the describing function
 _TOLERANCE = 1e-7
 
-#: amplitude, over that of full slip, from which on the series in 1 / A takes the table's place:
-#: its fourth term, which is left out, is 3e-9 of the describing function there
+#: amplitude, over that of full slip, above which a series in 1 / A replaces the table: its fourth
+#: term, which is truncated, is 3e-9 of the describing function there
 _FAR = 100.0
 
 #: amplitudes at which elements begin to slip are one if their logarithms differ by less: rounding
@@ -31,11 +32,10 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class TabulatedLoad(ConstantLoad):
-    """Friction elements under constant normal load whose forces are read from a table.
+    """Friction elements under constant normal load with a tabulated describing function.
 
     Parameters, states and residual tractions are those of ``ConstantLoad``; forces differ by less
-    than 1e-6 of their size, and cost the same however many elements a point has. While nothing
-    slips they are exact.
+    than 1e-6 of their size and are exact in stick.
     """
 
     name: ClassVar[str] = "tabulated"
@@ -61,17 +61,17 @@ class TabulatedLoad(ConstantLoad):
 
     @cached_property
     def table(self) -> tuple[NDArray, ...]:
-        """First knot of each point, with one past the last; total stiffness; knots; far series.
+        """First knot of each point, and the end of the last; stiffness in stick; knots; series.
 
         A knot has the logarithm of its amplitude, in-phase stiffness and its slope by that
-        logarithm, and the sums of slip force and of its square over k of what slips beyond it.
+        logarithm, and the sums of slip force and of its square over k of the elements in slip.
         """
         points = self.point_of_element.max() + 1
         first, total = np.zeros(points + 1, dtype=np.int64), np.zeros(points)
         knots, far = [np.zeros((0, 5))], np.zeros((points, 3))
         for p in range(points):
-            mine = self.point_of_element == p
-            k, s = self.tangential_stiffness[mine], self.slip_force[mine]
+            on_point = self.point_of_element == p
+            k, s = self.tangential_stiffness[on_point], self.slip_force[on_point]
             first[p + 1] = first[p]
             if k.size:
                 knots.append(_tabulate(k, s))
@@ -82,33 +82,33 @@ class TabulatedLoad(ConstantLoad):
 
 
 def _tabulate(k: Array, s: Array) -> Array:
-    """Knots of the elements of one point, as close as the tolerance asks, shape (knots, 5)."""
+    """Knots of the elements of one point, refined to the tolerance, shape (knots, 5)."""
     onset = np.sort(np.log(s / k))
     onset = onset[np.diff(onset, prepend=-np.inf) > _SAME]
     x = np.append(onset, onset[-1] + log(_FAR))
     value, slope, size = _in_phase(x, k, s)
-    todo = np.arange(x.size - 1)
-    while todo.size:
-        width = x[todo + 1] - x[todo]
-        wrong = np.zeros(todo.size, dtype=bool)
+    queue = np.arange(x.size - 1)
+    while queue.size:
+        width = x[queue + 1] - x[queue]
+        coarse = np.zeros(queue.size, dtype=bool)
         for t in (0.25, 0.5, 0.75):
-            exact = _in_phase(x[todo] + t * width, k, s)
+            exact = _in_phase(x[queue] + t * width, k, s)
             found = (
-                (1 + 2 * t) * (1 - t) ** 2 * value[todo]
-                + t * t * (3 - 2 * t) * value[todo + 1]
-                + t * (1 - t) * ((1 - t) * slope[todo] - t * slope[todo + 1]) * width
+                (1 + 2 * t) * (1 - t) ** 2 * value[queue]
+                + t * t * (3 - 2 * t) * value[queue + 1]
+                + t * (1 - t) * ((1 - t) * slope[queue] - t * slope[queue + 1]) * width
             )
-            wrong |= np.abs(found - exact[0]) > _TOLERANCE * exact[2]
+            coarse |= np.abs(found - exact[0]) > _TOLERANCE * exact[2]
             if t == 0.5:
                 middle = exact
-        at, new = todo[wrong] + 1, x[todo] + 0.5 * width
-        x = np.insert(x, at, new[wrong])
+        at, new = queue[coarse] + 1, x[queue] + 0.5 * width
+        x = np.insert(x, at, new[coarse])
         value, slope, size = (
-            np.insert(known, at, found[wrong])
+            np.insert(known, at, found[coarse])
             for known, found in zip((value, slope, size), middle, strict=True)
         )
         halves = at - 1 + np.arange(at.size)
-        todo = np.column_stack([halves, halves + 1]).ravel()
+        queue = np.column_stack([halves, halves + 1]).ravel()
     by_onset = np.argsort(np.log(s / k), kind="stable")
     slips = np.searchsorted(np.log(s / k)[by_onset], x + _SAME, side="right")
     sums = [np.append(0.0, np.cumsum(each[by_onset]))[slips] for each in (s, s * s / k)]
@@ -137,7 +137,7 @@ def _add_forces(
     force: Array,
     tangent: Array,
 ) -> None:
-    """Add forces, and tangents where there is room for them."""
+    """Add the forces of all points, and the tangents where their array is not empty."""
     for p in range(total.size):
         s, c = motion[p, 0], motion[p, 1]
         amplitude = hypot(s, c)
@@ -155,7 +155,7 @@ def _add_forces(
                         at = middle
                     else:
                         high = middle
-            # the loss of what slips: 4/pi (mu N / A - (mu N)^2 / (k A^2)), summed
+            # dissipation of the elements in slip: the sum of 4/pi (mu N / A - (mu N)^2 / (k A^2))
             once = 4.0 / pi * knots[at, 3] / amplitude
             twice = 4.0 / pi * knots[at, 4] / (amplitude * amplitude)
             imag, d_imag = once - twice, 2.0 * twice - once
@@ -180,7 +180,7 @@ def _add_forces(
         force[p, 1] += real * c + imag * s
         if tangent.size == 0:
             continue
-        # as for elements one by one, with slopes by log A: dA / A = q . dq / A^2
+        # as in friction.constant, with slopes by log A: dA / A = q . dq / A^2
         inverse = 1.0 / (amplitude * amplitude) if amplitude > 0.0 else 0.0
         g_s = (d_real * s - d_imag * c) * inverse
         g_c = (d_real * c + d_imag * s) * inverse

@@ -1,4 +1,8 @@
-"""Dry friction under variable normal load, with separation, for one harmonic in closed form."""
+"""Friction under variable normal load: a slider between a tangential and a normal spring.
+
+The normal motion loads and unloads the contact, up to separation. The analytic describing function
+is in ``variable_kernels``, with its references.
+"""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,14 +21,12 @@ class VariableLoad(FrictionLaw):
 
     With tangential displacement u and normal displacement v, positive when closing, the normal load
     is ``n = max(n0 + k_v v, 0)`` and the friction force ``f = k_u u - z``. The slider, at z / k_u,
-    rests while ``|f| < mu n`` and is pushed along by whichever bound it meets: z is a play between
-    ``k_u u - mu n`` and ``k_u u + mu n``. Where the bounds close upon each other, in separation, it
-    follows u.
+    sticks while ``|f| < mu n`` and else slips with the bound that it has reached: z is a play
+    between ``k_u u - mu n`` and ``k_u u + mu n``. In separation both bounds are k_u u.
 
-    The slider starts without traction at the assembled state and is moved as little as the periodic
-    motion demands. This decides the residual traction of a contact that never slips through: if the
-    bounds leave room for a slider at rest, z is the value in that room that is nearest to zero. In
-    all other motions the steady state does not depend on the start.
+    The slider starts without traction at the assembled state. This decides the residual traction of
+    a contact that does not slip in the steady state: if a constant z lies between the bounds, it is
+    the one nearest to zero. All other steady states do not depend on the start.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ class VariableLoad(FrictionLaw):
     }
 
     def __post_init__(self) -> None:
-        """Refuse what is no friction element."""
+        """Refuse impossible friction elements."""
         check_elements(self, signed=("normal_load",))
 
     @property
@@ -73,9 +75,9 @@ class VariableLoad(FrictionLaw):
         return self.friction_coefficient * np.maximum(self.normal_load, 0.0)
 
     def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
-        """First-harmonic forces of all elements on each point, as ``force``.
+        """Bias and first harmonic of the forces on each point, as ``force``.
 
-        Of the normal load that by which it exceeds ``max(n0, 0)``.
+        The normal force is the excess of the normal load over ``max(n0, 0)``.
         """
         force = np.zeros_like(motion)
         add_forces(*self._arrays(), motion, force, np.zeros((0, 6, 6)))
@@ -84,17 +86,14 @@ class VariableLoad(FrictionLaw):
     def evaluate_with_tangent(
         self, motion: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """First-harmonic forces on each point and their derivative, as ``force_and_tangent``."""
+        """These forces on each point and their derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 6))
         add_forces(*self._arrays(), motion, force, tangent)
         return force, tangent
 
     def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
-        """Stiffness of the points while closed elements stick and open ones stay open [N/m].
-
-        Shape (points, directions).
-        """
+        """Stiffness of the points with closed elements in stick [N/m], (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         closed = self.normal_load > 0
         return np.column_stack(
@@ -117,7 +116,7 @@ class VariableLoad(FrictionLaw):
     ) -> "VariableLoad":
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each.
 
-        On every point, k_v stands to k_u and n0 to mu n0 as they do for its closed elements now.
+        On every point the ratios of k_v to k_u and n0 to mu n0 stay those of its closed elements.
         """
         new = checks.indices(
             "point_of_element", point_of_element, ("elements",), count=self._points
