@@ -21,7 +21,7 @@ from boltjoint import checks
 from boltjoint.friction.aft_kernels import add_forces, add_modal_forces
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.friction.law import FrictionLaw
+from boltjoint.friction.law import Array, FrictionLaw
 from boltjoint.friction.variable import VariableLoad
 
 
@@ -71,12 +71,12 @@ class AlternatingFrequencyTime(FrictionLaw):
         return self.elements.point_of_element
 
     @property
-    def tangential_stiffness(self) -> NDArray[np.float64]:
+    def tangential_stiffness(self) -> Array:
         """k_u of each element [N/m], shape (elements,)."""
         return self.elements.tangential_stiffness
 
     @property
-    def slip_force(self) -> NDArray[np.float64]:
+    def slip_force(self) -> Array:
         """Mu n of each element in the assembled state [N], shape (elements,)."""
         return self.elements.slip_force
 
@@ -91,24 +91,22 @@ class AlternatingFrequencyTime(FrictionLaw):
         oscillating = [f"{part}{h if h > 1 else ''}" for h in numbers for part in ("sin", "cos")]
         return tuple(oscillating) if odd else ("bias", *oscillating)
 
-    def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
+    def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         return self.elements.stuck_stiffness(points)
 
-    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def evaluate(self, motion: Array) -> Array:
         """Harmonic forces of all elements on each point, as ``force``."""
         return self._force(motion, np.zeros((0, 0, 0)))
 
-    def evaluate_with_tangent(
-        self, motion: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Harmonic forces on each point and their derivative, as ``force_and_tangent``."""
         tangent = np.zeros((*motion.shape, motion.shape[1]))
         return self._force(motion, tangent), tangent
 
     def modal_force_and_tangent(
-        self, rows: tuple[NDArray[np.float64], ...], amplitude: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        self, rows: tuple[Array, ...], amplitude: Array
+    ) -> tuple[Array, Array]:
         """Harmonic forces in modal coordinates and their derivative, for any number of harmonics.
 
         The projection of ``force_and_tangent`` onto the modes, of amplitudes that need not be
@@ -148,16 +146,15 @@ class AlternatingFrequencyTime(FrictionLaw):
         count, modes = amplitude.shape
         contribution = self._synthesis * self._weight[:, None]
         total = np.zeros((modes, self.samples))
-        # derivatives by the modes at a sample: of the force at that sample, and of the force while
-        # the slider position is that determined at that sample
+        # derivatives by the modes at a sample: of the force at that sample, and of later forces by
+        # the slider position determined at that sample
         direct = np.zeros((self.samples + 1, modes, modes))
-        by_slider = np.zeros((self.samples, modes, modes, count))
-        of_elements = R, N, k_u[:, None] * R, k_v[:, None] * N, normal_load, mu
-        add_modal_forces(
-            *of_elements, amplitude.T @ self._synthesis, self._mean, total, direct, by_slider
-        )
+        earlier = np.zeros((self.samples, modes, modes, count))
+        elements = R, N, k_u[:, None] * R, k_v[:, None] * N, normal_load, mu
+        q = amplitude.T @ self._synthesis
+        add_modal_forces(elements, q, self._mean, total, direct, earlier)
         by_time = np.cumsum(direct[:-1], axis=0)
-        tangent = (by_slider.reshape(self.samples, -1).T @ self._synthesis.T).reshape(
+        tangent = (earlier.reshape(self.samples, -1).T @ self._synthesis.T).reshape(
             modes, modes, count, count
         )
         for r in range(modes):
@@ -165,7 +162,7 @@ class AlternatingFrequencyTime(FrictionLaw):
                 tangent[r, s] += contribution * by_time[:, r, s] @ self._synthesis.T
         return contribution @ total.T, tangent.transpose(2, 0, 3, 1)
 
-    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+    def _states(self, motion: Array) -> NDArray[np.int8]:
         on, k_u, k_v, normal_load, mu = self._arrays()
         displacement = self._displacement(motion)[on]
         x = k_u[:, None] * displacement[:, 0]
@@ -192,7 +189,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         return law.point_of_element, law.tangential_stiffness, *of_load
 
     @cached_property
-    def _synthesis(self) -> NDArray[np.float64]:
+    def _synthesis(self) -> Array:
         """Value of each component at each sample, shape (components, samples)."""
         numbers = sorted({int(name[3:] or 1) for name in self.components if name != "bias"})
         # whole periods are subtracted as integers, without rounding
@@ -202,12 +199,12 @@ class AlternatingFrequencyTime(FrictionLaw):
         return rows if "bias" not in self.components else np.vstack([np.ones(self.samples), rows])
 
     @cached_property
-    def _weight(self) -> NDArray[np.float64]:
+    def _weight(self) -> Array:
         """Weight of a sample in each component, shape (components,)."""
         return np.where(np.array(self.components) == "bias", 1.0, 2.0) / self.samples
 
     @cached_property
-    def _mean(self) -> NDArray[np.float64]:
+    def _mean(self) -> Array:
         """Cumulative sums of the samples' contributions to each component.
 
         Shape (samples + 1, components); the contribution of an interval is a difference of two.
@@ -215,7 +212,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         return _sums(self._synthesis.T * self._weight)
 
     @cached_property
-    def _tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def _tables(self) -> tuple[Array, Array, Array]:
         """The synthesis, the sums of contributions, and those of their derivatives.
 
         The last by each component of the motion, shape (samples + 1, components, components).
@@ -224,23 +221,21 @@ class AlternatingFrequencyTime(FrictionLaw):
         square = _sums(contribution[:, :, None] * self._synthesis.T[:, None, :])
         return self._synthesis, self._mean, square
 
-    def _displacement(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _displacement(self, motion: Array) -> Array:
         """Displacement of the points at the samples [m], shape (points, directions, samples)."""
         components = motion.reshape(-1, len(self.components))
         return (components @ self._synthesis).reshape(len(motion), -1, self.samples)
 
-    def _force(
-        self, motion: NDArray[np.float64], tangent: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def _force(self, motion: Array, tangent: Array) -> Array:
         """Force, and tangent where its array is not empty."""
         on, *of_element = self._arrays()
         order = np.argsort(on, kind="stable")
         first = np.searchsorted(on[order], np.arange(len(motion) + 1))
         motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
-        add_forces(order, first, *of_element, motion, self._tables, force, tangent)
+        add_forces(order, first, of_element, motion, self._tables, force, tangent)
         return force * np.tile(self._weight, len(self.directions))
 
 
-def _sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sums(values: Array) -> Array:
     """Cumulative sums along the first axis, from zero."""
     return np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])

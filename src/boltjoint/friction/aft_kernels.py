@@ -4,6 +4,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint.friction.law import Array
+
 #: contact state at a sample: slip by the sign of its force, stick, separation, or stick after the
 #: contact has closed since the sample before
 SLIP_NEGATIVE, STICK, SLIP_POSITIVE, SEPARATION, CLOSING = range(-1, 4)
@@ -32,24 +34,39 @@ def _move_slider(
 
 
 @njit(cache=True)
+def _move_through_period(
+    x: Array, n: Array, mu: float, friction: Array, state: NDArray[np.int8]
+) -> tuple[int, int]:
+    """Friction and states of a second period; sample and state that set the slider in the first."""
+    z, slider_sample, slider_state = 0.0, 0, STICK
+    for i in range(x.size):
+        z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+        if current != STICK:
+            slider_sample, slider_state = i, current
+    for i in range(x.size):
+        z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+        friction[i] = x[i] - z
+    return slider_sample, slider_state
+
+
+@njit(cache=True)
 def add_forces(
     order: NDArray[np.int64],
     first: NDArray[np.int64],
-    k_u: NDArray[np.float64],
-    k_v: NDArray[np.float64],
-    normal_load: NDArray[np.float64],
-    friction_coefficient: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    tables: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    force: NDArray[np.float64],
-    tangent: NDArray[np.float64],
+    elements: tuple[Array, ...],
+    motion: Array,
+    tables: tuple[Array, ...],
+    force: Array,
+    tangent: Array,
 ) -> None:
     """Add the harmonic forces, and the tangents where their array is not empty, by point."""
+    k_u, k_v, normal_load, friction_coefficient = elements
     synthesis = tables[0]
     count, samples = synthesis.shape
     directions = motion.shape[1] // count
     displacement, total = np.empty((directions, samples)), np.empty((directions, samples))
-    x, n, state = np.empty(samples), np.empty(samples), np.empty(samples, dtype=np.int8)
+    x, n, friction = np.empty(samples), np.empty(samples), np.empty(samples)
+    state = np.empty(samples, dtype=np.int8)
     for p in range(len(motion)):
         total[:] = 0.0
         for d in range(directions):
@@ -61,14 +78,9 @@ def add_forces(
                 n[i] = normal_load[e]
                 if directions == 2:
                     n[i] += k_v[e] * displacement[1, i]
-            z, slider_sample, slider_state = 0.0, 0, STICK
+            slider_sample, slider_state = _move_through_period(x, n, mu, friction, state)
             for i in range(samples):
-                z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
-                if current != STICK:
-                    slider_sample, slider_state = i, current
-            for i in range(samples):
-                z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
-                total[0, i] += x[i] - z
+                total[0, i] += friction[i]
                 if directions == 2:
                     total[1, i] += max(n[i], 0.0) - preload
             if tangent.size:
@@ -81,13 +93,13 @@ def add_forces(
 @njit(cache=True)
 def _add_tangent(
     springs: tuple[float, float, float],
-    x: NDArray[np.float64],
-    n: NDArray[np.float64],
+    x: Array,
+    n: Array,
     state: NDArray[np.int8],
     slider_sample: int,
     slider_state: int,
-    tables: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    tangent: NDArray[np.float64],
+    tables: tuple[Array, ...],
+    tangent: Array,
 ) -> None:
     """Add the harmonic tangent of one element.
 
@@ -134,7 +146,7 @@ def _add_tangent(
 
 @njit(cache=True)
 def _slider_derivative(
-    x: NDArray[np.float64], n: NDArray[np.float64], mu: float, at: int, by: int
+    x: Array, n: Array, mu: float, at: int, by: int
 ) -> tuple[float, float, float]:
     """Derivatives of a slider position determined at a sample, by this sample and the one before.
 
@@ -149,22 +161,13 @@ def _slider_derivative(
 
 @njit(cache=True)
 def add_modal_forces(
-    R: NDArray[np.float64],
-    N: NDArray[np.float64],
-    X: NDArray[np.float64],
-    V: NDArray[np.float64],
-    normal_load: NDArray[np.float64],
-    friction_coefficient: NDArray[np.float64],
-    q: NDArray[np.float64],
-    mean: NDArray[np.float64],
-    total: NDArray[np.float64],
-    direct: NDArray[np.float64],
-    by_slider: NDArray[np.float64],
+    elements: tuple[Array, ...], q: Array, mean: Array, total: Array, direct: Array, earlier: Array
 ) -> None:
     """Add the forces and derivatives of the elements in modal coordinates.
 
     ``x = X q`` and ``n = n0 + V q``; R and N project friction force and normal load onto the modes.
     """
+    R, N, X, V, normal_load, friction_coefficient = elements
     modes, samples = q.shape
     has_normal = np.any(V)
     x, n, friction = np.empty(samples), np.empty(samples), np.empty(samples)
@@ -175,14 +178,7 @@ def add_modal_forces(
         n[:] = normal_load[e]
         if has_normal:
             n += np.dot(V[e], q)
-        z, slider_sample, slider_state = 0.0, 0, STICK
-        for i in range(samples):
-            z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
-            if current != STICK:
-                slider_sample, slider_state = i, current
-        for i in range(samples):
-            z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
-            friction[i] = x[i] - z
+        slider_sample, slider_state = _move_through_period(x, n, mu, friction, state)
         for r in range(modes):
             for i in range(samples):
                 total[r, i] += R[e, r] * friction[i]
@@ -215,9 +211,9 @@ def add_modal_forces(
                             before = R[e, r] * ((1 - share) * X[e, s] + by_n_before * V[e, s])
                             for i in range(mean.shape[1]):
                                 weight = mean[end, i] - mean[begin, i]
-                                by_slider[slider_sample, r, s, i] -= now * weight
+                                earlier[slider_sample, r, s, i] -= now * weight
                                 if slider_state == CLOSING:
-                                    by_slider[slider_sample - 1, r, s, i] -= before * weight
+                                    earlier[slider_sample - 1, r, s, i] -= before * weight
             if slips:
                 slider_sample, slider_state = end - 1, current
             begin = end

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
-from boltjoint.friction.law import FrictionLaw, check_elements
+from boltjoint.friction.law import Array, FrictionLaw, check_elements
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class ConstantLoad(FrictionLaw):
     """
 
     point_of_element: NDArray[np.int64]
-    tangential_stiffness: NDArray[np.float64]
-    slip_force: NDArray[np.float64]
+    tangential_stiffness: Array
+    slip_force: Array
 
     name: ClassVar[str] = "constant"
     #: directions of motion that the law needs
@@ -63,44 +63,37 @@ class ConstantLoad(FrictionLaw):
         """Refuse impossible friction elements."""
         check_elements(self)
 
-    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
-        _add_forces(*self._arrays(), motion, force, np.zeros((0, 2, 2)))
+        _add_forces(self._arrays(), motion, force, np.zeros((0, 2, 2)))
         return force
 
-    def evaluate_with_tangent(
-        self, motion: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """First-harmonic force on each point and its derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))
-        _add_forces(*self._arrays(), motion, force, tangent)
+        _add_forces(self._arrays(), motion, force, tangent)
         return force, tangent
 
-    def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
+    def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
         return total[:, None]
 
-    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+    def _states(self, motion: Array) -> NDArray[np.int8]:
         amplitude = np.hypot(motion[:, 0], motion[:, 1])[self.point_of_element]
         slips = self.tangential_stiffness * amplitude > self.slip_force
         return np.where(slips, STICK_SLIP, STICK).astype(np.int8)
 
     def replaced_by(
-        self,
-        point_of_element: NDArray[np.int64],
-        tangential_stiffness: NDArray[np.float64],
-        slip_force: NDArray[np.float64],
+        self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
     ) -> "ConstantLoad":
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
-        return ConstantLoad(point_of_element, tangential_stiffness, slip_force)
+        return type(self)(point_of_element, tangential_stiffness, slip_force)
 
-    def _arrays(
-        self,
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    def _arrays(self) -> tuple[NDArray[np.int64], Array, Array]:
         return self.point_of_element, self.tangential_stiffness, self.slip_force
 
 
@@ -123,15 +116,9 @@ def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float
 
 
 @njit(cache=True)
-def _add_forces(
-    point_of_element: NDArray[np.int64],
-    stiffness: NDArray[np.float64],
-    slip_force: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    force: NDArray[np.float64],
-    tangent: NDArray[np.float64],
-) -> None:
+def _add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
+    point_of_element, stiffness, slip_force = elements
     with_tangent = tangent.size > 0
     for e in range(point_of_element.size):
         p = point_of_element[e]

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 
+Array = NDArray[np.float64]
+
 
 class FrictionLaw(ABC):
     """Friction elements on contact points, as functions of the harmonic motion of these points.
@@ -24,7 +26,7 @@ class FrictionLaw(ABC):
     #: harmonic coefficients of the motion that the law needs
     components: tuple[str, ...]
 
-    def force(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def force(self, motion: Array) -> Array:
         """Harmonic forces of all elements on each point.
 
         Parameters
@@ -48,9 +50,7 @@ class FrictionLaw(ABC):
         """
         return self.evaluate(self._checked(motion))
 
-    def force_and_tangent(
-        self, motion: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def force_and_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Harmonic forces on each point and their derivative by the motion of that point.
 
         Parameters
@@ -73,7 +73,7 @@ class FrictionLaw(ABC):
         """
         return self.evaluate_with_tangent(self._checked(motion))
 
-    def contact_state(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+    def contact_state(self, motion: Array) -> NDArray[np.int8]:
         """State of every element over the period (``friction.contact_states``).
 
         An element that is open for a part of the period is in stick-slip with separation, whether
@@ -92,17 +92,15 @@ class FrictionLaw(ABC):
         return self._states(self._checked(motion))
 
     @abstractmethod
-    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def evaluate(self, motion: Array) -> Array:
         """As ``force``, without checks."""
 
     @abstractmethod
-    def evaluate_with_tangent(
-        self, motion: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """As ``force_and_tangent``, without checks."""
 
     @abstractmethod
-    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+    def _states(self, motion: Array) -> NDArray[np.int8]:
         """As ``contact_state``, without checks."""
 
     @cached_property
@@ -110,7 +108,7 @@ class FrictionLaw(ABC):
         """Number of points up to the last one with an element."""
         return int(self.point_of_element.max(initial=-1)) + 1
 
-    def _checked(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _checked(self, motion: Array) -> Array:
         columns = len(self.directions) * len(self.components)
         found = checks.array("motion", motion, ("points", columns))
         if len(found) < self._points:

@@ -16,8 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint.friction.constant import ConstantLoad
-
-Array = NDArray[np.float64]
+from boltjoint.friction.law import Array
 
 #: tolerance of the interpolation, relative to the describing function
 _TOLERANCE = 1e-7
@@ -43,21 +42,15 @@ class TabulatedLoad(ConstantLoad):
     def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
-        _add_forces(*self.table, motion, force, np.zeros((0, 2, 2)))
+        _add_forces(self.table, motion, force, np.zeros((0, 2, 2)))
         return force
 
     def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Force and the exact derivative of the tabulated force by the motion of the point."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))
-        _add_forces(*self.table, motion, force, tangent)
+        _add_forces(self.table, motion, force, tangent)
         return force, tangent
-
-    def replaced_by(
-        self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
-    ) -> "TabulatedLoad":
-        """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
-        return TabulatedLoad(point_of_element, tangential_stiffness, slip_force)
 
     @cached_property
     def table(self) -> tuple[NDArray, ...]:
@@ -128,16 +121,9 @@ def _in_phase(x: Array, k: Array, s: Array) -> tuple[Array, Array, Array]:
 
 
 @njit(cache=True)
-def _add_forces(
-    first: NDArray[np.int64],
-    total: Array,
-    knots: Array,
-    far: Array,
-    motion: Array,
-    force: Array,
-    tangent: Array,
-) -> None:
+def _add_forces(table: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all points, and the tangents where their array is not empty."""
+    first, total, knots, far = table
     for p in range(total.size):
         s, c = motion[p, 0], motion[p, 1]
         amplitude = hypot(s, c)

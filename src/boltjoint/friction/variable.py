@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.law import FrictionLaw, check_elements
+from boltjoint.friction.law import Array, FrictionLaw, check_elements
 from boltjoint.friction.variable_kernels import add_forces, find_states
 
 
@@ -47,10 +47,10 @@ class VariableLoad(FrictionLaw):
     """
 
     point_of_element: NDArray[np.int64]
-    tangential_stiffness: NDArray[np.float64]
-    normal_stiffness: NDArray[np.float64]
-    normal_load: NDArray[np.float64]
-    friction_coefficient: NDArray[np.float64]
+    tangential_stiffness: Array
+    normal_stiffness: Array
+    normal_load: Array
+    friction_coefficient: Array
 
     name: ClassVar[str] = "variable"
     #: directions of motion that the law needs
@@ -70,29 +70,27 @@ class VariableLoad(FrictionLaw):
         check_elements(self, signed=("normal_load",))
 
     @property
-    def slip_force(self) -> NDArray[np.float64]:
+    def slip_force(self) -> Array:
         """Mu n0 of each element in the assembled state [N], 0 where it is open."""
         return self.friction_coefficient * np.maximum(self.normal_load, 0.0)
 
-    def evaluate(self, motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    def evaluate(self, motion: Array) -> Array:
         """Bias and first harmonic of the forces on each point, as ``force``.
 
         The normal force is the excess of the normal load over ``max(n0, 0)``.
         """
         force = np.zeros_like(motion)
-        add_forces(*self._arrays(), motion, force, np.zeros((0, 6, 6)))
+        add_forces(self._arrays(), motion, force, np.zeros((0, 6, 6)))
         return force
 
-    def evaluate_with_tangent(
-        self, motion: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """These forces on each point and their derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 6))
-        add_forces(*self._arrays(), motion, force, tangent)
+        add_forces(self._arrays(), motion, force, tangent)
         return force, tangent
 
-    def stuck_stiffness(self, points: int) -> NDArray[np.float64]:
+    def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points with closed elements in stick [N/m], (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         closed = self.normal_load > 0
@@ -103,16 +101,13 @@ class VariableLoad(FrictionLaw):
             ]
         )
 
-    def _states(self, motion: NDArray[np.float64]) -> NDArray[np.int8]:
+    def _states(self, motion: Array) -> NDArray[np.int8]:
         state = np.empty(self.point_of_element.size, dtype=np.int8)
-        find_states(*self._arrays(), motion, state)
+        find_states(self._arrays(), motion, state)
         return state
 
     def replaced_by(
-        self,
-        point_of_element: NDArray[np.int64],
-        tangential_stiffness: NDArray[np.float64],
-        slip_force: NDArray[np.float64],
+        self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
     ) -> "VariableLoad":
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each.
 

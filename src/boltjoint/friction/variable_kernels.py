@@ -20,9 +20,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.friction.law import Array
 
-Array = NDArray[np.float64]
-
+Bound = tuple[float, float, float, float]
+"""A bound of the slider position: bias, sine, cosine and amplitude."""
 
 #: An event is a transition at a phase, with its sine and cosine. In the interval after it the
 #: element either slips, in the direction +1 or -1, or sticks with ``z = x(zeta) + kappa n(zeta)``.
@@ -40,11 +41,6 @@ _MAXIMUM_EVENTS = 10
 @njit(cache=True)
 def _set_event(events: Array, i: int, phase: float, sine: float, cosine: float) -> None:
     events[i, _PHASE], events[i, _SIN], events[i, _COS] = phase, sine, cosine
-
-
-@njit(cache=True)
-def _set_slip(events: Array, i: int, direction: int) -> None:
-    events[i, _SLIP] = direction
 
 
 @njit(cache=True)
@@ -128,37 +124,21 @@ def _divide_period(x: Array, n: Array, mu: float, events: Array) -> tuple[int, i
     below = stick - above
     _set_event(events, 0, 0.0, l_s, l_c)
     _set_stick(events, 0, 1.0, l_s, l_c, -mu)
-    _set_event(
-        events,
-        1,
-        above,
-        u_s * cos_fall + u_c * sin_fall,
-        u_c * cos_fall - u_s * sin_fall,
-    )
-    _set_slip(events, 1, -1)
+    sine, cosine = u_s * cos_fall + u_c * sin_fall, u_c * cos_fall - u_s * sin_fall
+    _set_event(events, 1, above, sine, cosine)
+    events[1, _SLIP] = -1
     _set_event(events, 2, above + pi - fall, -u_s, -u_c)
     _set_stick(events, 2, 1.0, -u_s, -u_c, mu)
-    _set_event(
-        events,
-        3,
-        above + pi - fall + below,
-        l_s * cos_rise - l_c * sin_rise,
-        l_c * cos_rise + l_s * sin_rise,
-    )
-    _set_slip(events, 3, 1)
+    sine, cosine = l_s * cos_rise - l_c * sin_rise, l_c * cos_rise + l_s * sin_rise
+    _set_event(events, 3, above + pi - fall + below, sine, cosine)
+    events[3, _SLIP] = 1
     _set_event(events, 4, above + pi - fall + below + rise, l_s, l_c)
     return 4, STICK_SLIP
 
 
 @njit(cache=True)
 def _divide_with_separation(
-    x: Array,
-    n: Array,
-    mu: float,
-    n_amplitude: float,
-    lower: tuple[float, float, float, float],
-    upper: tuple[float, float, float, float],
-    events: Array,
+    x: Array, n: Array, mu: float, n_amplitude: float, lower: Bound, upper: Bound, events: Array
 ) -> tuple[int, int]:
     """As ``_divide_period``, of an element that separates within the period."""
     l_0, l_s, l_c, a_l = lower
@@ -182,7 +162,7 @@ def _divide_with_separation(
             # slip ends at the extreme of its bound, at most half a period later
             to_event = _phase_to(phi_l if slip > 0 else phi_u + pi, closing + phase, pi)
             interval = min(interval, to_event)
-            _set_slip(events, count, slip)
+            events[count, _SLIP] = slip
             kappa = -slip * mu
             if slip > 0:
                 of_l = _inverse(a_l)
@@ -280,17 +260,9 @@ def _subtract_position(
 
 
 @njit(cache=True)
-def add_forces(
-    point_of_element: NDArray[np.int64],
-    k_u: Array,
-    k_v: Array,
-    normal_load: Array,
-    friction_coefficient: Array,
-    motion: Array,
-    force: Array,
-    tangent: Array,
-) -> None:
+def add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
+    point_of_element, k_u, k_v, normal_load, friction_coefficient = elements
     x, n, above = np.empty(3), np.empty(3), np.empty(3)
     events, secants = np.empty((_MAXIMUM_EVENTS, 8)), np.empty((3, 3, 3))
     for e in range(point_of_element.size):
@@ -322,16 +294,9 @@ def add_forces(
 
 
 @njit(cache=True)
-def find_states(
-    point_of_element: NDArray[np.int64],
-    k_u: Array,
-    k_v: Array,
-    normal_load: Array,
-    friction_coefficient: Array,
-    motion: Array,
-    state: NDArray[np.int8],
-) -> None:
+def find_states(elements: tuple[NDArray, ...], motion: Array, state: NDArray[np.int8]) -> None:
     """Contact state of every element over the period."""
+    point_of_element, k_u, k_v, normal_load, friction_coefficient = elements
     x, n, events = np.empty(3), np.empty(3), np.empty((_MAXIMUM_EVENTS, 8))
     for e in range(point_of_element.size):
         p = point_of_element[e]

@@ -16,15 +16,7 @@ import numpy as np
 
 from boltjoint.solvers import corners
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
-from boltjoint.solvers.equations import (
-    Equations,
-    Matrix,
-    Quantity,
-    Solution,
-    SolutionBranch,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.equations import Equations, Quantity, SolutionBranch, StepControl, Vector
 from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
 
@@ -86,7 +78,7 @@ def trace(
 class _Alternative(NamedTuple):
     """A continuation from a corner kept in reserve, and the state of the run at the corner."""
 
-    solutions: tuple[Solution, ...]
+    branch: SolutionBranch
     step: Step
     length: float
     state: object
@@ -133,24 +125,23 @@ class Tracer:
         if not solution.converged:
             self.branch.solutions.append(solution)
             return self._stop("no solution found at the start of the window")
-        self.accept(solution, jacobian, np.append(np.zeros_like(x), self._sense))
+        self.accept(Step(solution, jacobian, np.append(np.zeros_like(x), self._sense)), 0.0)
         return True
 
-    def accept(
-        self, solution: Solution, jacobian: Matrix, direction: Vector, length: float = 0.0
-    ) -> None:
-        """Add a solution at the end of a step along an unweighted direction."""
+    def accept(self, step: Step, length: float) -> None:
+        """Add the solution of a step to the branch; the length is 0 at the start."""
         self._count += 1
-        self.branch.solutions.append(solution)
-        self.resume(solution, jacobian, direction)
-        self._secant = direction if length else None
+        self.branch.solutions.append(step.solution)
+        self.resume(step)
+        self._secant = step.offset if length else None
         if self.maxima is not None:
             self.maxima.sample(self.predictor, length)
 
-    def resume(self, solution: Solution, jacobian: Matrix, direction: Vector) -> None:
-        """Continue from a solution in an unweighted direction."""
-        self.predictor = self.corrector.predictor(solution.x, solution.p, jacobian, direction)
-        self.corrector.equations.accept(solution.x)
+    def resume(self, step: Step) -> None:
+        """Continue from the solution of a step in its direction."""
+        (x, p, *_), jacobian, direction = step
+        self.predictor = self.corrector.predictor(x, p, jacobian, direction)
+        self.corrector.equations.accept(x)
 
     def advance(self) -> bool:
         """Add the next solution to the branch; whether the continuation has not ended there."""
@@ -165,11 +156,11 @@ class Tracer:
             return self._return_to_corner("the branch returned to the start of the window")
         self._locate_maximum(step)
         if (solution.p - end) * self._sense >= 0:
-            return self._finish(solution)
+            return self._finish(step)
         effort = (control.target_iterations + 1) / (solution.iterations + 1)
         length = self.step_length
         self.step_length = min(length * float(np.clip(effort, 0.5, 2.0)), control.largest_step)
-        self.accept(solution, step.jacobian, step.offset, length)
+        self.accept(step, length)
         return True
 
     def _next(self) -> Step | None:
@@ -202,9 +193,9 @@ class Tracer:
     def _pass_corner(self) -> Step | None:
         """The step of the smallest turn beyond a corner; others are kept in reserve."""
         steps = corners.continuations(self.corrector, self.predictor, self.step_length)
-        solutions, state = tuple(self.branch.solutions), self.corrector.equations.state()
+        branch, state = SolutionBranch([*self.branch.solutions]), self.corrector.equations.state()
         self._alternatives += [
-            _Alternative(solutions, step, self.step_length, state) for step in reversed(steps[1:])
+            _Alternative(branch, step, self.step_length, state) for step in reversed(steps[1:])
         ]
         return steps[0] if steps else None
 
@@ -213,16 +204,16 @@ class Tracer:
         if not self._alternatives:
             return self._stop(reason)
         if self._first_branch is None:
-            self._first_branch = SolutionBranch(list(self.branch.solutions), reason=reason)
-        solutions, step, self.step_length, state = self._alternatives.pop()
+            self._first_branch = SolutionBranch([*self.branch.solutions], reason=reason)
+        branch, step, self.step_length, state = self._alternatives.pop()
         self.corrector.equations.restore(state)
-        self.branch.solutions[:] = solutions
-        self.accept(step.solution, step.jacobian, step.offset, self.step_length)
+        self.branch.solutions[:] = branch.solutions
+        self.accept(step, self.step_length)
         return True
 
-    def _finish(self, beyond: Solution) -> bool:
-        """Solve exactly at the end of the window, between the last solution and one beyond."""
-        last, end = self.predictor, self.window[1]
+    def _finish(self, step: Step) -> bool:
+        """Solve exactly at the end of the window, which the last step passes."""
+        last, beyond, end = self.predictor, step.solution, self.window[1]
         fraction = (end - last.p) / (beyond.p - last.p)
         guess = last.x + fraction * (beyond.x - last.x)
         solution, _ = newton(self.corrector.equations, guess, end, self.corrector.control)

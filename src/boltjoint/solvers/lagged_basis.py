@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
-from boltjoint.solvers.equations import Equations, Quantity, Solution, StepControl, Vector
+from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, StepControl, Vector
 from boltjoint.solvers.maxima import Arc, Maxima, Observation
 from boltjoint.solvers.newton import newton, smallest_residual, solve
 
@@ -139,10 +139,7 @@ class LaggedCorrector:
     def correct(self, length: float) -> Step | None:
         """A step in the present basis or, where it is implicit, in that of its solution.
 
-        Returns
-        -------
-        Step or None
-            None where the corrector fails, or its solution does not solve the full equations.
+        None where the corrector fails, or its solution does not solve the full equations.
         """
         step = self.corrector.correct(self.predictor, length)
         if self.equations.implicit:
@@ -209,10 +206,10 @@ class LaggedCorrector:
 
     def project(self) -> None:
         """Project the predictor onto the branch, which the basis update has moved."""
-        solution, jacobian = projection(self.corrector, self.predictor) or (None, None)
-        if solution is not None:
+        projected = projection(self.corrector, self.predictor)
+        if projected is not None:
+            (x, p, *_), jacobian = projected
             weights, tangent = self.predictor.weights, self.predictor.tangent
-            x, p = solution.x, solution.p
             tangent = self.corrector.tangent(x, p, jacobian, weights, tangent / weights)
             self.predictor = Predictor(x, p, weights, tangent)
 
@@ -281,14 +278,8 @@ class LaggedCorrector:
         return solution._replace(x=self.equations.to_fixed(solution.x), reduced=True)
 
 
-def projection(corrector: Corrector, predictor: Predictor) -> tuple[Solution, np.ndarray] | None:
-    """Solve in the plane normal to the tangent of a predictor that lies beside the branch.
-
-    Returns
-    -------
-    tuple or None
-        The solution and the Jacobian there; None where the iteration fails.
-    """
+def projection(corrector: Corrector, predictor: Predictor) -> tuple[Solution, Matrix] | None:
+    """Solution and Jacobian in the plane normal to the tangent of a predictor beside the branch."""
     control, offset = corrector.control, np.zeros_like(predictor.tangent)
     for iteration in range(control.maximum_iterations):
         x, p = predictor.at(offset)

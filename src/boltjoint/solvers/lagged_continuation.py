@@ -11,14 +11,7 @@ import numpy as np
 
 from boltjoint.solvers.arc_length import Tracer
 from boltjoint.solvers.corrector import Step
-from boltjoint.solvers.equations import (
-    Equations,
-    Quantity,
-    Solution,
-    SolutionBranch,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.equations import Equations, Quantity, SolutionBranch, StepControl, Vector
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin, projection
 from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
@@ -114,7 +107,7 @@ class _LaggedTracer:
             elif (step.solution.p - self.window[0]) * self.sense < 0:
                 return self._stop("the branch returned to the start of the window")
             elif (step.solution.p - self.window[1]) * self.sense >= 0:
-                return self._finish(step.solution)
+                return self._finish(step)
             else:
                 self._accept(step)
         return self._stop("the branch has more solutions than allowed")
@@ -129,9 +122,9 @@ class _LaggedTracer:
             step = corrector.correct(self.step_length)
             if step is not None:
                 secant = corrector.secant(step)
-                if np.linalg.norm(secant) <= _LONGEST_SECANT:
-                    if self._backtracking(secant) <= _BACKTRACKING_DISTANCE:
-                        return step, ""
+                jumps = np.linalg.norm(secant) > _LONGEST_SECANT
+                if not jumps and self._backtracking(secant) <= _BACKTRACKING_DISTANCE:
+                    return step, ""
                 reason = "the branch would jump or turn back"
             else:
                 reason = "no solution found near the last one"
@@ -179,7 +172,7 @@ class _LaggedTracer:
             return False
         tracer = Tracer(full, self.window, self.branch, self.maxima)
         tracer.step_length = self.step_length
-        tracer.resume(*projected, origin.direction)
+        tracer.resume(Step(*projected, origin.direction))
         for _ in range(self.full_steps):
             before = tracer.predictor
             if not tracer.advance():
@@ -192,9 +185,9 @@ class _LaggedTracer:
         self.secant, self.backtracking_distance = None, 0.0
         return True
 
-    def _finish(self, beyond: Solution) -> SolutionBranch:
-        """Solve exactly at the end of the window, between the last solution and one beyond."""
-        last, end = self.corrector.predictor, self.window[1]
+    def _finish(self, step: Step) -> SolutionBranch:
+        """Solve exactly at the end of the window, which the last step passes."""
+        last, beyond, end = self.corrector.predictor, step.solution, self.window[1]
         fraction = (end - last.p) / (beyond.p - last.p)
         guess = last.x + fraction * (beyond.x - last.x)
         solution = self.corrector.solution_at(guess, end)

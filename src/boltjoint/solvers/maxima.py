@@ -45,17 +45,14 @@ class Maxima:
     """
 
     def __init__(
-        self,
-        branch: SolutionBranch,
-        quantity: Quantity,
-        arc_between: Callable[[Any, Any], Arc],
+        self, branch: SolutionBranch, quantity: Quantity, arc_between: Callable[[Any, Any], Arc]
     ) -> None:
         self.branch, self.quantity, self._arc_between = branch, quantity, arc_between
         self._samples: list[_Sample] = []
 
     def locate(self, arc: Arc, slope: float, length: float) -> Solution | None:
         """The maximum within a step at whose start the slope is positive."""
-        highest = by_slope(arc, slope, length) or by_value(arc, length)
+        highest = _by_slope(arc, slope, length) or _by_value(arc, length)
         return highest and highest.solution._replace(located=True)
 
     def sample(self, origin: Any, length: float) -> None:  # noqa: ANN401 - of the tracer
@@ -113,24 +110,14 @@ class _Sample(NamedTuple):
 def _highest(arc: Arc, length: float) -> Observation | None:
     """The highest solution of a step: at a zero of the slope, or by value alone."""
     start = arc(_TOLERANCE * length)
-    highest = by_slope(arc, start.slope, length) if start is not None and start.slope > 0 else None
-    return highest or by_value(arc, length)
+    highest = _by_slope(arc, start.slope, length) if start is not None and start.slope > 0 else None
+    return highest or _by_value(arc, length)
 
 
-def by_slope(arc: Arc, slope: float, length: float) -> Observation | None:
-    """The maximum at which the slope falls through zero.
+def _by_slope(arc: Arc, slope: float, length: float) -> Observation | None:
+    """The zero of a slope that is positive at the start of a step.
 
-    Parameters
-    ----------
-    arc
-        The step.
-    slope, length
-        Slope at its start, positive, and its length.
-
-    Returns
-    -------
-    Observation or None
-        None where the slope is still positive at the end, or a solution is not found.
+    None where the slope is still positive at the end, or a solution is not found.
     """
     observations: dict[float, Observation] = {}
 
@@ -139,26 +126,21 @@ def by_slope(arc: Arc, slope: float, length: float) -> Observation | None:
             return slope
         observation = arc(distance)
         if observation is None:
-            raise _NoSolutionError
+            raise ValueError("no solution")
         observations[distance] = observation
         return observation.slope
 
     try:
         zero = brentq(slope_at, 0.0, length, xtol=_TOLERANCE * length, rtol=1e-9)
         return observations.get(zero)
-    except (_NoSolutionError, ValueError):
+    except ValueError:
         return None
 
 
-def by_value(arc: Arc, length: float) -> Observation | None:
+def _by_value(arc: Arc, length: float) -> Observation | None:
     """The highest solution of a step, whatever its slope.
 
     Beyond a corner of the branch there may be none on the spheres around the start of the step.
-
-    Parameters
-    ----------
-    arc, length
-        The step and its length.
     """
     highest: Observation | None = None
 
@@ -174,7 +156,3 @@ def by_value(arc: Arc, length: float) -> Observation | None:
     options = {"xatol": _TOLERANCE * length}
     minimize_scalar(negative_value, bounds=(0.0, length), method="bounded", options=options)
     return highest
-
-
-class _NoSolutionError(Exception):
-    """No solution was found while a maximum was being located."""
