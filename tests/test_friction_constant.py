@@ -1,3 +1,5 @@
+"""Friction under constant normal load against time integration and closed forms."""
+
 import numpy as np
 import pytest
 
@@ -20,17 +22,17 @@ def random_cases(count, seed=0):
     return k, slip, np.column_stack([amplitude * np.cos(phase), amplitude * np.sin(phase)])
 
 
-def test_force_equals_a_march_in_time():
+def test_force_equals_time_integration():
     k, slip, motion = random_cases(200)
     force = ConstantLoad(np.arange(200), k, slip).force(motion)
-    marched = forces_in_time(np.arange(200), k, slip, motion, 20000)
+    integrated = forces_in_time(np.arange(200), k, slip, motion, 20000)
     # the trapezoidal rule errs by about (2 pi / samples)^2 times the corners of the force
-    np.testing.assert_allclose(force, marched, atol=1e-6 * slip.max(), rtol=0)
-    error = np.linalg.norm(force - marched, axis=1) / np.minimum(slip, k * np.hypot(*motion.T))
+    np.testing.assert_allclose(force, integrated, atol=1e-6 * slip.max(), rtol=0)
+    error = np.linalg.norm(force - integrated, axis=1) / np.minimum(slip, k * np.hypot(*motion.T))
     assert error.max() < 2e-6
 
 
-def test_march_converges_to_the_force_with_second_order():
+def test_time_integration_converges_to_the_force_with_second_order():
     k, slip, motion = 1e8, 10.0, np.array([[2.3e-7, -1.1e-7]])
     exact = one_element(k, slip).force(motion)[0]
 
@@ -41,8 +43,8 @@ def test_march_converges_to_the_force_with_second_order():
             c, s = np.cos(turn), np.sin(turn)
             rotation = np.array([[c, -s], [s, c]])
             arrays = np.array([0]), np.array([k]), np.array([slip])
-            marched = forces_in_time(*arrays, (rotation @ motion[0])[None], samples)[0]
-            errors.append(np.linalg.norm(marched - rotation @ exact))
+            integrated = forces_in_time(*arrays, (rotation @ motion[0])[None], samples)[0]
+            errors.append(np.linalg.norm(integrated - rotation @ exact))
         return np.sqrt(np.mean(np.square(errors)))
 
     order = np.log2(error(200) / error(12800)) / 6
@@ -77,7 +79,7 @@ def test_stuck_element_is_a_spring():
     np.testing.assert_array_equal(one_element().force(motion), 2e8 * motion)
 
 
-def test_element_that_slips_all_the_time_is_coulomb_friction():
+def test_element_in_full_slip_is_coulomb_friction():
     # k -> infinity: a square wave against the velocity, of first harmonic 4 mu N / pi
     force = one_element(k=1e22).force(np.array([[1e-3, 0.0]]))[0]
     assert force[1] == pytest.approx(4 * 30.0 / np.pi, rel=1e-6)

@@ -1,3 +1,5 @@
+"""Tabulated describing functions against those of the elements."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -53,7 +55,7 @@ def test_force_is_exact_while_nothing_slips():
     np.testing.assert_array_equal(table.force(np.zeros((3, 2))), 0.0)
 
 
-def test_loss_is_exact_where_elements_slip():
+def test_dissipation_is_exact_where_elements_slip():
     on, k, s = many_elements(points=1)
     exact, table = ConstantLoad(on, k, s), TabulatedLoad(on, k, s)
     for amplitude in np.geomspace(2, 1e5, 50) * (s / k).min():
@@ -148,7 +150,7 @@ def test_response_is_that_of_the_elements(coordinates):
     np.testing.assert_array_equal(table["complete"], 1)
 
 
-def test_tabulated_joint_survives_its_file_and_its_solutions_the_march(tmp_path):
+def test_tabulated_joint_is_saved_and_its_solutions_hold_in_time(tmp_path):
     joint = tabulate_joint(regions())
     dataset.save(joint_to_dataset(joint), tmp_path / "joint.nc")
     again = load_joint(tmp_path / "joint.nc")
@@ -157,7 +159,7 @@ def test_tabulated_joint_survives_its_file_and_its_solutions_the_march(tmp_path)
     np.testing.assert_array_equal(again.law.force(motion), joint.law.force(motion))
     response = solve_response(again, [5.0], loss_factor=0.002).isel(solution=slice(0, None, 10))
     checked = check_solutions(dataset.load(tmp_path / "joint.nc"), response)
-    # force of the table, and of the march
+    # force of the table, and of time integration
     assert checked["residual_in_time"].max() < 3e-6
 
 

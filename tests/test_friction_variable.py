@@ -1,3 +1,5 @@
+"""Friction under variable normal load against time integration and closed forms."""
+
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,21 +12,21 @@ from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.variable import VariableLoad
 
-OPEN, STUCK, FORTH, BACK = range(4)
+OPEN, STUCK, POSITIVE_SLIP, NEGATIVE_SLIP = range(4)
 
 
 @njit(cache=True)
-def march(x, n, mu, samples, start=0.0):
-    """What elements do in the second of two periods, by brute force.
+def integrate(x, n, mu, samples, start=0.0):
+    """Time integration of elements through two periods, in short steps.
 
     ``x = k_u u`` and ``n = n0 + k_v v`` hold bias, sine and cosine. The slider z is kept between
     the bounds at every sample. Where n rose through zero between two samples, z is what x was
-    there, by linear interpolation: with x of the last open sample instead, the march errs by first
+    there, by linear interpolation: with x of the last open sample instead, the error is of first
     order.
 
-    Returns the harmonics of the friction force and of the normal load, and the runs of OPEN, STUCK,
-    FORTH and BACK in the order of time, -1 behind the last. There are more than fit only where
-    a bound moves by rounding.
+    Returns harmonics of friction force and normal load in the second period, and its successive
+    states, -1 after the last. There are more than the array holds only where a bound moves by
+    rounding.
     """
     sines = np.sin(2 * np.pi * np.arange(samples) / samples)
     cosines = np.cos(2 * np.pi * np.arange(samples) / samples)
@@ -36,24 +38,24 @@ def march(x, n, mu, samples, start=0.0):
         for i in range(2 * samples + 1):
             sine, cosine = sines[i % samples], cosines[i % samples]
             x_now, n_now = x_0 + x_s * sine + x_c * cosine, n_0 + n_s * sine + n_c * cosine
-            did = OPEN
+            state = OPEN
             if n_now <= 0:
                 z = x_now
             else:
-                did = STUCK
+                state = STUCK
                 if n_before <= 0:
                     z = x_before + (x_now - x_before) * n_before / (n_before - n_now)
                 lower, upper = x_now - mu[e] * n_now, x_now + mu[e] * n_now
                 if z < lower:
-                    z, did = lower, FORTH
+                    z, state = lower, POSITIVE_SLIP
                 elif z > upper:
-                    z, did = upper, BACK
+                    z, state = upper, NEGATIVE_SLIP
             x_before, n_before = x_now, n_now
             if i <= samples:
                 continue
-            if run < 0 or runs[e, run] != did:
+            if run < 0 or runs[e, run] != state:
                 run = min(run + 1, runs.shape[1] - 1)
-                runs[e, run] = did
+                runs[e, run] = state
             for j, part in enumerate((1.0, 2 * sine, 2 * cosine)):
                 force[e, j] += part * (x_now - z) / samples
                 force[e, 3 + j] += part * max(n_now, 0.0) / samples
@@ -61,32 +63,32 @@ def march(x, n, mu, samples, start=0.0):
 
 
 class Elements(NamedTuple):
-    """Elements on a point each, and the motion of the points."""
+    """Elements on one point each, and the motion of the points."""
 
     law: VariableLoad
     motion: np.ndarray
 
     @property
     def x(self):
-        """What the tangential spring alone would give."""
+        """Force of the tangential spring without slip."""
         return self.law.tangential_stiffness[:, None] * self.motion[:, :3]
 
     @property
     def n(self):
-        """The normal load, with what it would be below zero."""
+        """Force of the normal spring, negative in separation."""
         n = self.law.normal_stiffness[:, None] * self.motion[:, 3:]
         n[:, 0] += self.law.normal_load
         return n
 
     @property
     def scale(self):
-        """A force for every element that its own follow from: the swing of what drives it."""
+        """Scale of the forces of every element: the amplitudes of x and n."""
         x, n, mu = self.x, self.n, self.law.friction_coefficient
         return np.hypot(x[:, 1], x[:, 2]) + (1 + mu) * np.hypot(n[:, 1], n[:, 2])
 
     @property
     def size(self):
-        """The same with the constant parts: what rounding goes by."""
+        """The same with the constant parts: the scale of rounding errors."""
         x, n, mu = self.x, self.n, self.law.friction_coefficient
         return np.abs(x).sum(axis=1) + (1 + mu) * (
             np.abs(n).sum(axis=1) + np.abs(self.law.normal_load)
@@ -104,15 +106,15 @@ class Elements(NamedTuple):
         motion = np.vstack([self.motion, others.motion])
         return Elements(VariableLoad(np.arange(len(motion)), *values), motion)
 
-    def march(self, samples, start=0.0):
-        force, runs = march(self.x, self.n, self.law.friction_coefficient, samples, start)
+    def integrate(self, samples, start=0.0):
+        force, runs = integrate(self.x, self.n, self.law.friction_coefficient, samples, start)
         # the structure is in equilibrium with the load of the assembled state
         force[:, 3] -= np.maximum(self.law.normal_load, 0)
         return force, runs
 
 
 def elements_of(x, n, mu, normal_load=0.0):
-    """Elements of unit stiffness by what drives them: bias, sine and cosine of x and n."""
+    """Elements of unit stiffness by bias, sine and cosine of x and n."""
     x, n, mu = np.atleast_2d(x), np.atleast_2d(n), np.atleast_1d(np.asarray(mu, dtype=float))
     count = len(mu)
     one = np.ones(count)
@@ -126,7 +128,7 @@ def random_elements(count, seed=0):
     """Elements closed and open, every ratio of their motions and loads spread evenly in logarithm.
 
     Over three decades for a half, over less than one for the other, so that none outweighs another.
-    A few move only one way, and a few just touch or just separate.
+    A few move in one direction only, and a few just close or just separate.
     """
     random = np.random.default_rng(seed)
     width = random.choice([0.45, 1.5], count)
@@ -159,7 +161,7 @@ def random_elements(count, seed=0):
 
 
 def matched_elements(count):
-    """Elements that touch and let go, with a tangential motion about as large as friction takes."""
+    """Elements that close and open, with a tangential motion near the slip limit."""
     random = np.random.default_rng(14)
     mu, phase = 10 ** random.uniform(-1, 0.4, count), random.uniform(0, 2 * np.pi, (2, count))
     x, n = np.zeros((count, 3)), np.zeros((count, 3))
@@ -170,53 +172,55 @@ def matched_elements(count):
 
 
 def sequence(runs):
-    """What an element does in turn, as in SEQUENCES."""
-    runs = [int(did) for did in runs if did >= 0]
+    """Successive states of an element over the period, as in SEQUENCES."""
+    runs = [int(state) for state in runs if state >= 0]
     if len(runs) > 1 and runs[0] == runs[-1]:
         runs.pop()
     turns = [runs[i:] + runs[:i] for i in range(len(runs))]
-    return "".join("os+-"[did] for did in min(turns))
+    return "".join("os+-"[state] for state in min(turns))
 
 
 def reverses_while_closed(elements):
-    """Whether the surfaces touch where the tangential motion is farthest to one side."""
+    """Whether the contact is closed at an extreme of the tangential motion."""
     x, n = elements.x, elements.n
     swing = np.hypot(x[:, 1], x[:, 2])
     return n[:, 0] * swing + np.abs(n[:, 1] * x[:, 1] + n[:, 2] * x[:, 2]) > 0
 
 
-#: All that an element can do in a period (o open, s stuck, + and - slip), as found among nine
-#: million random motions, from where the surfaces meet or, if they stay closed, in stick.
+#: All sequences of states of an element in a period (o open, s stick, + and - slip) among nine
+#: million random motions, beginning at contact closing or, without separation, in stick.
 SEQUENCES = {
     *("o", "s", "s+s-"),
     *("os", "os+", "os-", "os+s", "os-s", "os+s-", "os-s+"),
     *("o+", "o-", "o+s", "o-s", "o+s-", "o-s+", "o+s-s", "o-s+s", "o+s-s+", "o-s+s-"),
 }
-#: Those of which there is not one in a thousand.
+#: Sequences with a share below one in a thousand.
 RARE = {"os+s", "os-s", "o+s", "o-s", "o+s-s", "o-s+s"}
 
-#: Error of the march over (2 pi / samples)^2 and over the swing of x and (1 + mu) n. It is an
+#: Error of time integration over (2 pi / samples)^2 and the amplitude of x and (1 + mu) n. It is an
 #: eighth where a turning point lies midway between samples.
-ERROR_OF_MARCH = 0.15
+INTEGRATION_ERROR = 0.15
 
 
 @pytest.fixture(scope="module")
-def marched():
-    """Random elements with the force and the sequence that a fine march finds.
+def integrated():
+    """Random elements with the force and the sequence of time integration in short steps.
 
-    With them, those of many others that a coarse march finds to do what is rare.
+    With those of many others whose sequence is rare by time integration in long steps.
     """
     more = matched_elements(50_000)
-    rare = np.array([sequence(one) in RARE for one in more.march(1000)[1]])
+    rare = np.array([sequence(one) in RARE for one in more.integrate(1000)[1]])
     elements, samples = random_elements(12_000).and_of(more.part(rare)), 20_000
-    force, runs = elements.march(samples)
+    force, runs = elements.integrate(samples)
     return elements, samples, force, np.array([sequence(one) for one in runs])
 
 
-def assert_march_agrees(elements, force, marched, samples):
-    # and rounding where the constant parts outweigh what swings
-    allowed = ERROR_OF_MARCH * (2 * np.pi / samples) ** 2 * elements.scale + 1e-13 * elements.size
-    error = np.abs(force - marched).max(axis=1)
+def assert_agrees(elements, force, integrated, samples):
+    # and rounding where the constant parts outweigh the amplitudes
+    allowed = (
+        INTEGRATION_ERROR * (2 * np.pi / samples) ** 2 * elements.scale + 1e-13 * elements.size
+    )
+    error = np.abs(force - integrated).max(axis=1)
     worst = np.argmax(error - allowed)
     assert error[worst] <= allowed[worst], (
         elements.x[worst],
@@ -225,30 +229,30 @@ def assert_march_agrees(elements, force, marched, samples):
     )
 
 
-# the exact solution against time
+# the analytic solution against time integration
 
 
-def test_forces_equal_a_march_in_time(marched):
-    elements, samples, force, _ = marched
-    assert_march_agrees(elements, elements.law.force(elements.motion), force, samples)
+def test_forces_equal_time_integration(integrated):
+    elements, samples, force, _ = integrated
+    assert_agrees(elements, elements.law.force(elements.motion), force, samples)
 
 
-def test_march_converges_to_the_forces_with_second_order():
+def test_time_integration_converges_to_the_forces_with_second_order():
     elements = random_elements(3000, seed=1)
     exact = elements.law.force(elements.motion)
     moves = elements.scale > 0
     errors = []
     for samples in (500, 1000, 2000):
-        force, _ = elements.march(samples)
-        assert_march_agrees(elements, exact, force, samples)
+        force, _ = elements.integrate(samples)
+        assert_agrees(elements, exact, force, samples)
         error = np.abs(force - exact).max(axis=1)[moves] / elements.scale[moves]
         # a mean over elements, since single errors depend on where samples meet corners
         errors.append(np.sqrt(np.mean(error**2)))
     np.testing.assert_allclose(np.diff(np.log2(errors)), -2, rtol=0, atol=0.1)
 
 
-def test_states_are_those_of_the_march(marched):
-    elements, _, _, sequences = marched
+def test_states_are_those_of_time_integration(integrated):
+    elements, _, _, sequences = integrated
     state = elements.law.contact_state(elements.motion)
     # separation shorter than a sample is told by the range of the normal load
     swing = np.hypot(elements.n[:, 1], elements.n[:, 2])
@@ -261,8 +265,8 @@ def test_states_are_those_of_the_march(marched):
     assert np.all(np.bincount(state) > 500)
 
 
-def test_random_elements_do_all_that_an_element_can(marched):
-    elements, _, _, sequences = marched
+def test_random_elements_have_all_sequences_of_states(integrated):
+    elements, _, _, sequences = integrated
     found, count = np.unique(sequences, return_counts=True)
     assert set(found) == SEQUENCES
     assert count.min() >= 10
@@ -275,9 +279,9 @@ def test_random_elements_do_all_that_an_element_can(marched):
         "always stuck": sequences == "s",
         "open without bias, closed by it": (law.normal_load < -swing) & (n[:, 0] > swing),
         "separated by the bias": (law.normal_load > swing) & (n[:, 0] < -swing),
-        "touches for a vanishing moment": np.abs(n[:, 0] / np.maximum(swing, 1e-300) + 1) < 1e-6,
-        "separates for a vanishing moment": np.abs(n[:, 0] / np.maximum(swing, 1e-300) - 1) < 1e-6,
-        "slips without turning back": np.isin(sequences, both) & ~reverses_while_closed(elements),
+        "closes for a vanishing time": np.abs(n[:, 0] / np.maximum(swing, 1e-300) + 1) < 1e-6,
+        "separates for a vanishing time": np.abs(n[:, 0] / np.maximum(swing, 1e-300) - 1) < 1e-6,
+        "slips without reversal": np.isin(sequences, both) & ~reverses_while_closed(elements),
         "no tangential motion": ~np.any(elements.motion[:, :3], axis=1) & (sequences != "o"),
         "no normal motion": ~np.any(elements.motion[:, 3:], axis=1) & (sequences != "o"),
         "friction above the normal load": law.friction_coefficient > 1,
@@ -287,28 +291,28 @@ def test_random_elements_do_all_that_an_element_can(marched):
 
 
 def test_whole_numbers_at_which_transitions_coincide():
-    """Bounds that rest where the surfaces meet, do not move at all, or touch for a moment."""
+    """Bounds with an extreme at closing, constant bounds, and contact for one phase only."""
     random, count, samples = np.random.default_rng(2), 20_000, 1000
     x, n = random.integers(-2, 3, (2, count, 3))
     mu = random.choice([0.1, 0.3, 1 / 3, 0.5, 1, 2], count)
     elements = elements_of(x, n, mu)
     force, tangent = elements.law.force_and_tangent(elements.motion)
-    assert_march_agrees(elements, force, elements.march(samples)[0], samples)
+    assert_agrees(elements, force, elements.integrate(samples)[0], samples)
     assert np.all(np.isfinite(tangent))
 
 
-def test_a_bound_that_does_not_move_does_not_push():
+def test_a_constant_bound_causes_no_slip():
     random, count, samples = np.random.default_rng(3), 5000, 1000
     n, mu = random.normal(size=(count, 3)), 10 ** random.uniform(-1, 0.4, count)
-    # a part of them is closed but for a moment, and in another part the bound moves by rounding
+    # some are open for one phase only; in others the bound moves by rounding
     closed, moves = np.arange(count) % 2 == 0, np.arange(count) % 3 == 0
     n[closed, 0] = np.sqrt(n[closed, 1] ** 2 + n[closed, 2] ** 2)
     x = mu[:, None] * n * random.choice([-1, 1], (count, 1))
     x[:, 0] *= random.integers(-1, 3, count)
     x[moves, 1:] *= 1 + 2.0 ** -random.integers(50, 53, (moves.sum(), 1))
     elements = elements_of(x, n, mu)
-    marched, _ = elements.march(samples)
-    assert_march_agrees(elements, elements.law.force(elements.motion), marched, samples)
+    integrated, _ = elements.integrate(samples)
+    assert_agrees(elements, elements.law.force(elements.motion), integrated, samples)
     assert np.all(elements.law.contact_state(elements.motion)[closed & ~moves] == STICK)
 
 
@@ -317,15 +321,15 @@ def test_motions_and_loads_of_any_ratio(ratio):
     random, count, samples = np.random.default_rng(4), 2000, 1000
     x, n = ratio * random.normal(size=(count, 3)), random.normal(size=(count, 3))
     elements = elements_of(x, n, np.full(count, 0.3))
-    marched, _ = elements.march(samples)
-    assert_march_agrees(elements, elements.law.force(elements.motion), marched, samples)
+    integrated, _ = elements.integrate(samples)
+    assert_agrees(elements, elements.law.force(elements.motion), integrated, samples)
 
 
 TURN = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
 
-#: x, n and mu on the border between two things that an element can do, and a step across it
+#: x, n and mu on the border between two sequences of states, and a step across it
 BORDERS = {
-    "touches": ([0.2, 0.7, 0.4], [-1, 0, 1], 0.4, [0, 0, 0], [1, 0, 0]),
+    "closes": ([0.2, 0.7, 0.4], [-1, 0, 1], 0.4, [0, 0, 0], [1, 0, 0]),
     "separates": ([0.2, 0.7, 0.4], [1, 0, 1], 0.4, [0, 0, 0], [1, 0, 0]),
     "slips": ([0, 0, 1], [2, 0, 0], 0.5, [0, 0, 1], [0, 0, 0]),
     "slips under varying load": ([0.1, 0.3, 0.2], [1, 0.3, 0.2], 1.0, [1, 0, 0], [0, 1, 0]),
@@ -350,11 +354,11 @@ def test_forces_are_continuous_across_every_border(border, turn, side):
     elements = elements_of(x, n, np.full(len(x), mu))
     force = elements.law.force(elements.motion)
     change = np.abs(force - force[0]).max(axis=1)
-    # a bound moves by (1 + mu) of the step, the slider no farther, and a harmonic by 4 / pi of both
+    # a bound moves by (1 + mu) of the step, the slider by no more, and a harmonic by 4 / pi of both
     assert np.all(change <= 8 / np.pi * (1 + mu) * np.abs(distance) + 1e-14)
 
 
-# what the forces depend on
+# dependence of the forces on the inputs
 
 
 @pytest.mark.parametrize("variation", [0.0, 1e-18])
@@ -371,7 +375,7 @@ def test_forces_where_the_load_hardly_varies_are_those_of_constant_load(variatio
     motion = np.hstack([np.zeros((count, 1)), along, across])
     force, tangent = VariableLoad(points, k_u, 0.3 * k_u, load, mu).force_and_tangent(motion)
     expected = np.hstack([np.zeros((count, 1)), constant])
-    # friction of a deep slip is a small difference of what the spring and the slider do
+    # in deep slip the friction force is a small difference of spring force and slider position
     rounding = 1e-14 * (k_u * amplitude + mu * load)
     assert np.all(np.abs(force[:, :3] - expected).max(axis=1) <= rounding)
     error = np.abs(tangent[:, 1:3, 1:3] - constant_tangent).max(axis=(1, 2))
@@ -442,15 +446,15 @@ def test_elements_on_one_point_add_up_in_any_order():
         assert np.all(np.abs(of_back[0] - of_each.sum(axis=0)) <= rounding)
 
 
-def test_steady_state_depends_on_the_start_only_where_nothing_slips():
+def test_steady_state_depends_on_the_start_only_in_stick():
     elements, samples = random_elements(2000, seed=10), 1000
-    far = elements.march(samples, start=1e9)[0]
+    far = elements.integrate(samples, start=1e9)[0]
     force = elements.law.force(elements.motion)
     stuck = elements.law.contact_state(elements.motion) == STICK
-    assert_march_agrees(elements.part(~stuck), force[~stuck], far[~stuck], samples)
+    assert_agrees(elements.part(~stuck), force[~stuck], far[~stuck], samples)
 
 
-# inputs that can be solved by hand
+# inputs with closed-form solutions
 
 
 def force_of(x, n, mu, normal_load=0.0):
@@ -467,7 +471,7 @@ def test_always_open():
         assert state == SEPARATION
 
 
-def test_the_assembled_load_that_is_lifted_off_is_missing_as_a_bias():
+def test_separation_removes_the_assembled_load_from_the_bias():
     force, state = force_of([0.3, 2, -1], [-1, 0.6, 0.7], 0.4, normal_load=5.0)
     np.testing.assert_array_equal(force, [0, 0, 0, -5, 0, 0])
     assert state == SEPARATION
@@ -481,12 +485,12 @@ def test_a_change_far_smaller_than_the_load_keeps_its_digits(slips):
     motion[0, 1] = 2e-6 if slips else 0.0
     assert (law.contact_state(motion)[0] == STICK_SLIP) == slips
     force = law.force(motion)[0, 3:]
-    # as a difference of the loads nothing would be left of them
+    # a difference of the loads would lose all their digits
     assert 1e3 + 1e8 * 3e-23 == 1e3
     np.testing.assert_allclose(force, 1e8 * motion[0, 3:], rtol=1e-12)
 
 
-def test_always_stuck_around_the_assembled_state():
+def test_stick_around_the_assembled_state():
     x, n = [0.1, 0.2, -0.3], [3, -0.5, 0.5]
     force, state = force_of(x, n, 0.4)
     np.testing.assert_array_equal(force, x + n)
@@ -494,8 +498,8 @@ def test_always_stuck_around_the_assembled_state():
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_slider_is_moved_as_little_as_the_motion_demands(side):
-    """Stuck far from the assembled state, friction is at its limit once in the period."""
+def test_residual_traction_in_stick_is_the_least_possible(side):
+    """In stick far from the assembled state, friction is at its limit once in the period."""
     # mu n - x is least where 2 + 0.3 sin - 0.4 cos - 0.2 sin is: x reaches beyond it by 5 - 1.59
     slider = 5 - (2 - np.hypot(0.3 - 0.2, 0.4))
     force, state = force_of(np.array([5, 0.2, 0]) * side, [4, 0.6, -0.8], 0.5)
@@ -503,7 +507,7 @@ def test_a_slider_is_moved_as_little_as_the_motion_demands(side):
     assert state == STICK
 
 
-def test_tangential_bias_alone_is_held_by_the_least_load():
+def test_friction_under_a_tangential_bias_is_that_of_the_least_load():
     force, state = force_of([5, 0, 0], [4, 0.6, -0.8], 0.5)
     np.testing.assert_allclose(force, [0.5 * (4 - 1), 0, 0, 4, 0.6, -0.8], rtol=1e-14)
     assert state == STICK
@@ -523,13 +527,13 @@ def test_closing_only_by_the_bias():
     force, state = force_of([7, 3, 0], [3, 0, 0], 0.5, normal_load=-5.0)
     expected = ConstantLoad(np.array([0]), np.array([1.0]), np.array([1.5]))
     (along,) = expected.force(np.array([[3.0, 0.0]]))
-    # the element slips and forgets where it was led
+    # the element slips: its steady state does not depend on the start
     np.testing.assert_allclose(force, [0, *along, 3, 0, 0], rtol=0, atol=1e-15)
     assert state == STICK_SLIP
 
 
 @pytest.mark.parametrize("margin", 10.0 ** np.arange(-15, -2))
-def test_touching_for_a_vanishing_moment(margin):
+def test_contact_for_a_vanishing_time(margin):
     x, mu = np.array([0.4, 1, 2]), 0.3
     force, state = force_of(x, [margin - 1, 0, 1], mu)
     half = np.arccos(1 - margin)
@@ -541,8 +545,8 @@ def test_touching_for_a_vanishing_moment(margin):
     assert state == STICK_SLIP_SEPARATION
 
 
-def test_slip_begins_though_the_tangential_motion_does_not_turn_back():
-    # closed from -pi/2 to pi/2, in which x = b sin moves forth, from rest; stuck at first, and the
+def test_slip_begins_without_reversal_of_the_tangential_motion():
+    # closed from -pi/2 to pi/2, in which x = b sin increases; stick at first, and the
     # spring's b (1 + sin) meets mu cos at
     b, mu = 0.7, 0.4
     begin = 2 * np.arctan(mu / b) - np.pi / 2
@@ -558,17 +562,17 @@ def test_slip_begins_though_the_tangential_motion_does_not_turn_back():
     assert state == STICK_SLIP_SEPARATION
 
 
-def test_slip_all_the_time_is_friction_by_the_direction_of_motion():
+def test_friction_in_full_slip_follows_the_direction_of_motion():
     # k_u -> infinity: mu n = 1 + cos / 2, in the direction of x' = cos
     force, _ = force_of([0, 1e9, 0], [2, 0, 1], 0.5)
-    # while the spring turns around, for a time of sqrt(mu n / (k_u u)) in its unit, it differs
+    # while the spring reverses, for a time of sqrt(mu n / (k_u u)) in its unit, it differs
     np.testing.assert_allclose(force[:3], [1 / np.pi, 0, 4 / np.pi], rtol=0, atol=1e-4)
 
 
 # energy
 
 
-def test_friction_takes_energy_out_and_the_normal_load_none():
+def test_friction_dissipates_energy_and_the_normal_load_none():
     elements = random_elements(10_000, seed=11)
     force = elements.law.force(elements.motion)
 
@@ -593,7 +597,7 @@ def test_friction_takes_energy_out_and_the_normal_load_none():
 def test_tangent_equals_central_differences():
     elements, step = random_elements(10_000, seed=12), 1e-6
     n, scale = elements.n, np.where(elements.scale > 0, elements.scale, elements.size)
-    # not where the surfaces just touch or just separate: both are kinks, on both sides
+    # not where contacts just close or just separate: both are kinks, on both sides
     away = np.abs(np.abs(n[:, 0]) - np.hypot(n[:, 1], n[:, 2])) > 100 * step * scale
     assert away.mean() > 0.85
     elements, scale = elements.part(away), scale[away]
@@ -613,7 +617,7 @@ def test_tangent_equals_central_differences():
         # as steep as the step is long, against the mu n in which it is passed
         assert np.all(error.max(axis=1) <= kink.max(axis=1) / 2 + 100 * step)
         errors.append(error.max(axis=1))
-    # what is left where nothing but the step and rounding err
+    # error of the step and of rounding elsewhere
     assert np.quantile(errors, 0.99) < step
 
 
@@ -634,7 +638,7 @@ def test_normal_load_does_not_depend_on_the_tangential_motion():
     np.testing.assert_allclose(tangent[:, 3, 4], tangent[:, 4, 3] / 2, rtol=1e-12)
 
 
-# a law like any other
+# protocol of a friction law
 
 
 def two_on_a_point():

@@ -1,3 +1,5 @@
+"""Arc-length continuation of known curves past turning points."""
+
 import numpy as np
 import pytest
 from curves import FOLDED, PARABOLA, Curve

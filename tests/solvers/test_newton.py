@@ -1,3 +1,5 @@
+"""Newton's method at a fixed parameter."""
+
 import numpy as np
 import pytest
 from curves import FOLDED, PARABOLA, Curve

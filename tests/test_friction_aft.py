@@ -1,3 +1,5 @@
+"""AFT against analytic describing functions and fine time integration."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +37,7 @@ def variable_load(count, harmonics=1, seed=0):
 
 
 def limit(law, motion):
-    """The largest friction and load that elements on points of their own can have."""
+    """The largest friction force and normal load of elements on one point each."""
     if isinstance(law, ConstantLoad):
         return law.slip_force[:, None]
     v = np.abs(motion[:, motion.shape[1] // 2 :]).sum(axis=1)
@@ -51,8 +53,8 @@ def sampled_component(name, phase):
     return {"sin": np.sin, "cos": np.cos}[name[:3]](int(name[3:] or 1) * phase)
 
 
-def march_finely(law, components, motion, samples):
-    """Forces by a march that knows nothing of what happens between samples."""
+def integrate_finely(law, components, motion, samples):
+    """Forces by time integration without interpolation between samples."""
     phase = 2 * np.pi * np.arange(samples) / samples
     at = np.array([sampled_component(name, phase) for name in components])
     u = motion[:, : len(at)] @ at
@@ -77,7 +79,7 @@ both_laws = pytest.mark.parametrize("population", [constant_load, variable_load]
 
 
 @both_laws
-def test_forces_converge_to_the_exact_ones_with_second_order(population):
+def test_forces_converge_to_the_analytic_ones_with_second_order(population):
     law, motion = population(2000)
     exact, largest = law.force(motion), limit(law, motion)
     counts = 2 ** np.arange(6, 11)
@@ -91,7 +93,7 @@ def test_forces_converge_to_the_exact_ones_with_second_order(population):
 
 
 @both_laws
-def test_states_are_those_of_the_exact_law(population):
+def test_states_are_those_of_the_analytic_law(population):
     law, motion = population(2000)
     states = law.contact_state(motion)
     assert set(states) == ({0, 1} if population is constant_load else {0, 1, 2, 3})
@@ -103,12 +105,12 @@ def test_states_are_those_of_the_exact_law(population):
 
 @both_laws
 @pytest.mark.parametrize("harmonics", [1, 3, 5])
-def test_forces_equal_a_fine_march(population, harmonics):
+def test_forces_equal_fine_time_integration(population, harmonics):
     law, motion = population(60, harmonics, seed=1)
-    sampled = AlternatingFrequencyTime(law, harmonics, samples=2048)
-    fine = march_finely(law, sampled.components, motion, 16384)
-    error = (sampled.force(motion) - fine) / limit(law, motion)
-    # the fine march lays sliders down up to a step late where surfaces meet
+    aft = AlternatingFrequencyTime(law, harmonics, samples=2048)
+    fine = integrate_finely(law, aft.components, motion, 16384)
+    error = (aft.force(motion) - fine) / limit(law, motion)
+    # without interpolation a contact closes up to a sample late
     assert np.abs(error).max() < 1e-3
 
 
@@ -116,38 +118,36 @@ def test_forces_equal_a_fine_march(population, harmonics):
 @pytest.mark.parametrize("harmonics", [1, 4])
 def test_tangent_equals_central_differences(population, harmonics):
     law, motion = population(300, harmonics, seed=2)
-    sampled = AlternatingFrequencyTime(law, harmonics, samples=64)
-    force, tangent = sampled.force_and_tangent(motion)
-    np.testing.assert_array_equal(force, sampled.force(motion))
+    aft = AlternatingFrequencyTime(law, harmonics, samples=64)
+    force, tangent = aft.force_and_tangent(motion)
+    np.testing.assert_array_equal(force, aft.force(motion))
     stiffness = np.maximum(law.tangential_stiffness, getattr(law, "normal_stiffness", 0))
     for j in range(motion.shape[1]):
         step = np.zeros_like(motion)
         step[:, j] = 1e-7 * np.abs(motion).max(axis=1)
-        difference = (sampled.force(motion + step) - sampled.force(motion - step)) / (
-            2 * step[:, j, None]
-        )
+        difference = (aft.force(motion + step) - aft.force(motion - step)) / (2 * step[:, j, None])
         error = np.abs(tangent[:, :, j] - difference).max(axis=1) / stiffness
         assert error.max() < 1e-6
 
 
 @both_laws
 @pytest.mark.parametrize("harmonics", [1, 5])
-def test_in_modes_they_are_those_of_the_points(population, harmonics):
+def test_modal_forces_are_projections_of_those_of_the_points(population, harmonics):
     law, _ = population(200)
     random = np.random.default_rng(6)
     law = replace(law, point_of_element=random.integers(0, 80, 200))
-    sampled = AlternatingFrequencyTime(law, harmonics, samples=64)
+    aft = AlternatingFrequencyTime(law, harmonics, samples=64)
     rows = [random.normal(size=(80, 3)) for _ in law.directions]
-    amplitude = 3e-6 * random.normal(size=(len(sampled.components), 3))
+    amplitude = 3e-6 * random.normal(size=(len(aft.components), 3))
     motion = np.hstack([B @ amplitude.T for B in rows])
-    assert len(set(sampled.contact_state(motion))) > 1
-    force, tangent = sampled.force_and_tangent(motion)
-    count = len(sampled.components)
+    assert len(set(aft.contact_state(motion))) > 1
+    force, tangent = aft.force_and_tangent(motion)
+    count = len(aft.components)
     force = force.reshape(80, -1, count)
     tangent = tangent.reshape(80, len(rows), count, len(rows), count)
     expected = np.einsum("dpr,pdi->ir", rows, force)
     expected_tangent = np.einsum("dpr,pdiej,eps->irjs", rows, tangent, rows)
-    found, found_tangent = sampled.modal_force_and_tangent(tuple(rows), amplitude)
+    found, found_tangent = aft.modal_force_and_tangent(tuple(rows), amplitude)
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
     np.testing.assert_allclose(
         found_tangent, expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()
@@ -157,16 +157,16 @@ def test_in_modes_they_are_those_of_the_points(population, harmonics):
 @both_laws
 def test_a_shift_by_a_sample_turns_the_force_along(population):
     law, motion = population(50, 3, seed=3)
-    sampled = AlternatingFrequencyTime(law, 3, samples=100)
-    turn = np.zeros((len(sampled.components),) * 2)
-    for i, name in enumerate(sampled.components):
+    aft = AlternatingFrequencyTime(law, 3, samples=100)
+    turn = np.zeros((len(aft.components),) * 2)
+    for i, name in enumerate(aft.components):
         if name.startswith("sin"):
             angle = int(name[3:] or 1) * 2 * np.pi / 100
             c, s = np.cos(angle), np.sin(angle)
             turn[i : i + 2, i : i + 2] = [[c, -s], [s, c]]
-    turn[0, 0] = 1.0 if "bias" in sampled.components else turn[0, 0]
+    turn[0, 0] = 1.0 if "bias" in aft.components else turn[0, 0]
     turn = np.kron(np.eye(len(law.directions)), turn)
-    error = sampled.force(motion @ turn.T) - sampled.force(motion) @ turn.T
+    error = aft.force(motion @ turn.T) - aft.force(motion) @ turn.T
     np.testing.assert_allclose(error / limit(law, motion), 0, atol=1e-12)
 
 
@@ -201,25 +201,25 @@ def test_stuck_elements_are_springs_in_every_harmonic():
 
 
 def test_a_harmonic_motion_that_slips_has_a_force_of_odd_harmonics():
-    """An element that slips all the time: a square wave against the velocity."""
+    """Full slip: a square wave against the velocity."""
     law = ConstantLoad(np.array([0]), np.array([1e12]), np.array([30.0]))
     force = AlternatingFrequencyTime(law, 5, samples=4096).force(np.array([[1e-3, 0, 0, 0, 0, 0]]))[
         0
     ]
     square = 4 * 30.0 / np.pi * np.array([0, 1, 0, -1 / 3, 0, 1 / 5])
-    # it turns within one of 2048 samples in half a period
+    # it reverses within one of 2048 samples in half a period
     np.testing.assert_allclose(force, square, atol=30.0 / 500)
 
 
 @both_laws
-def test_one_harmonic_has_the_components_of_the_exact_law(population):
+def test_one_harmonic_has_the_components_of_the_analytic_law(population):
     law, _ = population(5)
-    sampled = AlternatingFrequencyTime(law)
+    aft = AlternatingFrequencyTime(law)
     for name in ("name", "directions", "components"):
-        assert getattr(sampled, name) == getattr(law, name)
+        assert getattr(aft, name) == getattr(law, name)
     for name in ("point_of_element", "tangential_stiffness", "slip_force"):
-        np.testing.assert_array_equal(getattr(sampled, name), getattr(law, name))
-    np.testing.assert_array_equal(sampled.stuck_stiffness(5), law.stuck_stiffness(5))
+        np.testing.assert_array_equal(getattr(aft, name), getattr(law, name))
+    np.testing.assert_array_equal(aft.stuck_stiffness(5), law.stuck_stiffness(5))
 
 
 def test_components_of_several_harmonics():
