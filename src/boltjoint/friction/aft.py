@@ -232,7 +232,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         order = np.argsort(on, kind="stable")
         first = np.searchsorted(on[order], np.arange(len(motion) + 1))
         motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
-        add_forces(order, first, of_element, motion, self._tables, force, tangent)
+        add_forces(order, first, tuple(of_element), motion, self._tables, force, tangent)
         return force * np.tile(self._weight, len(self.directions))
 
 
