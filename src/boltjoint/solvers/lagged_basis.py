@@ -230,7 +230,7 @@ class LaggedCorrector:
         quantity = _InBasis(maxima.quantity, self.equations)
         predictor = self.predictor
         slope = quantity.slope(predictor.x, (predictor.tangent / predictor.weights)[:-1])
-        if slope <= 0 or self.corrector.observation(quantity, predictor, step).slope > 0:
+        if not slope > 0 >= self.corrector.observation(quantity, predictor, step).slope:
             return None
         highest = maxima.locate(self.corrector.arc(quantity, predictor), slope, length)
         return highest and self._to_fixed(highest)

@@ -122,8 +122,8 @@ class _LaggedTracer:
             step = corrector.correct(self.step_length)
             if step is not None:
                 secant = corrector.secant(step)
-                jumps = np.linalg.norm(secant) > _LONGEST_SECANT
-                if not jumps and self._backtracking(secant) <= _BACKTRACKING_DISTANCE:
+                continuous = np.linalg.norm(secant) <= _LONGEST_SECANT
+                if continuous and self._backtracking(secant) <= _BACKTRACKING_DISTANCE:
                     return step, ""
                 reason = "the branch would jump or turn back"
             else:
