@@ -319,7 +319,7 @@ def _branch(force: float, path: SolutionBranch, output: OutputPoint) -> Branch:
         iterations=each("iterations"),
         converged=each("converged"),
         located=each("located"),
-        in_all_modes=each("full"),
+        in_all_modes=~each("reduced"),
         complete=path.complete,
         reason=path.reason,
     )
