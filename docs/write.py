@@ -2,7 +2,7 @@
 
 They quote those of ``make reproduce STUDY=config/convergence.yaml``.
 
-Where a template quotes a result it names table, row and column, or what is computed from results.
+A template that quotes a result names table, row and column, or the quantity computed from results.
 """
 
 import re
@@ -28,7 +28,7 @@ FIGURES = ("sampling",)
 
 
 class Tables:
-    """The tables of a finished study, asked by what a row is about."""
+    """The tables of a finished study, by the values that select a row."""
 
     def rows(self, table: str, **which: object) -> pd.DataFrame:
         """All rows of a table whose columns have these values."""
@@ -57,7 +57,7 @@ class Tables:
         return found[found.abs().idxmax()]
 
     def broken(self, case: str, coordinates: str) -> str:
-        """How many paths broke off, of how many."""
+        """How many branches broke off, of how many."""
         found = self.rows(f"accuracy_{case}_free-4", coordinates=coordinates)["complete"]
         return f"{(~found).sum()} of {found.size}"
 
@@ -127,13 +127,13 @@ class Tables:
         return accuracy.largest(pd.read_csv(self._path("bases", case)), ["basis"])
 
     def doubled(self, basis: str, what: str) -> float:
-        """How much a peak of any case and force changes [%] in the largest basis, at most."""
+        """Largest change of a peak of any case and force [%] in the largest basis."""
         tables = (pd.read_csv(self._path("bases", case)) for case in self.cases("bases"))
         found = pd.concat(frame[frame["basis"] == basis] for frame in tables)
         return found[f"peak_{what}_error_percent"].abs().max()
 
     def divisions(self, case: str) -> pd.DataFrame:
-        """Largest errors of frequency and amplitude [%], as text, by way and number of regions."""
+        """Largest errors of frequency and amplitude [%], as text, by division and number."""
         found = accuracy.largest(
             pd.read_csv(self._path("divisions", case)), ["division", "motion", "regions"]
         )
@@ -152,7 +152,7 @@ class Tables:
         )
 
     def fits(self) -> list[dict[str, object]]:
-        """What fitted elements cost and how far they are from their regions, in all cases."""
+        """Cost of fitted elements and their errors against their regions, in all cases."""
         study = load_study(HERE.parent)
         parts = []
         for case in study.cases:
@@ -192,7 +192,7 @@ class Tables:
 
 
 def _digits(value: float, digits: int) -> str:
-    """So many digits that count; never fewer than those before the point, and no powers of ten."""
+    """Significant digits; never fewer than those before the point, and no powers of ten."""
     text = format(value, f".{digits}g")
     return format(value, ".0f") if "e+" in text else text
 
