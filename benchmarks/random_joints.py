@@ -4,8 +4,7 @@
 
 solves as many joints of each friction law in linear modes, with a complex response-dependent mode
 and by their backbone, and prints how many branches are complete, every one that is not with its
-reason, every peak that is lower than its own branch, and what is left of the equations at the peaks
-when friction is marched in time.
+reason, every peak that is lower than its own branch, and the residual in time at the peaks.
 """
 
 import argparse

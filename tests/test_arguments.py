@@ -91,8 +91,8 @@ def fitted(stiffness=K, slip_force=SLIP, count=2, **options):
     return fit_elements(stiffness, slip_force, count, **options)
 
 
-def marched(motion=None, **changes):
-    """Forces of two elements on two points, marched in time."""
+def forces_over_time(motion=None, **changes):
+    """Forces of two elements on two points over time."""
     ones = np.ones(2)
     arguments = {
         "point_of_element": np.arange(2),
@@ -154,8 +154,8 @@ ATTACKS = {
         lambda: SAMPLED.force(np.zeros((59, 10))),
         lambda: SAMPLED.force_and_tangent(np.zeros((60, 6))),
         lambda: SAMPLED.contact_state(np.zeros((1, 10))),
-        lambda: marched(np.zeros((2, 2))),
-        lambda: marched(np.full((2, 6), NAN)),
+        lambda: forces_over_time(np.zeros((2, 2))),
+        lambda: forces_over_time(np.full((2, 6), NAN)),
         lambda: residual_in_time.forces_in_time([0], [1.0], [1.0], np.zeros((1, 6)), 8),
         lambda: regions(motion="nope"),
         lambda: choose_count(JOINT, PRELOAD, 0.1, motion="nope"),
@@ -167,8 +167,8 @@ ATTACKS = {
         lambda: ConstantLoad([[0]], [1.0], [1.0]),
         lambda: replace(VARIABLE_LAW, point_of_element=VARIABLE_LAW.point_of_element - 1),
         lambda: VARIABLE_LAW.replaced_by([60], [1.0], [1.0]),
-        lambda: marched(point_of_element=[0, 2]),
-        lambda: marched(point_of_element=[0.0, 1.0]),
+        lambda: forces_over_time(point_of_element=[0, 2]),
+        lambda: forces_over_time(point_of_element=[0.0, 1.0]),
         lambda: replace(JOINT, law=replace(CONSTANT_LAW, point_of_element=np.full(60, 60))),
     ],
     "tangential_stiffness": [
@@ -176,7 +176,7 @@ ATTACKS = {
         lambda: ConstantLoad([0], [np.inf], [1.0]),
         lambda: ConstantLoad([0], ["nope"], [1.0]),
         lambda: replace(VARIABLE_LAW, tangential_stiffness=np.ones(59)),
-        lambda: marched(tangential_stiffness=[1.0, -1.0]),
+        lambda: forces_over_time(tangential_stiffness=[1.0, -1.0]),
         lambda: connected(k=0.0),
         lambda: connected(k=NAN),
     ],
@@ -190,19 +190,19 @@ ATTACKS = {
     ],
     "normal_stiffness": [
         lambda: replace(VARIABLE_LAW, normal_stiffness=np.zeros(60)),
-        lambda: marched(normal_stiffness=[1.0, NAN]),
+        lambda: forces_over_time(normal_stiffness=[1.0, NAN]),
         lambda: connected(normal=-1.0),
     ],
     "normal_load": [
         lambda: replace(VARIABLE_LAW, normal_load=spoiled(VARIABLE_LAW.normal_load)),
-        lambda: marched(normal_load=[1.0, np.inf]),
-        lambda: marched(normal_stiffness=None, normal_load=[1.0, -1.0]),
+        lambda: forces_over_time(normal_load=[1.0, np.inf]),
+        lambda: forces_over_time(normal_stiffness=None, normal_load=[1.0, -1.0]),
         lambda: connected(preload={"normal_load": ("pair", [1.0, NAN])}),
         lambda: connected(preload={"normal_load": ("pair", [1.0, -1.0])}),
     ],
     "friction_coefficient": [
         lambda: replace(VARIABLE_LAW, friction_coefficient=np.full(60, -0.1)),
-        lambda: marched(friction_coefficient=[1.0]),
+        lambda: forces_over_time(friction_coefficient=[1.0]),
         lambda: connected(mu=0.0),
         lambda: connected(mu="nope"),
     ],
@@ -223,8 +223,8 @@ ATTACKS = {
     "samples": [
         lambda: AlternatingFrequencyTime(CONSTANT_LAW, 4, 8),
         lambda: AlternatingFrequencyTime(CONSTANT_LAW, 1, NAN),
-        lambda: marched(samples=2),
-        lambda: marched(samples=8.0),
+        lambda: forces_over_time(samples=2),
+        lambda: forces_over_time(samples=8.0),
         lambda: periodic(samples=6),
         lambda: PERIODIC.in_time(0),
         lambda: convergence.tabulate_sampling({}, samples=[2]),

@@ -342,7 +342,7 @@ BORDERS = {
 }
 
 
-@pytest.mark.parametrize("side", [1, -1], ids=["forth", "back"])
+@pytest.mark.parametrize("side", [1, -1], ids=["positive", "negative"])
 @pytest.mark.parametrize("turn", [np.eye(2), TURN], ids=["exactly", "by-rounding"])
 @pytest.mark.parametrize("border", BORDERS)
 def test_forces_are_continuous_across_every_border(border, turn, side):

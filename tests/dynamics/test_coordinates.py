@@ -239,7 +239,7 @@ def test_a_self_consistent_solution_lies_in_its_own_modes(any_joint, count):
 
 
 def test_lagged_modes_converge_to_self_consistent_ones(either):
-    """By the length of the steps, as the source renews them after each."""
+    """By the length of the steps, as the source updates the basis once a solution."""
     moving, lag = SelfConsistentRDNM(HarmonicBalance(either, LOSS, 5.0), 1), []
     for step in (0.16, 0.04):
         control = StepControl(largest_step=step, first_step=step)
@@ -422,7 +422,7 @@ def test_the_lag_of_complex_modes_is_of_second_order_in_the_step(either):
             itself, _ = newton(linear, q, 2 * np.pi * f, StepControl())
             assert itself.converged
             apart.append(distance(q, itself.x))
-        # renewed at the peak itself until that changes the motion by 1e-6
+        # updated at the peak itself until that changes the motion by 1e-6
         assert apart[branch.peak] < 1e-6
         lag.append(np.median(apart))
     # steps are made longer and shorter on the way

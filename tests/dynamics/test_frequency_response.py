@@ -174,11 +174,11 @@ def test_one_response_dependent_mode_is_close_while_little_slips(joint):
     [
         # the modes are those of the maximum itself, which is located within 1e-6 of a step
         ("rdnm-1", "implicit", (1e-8, 1e-8)),
-        # renewed at the maximum until that changes the motion by 1e-6, from steps whose lag varies
+        # updated at the maximum until that changes the motion by 1e-6, from steps whose lag varies
         ("complex-rdnm-1", "implicit", (1e-7, 1e-6)),
-        # not repeated on the way, but renewed at the maximum all the same
+        # not repeated between, but updated at the maximum all the same
         ("complex-rdnm-1", "lagged", (1e-7, 1e-6)),
-        # renewed between solutions, within an arc of 1e-3, over which the mode lags behind
+        # updated between solutions, within an arc of 1e-3, over which the mode lags behind
         ("rdnm-1", "lagged", (1e-4, 1e-3)),
     ],
 )
@@ -309,7 +309,7 @@ def test_file_holds_the_energy_error(coordinates):
     # force that stands up to a hundred times above its share in phase with the velocity
     if not coordinates.startswith("complex"):
         assert error.max() < 1e-6
-    # complex modes and what they leave out hold the motion only as far as they have been renewed
+    # complex modes and what they leave out hold the motion only as far as they have been updated
     else:
         assert 1e-6 < error.max() < 1e-2
 

@@ -31,7 +31,7 @@ def balance(request, joint):
 
 @pytest.fixture(params=["constant", "constant-3", "variable", "variable-3", "variable-regions"])
 def any_balance(request, joint):
-    """Of either law, exact and sampled in time with three harmonics, and with merged points."""
+    """Of either law, in closed form and by AFT with three harmonics, and with merged points."""
     made = make_joint(law="variable") if "variable" in request.param else joint
     made = sampled(made) if "3" in request.param else made
     return HarmonicBalance(merged(made) if "regions" in request.param else made, 0.01, 5.0)
@@ -279,9 +279,9 @@ def test_work_is_what_forces_do_over_a_period(any_balance):
     w = 600.0
     lossless = replace(balance, loss_factor=0.0)
     contact = replace(balance, loss_factor=0.0, excitation_force=1e-300)
-    rubbed = contact.residual(x, w) - contact.dynamic_stiffness(w) @ x
-    lost = (balance.dynamic_stiffness(w) - lossless.dynamic_stiffness(w)) @ x
-    forces = balance.modal_force, lost, rubbed
+    friction = contact.residual(x, w) - contact.dynamic_stiffness(w) @ x
+    dissipated = (balance.dynamic_stiffness(w) - lossless.dynamic_stiffness(w)) @ x
+    forces = balance.modal_force, dissipated, friction
     # the trapezoidal rule is exact for trigonometric functions of few harmonics
     expected = [np.sum(in_time(force, of) * velocity) * 2 * np.pi / t.size for force in forces]
     assert balance.energy_per_period(x) == pytest.approx(expected, rel=1e-10)

@@ -78,12 +78,12 @@ def test_harmonics_of_a_fit_hold_between_the_fitted_amplitudes():
     fit = fit_elements(k, s, 7)
     amplitude = float(np.sqrt(fit.amplitude[0] * fit.amplitude[1]))
 
-    def marched(stiffness, slip):
+    def time_integrated(stiffness, slip):
         together = np.zeros(slip.size, dtype=np.int64)
         return forces_in_time(together, stiffness, slip, np.array([[amplitude, 0.0]]), 2000)[0]
 
-    true = marched(k, s)
-    few = marched(fit.tangential_stiffness, fit.slip_force)
+    true = time_integrated(k, s)
+    few = time_integrated(fit.tangential_stiffness, fit.slip_force)
     # seven corners in place of two hundred: a per cent of the force
     assert np.linalg.norm(few - true) < 0.01 * np.linalg.norm(true)
 

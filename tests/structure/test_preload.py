@@ -186,9 +186,7 @@ def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatc
 )
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
 def test_a_search_without_equilibrium_ends_with_what_to_do(tiny, change, preload_N, options):
-    changed = tiny.assign(
-        {name: tiny[name].copy(data=value) for name, value in change.items()}
-    )
+    changed = tiny.assign({name: tiny[name].copy(data=value) for name, value in change.items()})
     with pytest.raises(RuntimeError, match="no equilibrium after") as caught:
         apply_preload(changed, preload_N, **options)
     (sentence,) = str(caught.value).splitlines()

@@ -127,7 +127,7 @@ def test_what_is_solved_is_shown_in_its_own_basis():
         assert f"results/{path}" in files, path
     for basis in ("free-4", "enriched-40"):
         assert f"results/tables/fits_three_bolt_constant_{basis}.csv" in files
-    # no states are drawn of what is rebuilt
+    # no contact states are drawn of synthesised responses
     assert f"results/figures/states_{where}_node-to-node_backbone_resonance=1.svg" not in files
     # resonance 2 is solved in the source's basis only
     assert "results/figures/times_three_bolt_constant_free-4_resonance=2.svg" in files
@@ -183,3 +183,14 @@ def test_the_residual_in_time_is_found_of_responses_in_all_modes_of_the_basis():
         assert kinds == {"linear"}
         aft = Contents(load_study(ROOT, {"solver": {"friction_force": "aft"}}))
         assert aft.checked(case) == []
+
+
+def test_parts_can_be_left_out():
+    left = {}
+    for part in ("timing", "checks", "harmonics"):
+        study = load_study(ROOT, {"omit": [part]})
+        left[part] = {each.kind for each in Contents(study).artefacts}
+    kinds = {each.kind for each in Contents(load_study(ROOT)).artefacts}
+    assert kinds - left["timing"] == {"timing", "times", "models"}
+    assert kinds - left["checks"] == {"check"}
+    assert kinds - left["harmonics"] == {"harmonics", "harmonic_peaks"}

@@ -128,7 +128,7 @@ def test_a_peak_that_is_not_inside_is_looked_for_further_out(joint, followed, mo
     expected = peaks_near(joint, [5.0], LOSS)
 
     def misled(*args):
-        """The rebuilt response, its frequencies too high for the nearest stretch."""
+        """The synthesised response, its frequencies too high for the nearest interval."""
         found = synthesise_response(*args)
         near = np.linalg.norm(found.modal_coordinate, axis=1)
         first = np.flatnonzero(near <= 0.9 * near[found.peak])

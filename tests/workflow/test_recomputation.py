@@ -101,7 +101,7 @@ def test_sampled_friction_solves_anew_and_leaves_the_joints_alone(copied):
     for name in ("response.nc", "timing.csv"):
         assert len(among(found, f"cases/*/{name}")) == sum(RESPONSES.values())
     assert among(found, "cases/*/joint.nc", STRUCTURE) == []
-    # time integration checks exact forces only
+    # residuals in time are of analytic forces only
     assert among(found, "cases/*/check.csv") == []
 
 

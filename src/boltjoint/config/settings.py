@@ -1,5 +1,7 @@
 """Settings of a study: the cases that run, and the numerical options."""
 
+from typing import Literal
+
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.convergence import Convergence
 from boltjoint.config.entries import Entry
@@ -16,6 +18,9 @@ class Settings(Entry):
     """Cases that run: files of ``cases/`` without ``.yaml``."""
     assemblies: Distinct[tuple[Name, ...]] = ()
     """Assemblies to build and tabulate even if no case uses them: files of ``assemblies/``."""
+    omit: Distinct[tuple[Literal["timing", "checks", "harmonics"], ...]] = ()
+    """Parts to leave out: solution times and costs of models; residuals in time; time integration
+    and further harmonics at ``verification_forces_N``."""
     contact_adapted_basis: ContactAdaptedBasis = ContactAdaptedBasis()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()

@@ -157,14 +157,14 @@ class Contents:
 
         Contact-adapted vectors stick at frequencies that no time integration can resolve.
         """
-        if not self.study.case(case).verification_forces_N:
+        if "harmonics" in self.study.omit or not self.study.case(case).verification_forces_N:
             return None
         found = (one for one in self.references(case) if not one.basis.is_contact_adapted)
         return next(found, None)
 
     def in_harmonics(self, case: str) -> dict[str, Response]:
         """By basis, the response whose peaks are found with more harmonics: of the lowest mode."""
-        if not self.study.case(case).verification_forces_N:
+        if "harmonics" in self.study.omit or not self.study.case(case).verification_forces_N:
             return {}
         found: dict[str, Response] = {}
         for response in sorted(self.references(case), key=lambda one: one.resonance):
@@ -201,7 +201,7 @@ class Contents:
 
     def checked(self, case: str, basis: str | None = None) -> list[Response]:
         """The responses whose residual in time is found: all equations solved, forces analytic."""
-        if self.study.solver.sampling is not None:
+        if "checks" in self.study.omit or self.study.solver.sampling is not None:
             return []
         return [one for one in self.responses(case, basis) if one.coordinates.kind == "linear"]
 
@@ -267,7 +267,8 @@ class Contents:
         for response in self.responses(case):
             which = {"case": case, **response._asdict()}
             yield Artefact("response", **which)
-            yield Artefact("timing", **which)
+            if "timing" not in self.study.omit:
+                yield Artefact("timing", **which)
             if response in self.checked(case):
                 yield Artefact("check", **which)
             if which.pop("coordinates").kind == "backbone":
@@ -305,7 +306,8 @@ class Contents:
 
     def _shown_of_accuracy(self, case: str) -> Iterator[Artefact]:
         if converged := self.converged(case):
-            yield from _table_and_figure("models", case=case)
+            if "timing" not in self.study.omit:
+                yield from _table_and_figure("models", case=case)
             if self.study.convergence.regions:
                 yield from _table_and_figure("divisions", case=case, basis=converged.basis)
         if self.study.convergence.bases:
@@ -313,10 +315,12 @@ class Contents:
 
     def _shown_of_basis(self, case: str, basis: Basis) -> Iterator[Artefact]:
         which = {"case": case, "basis": basis}
-        for kind in ("accuracy", "states", "times"):
+        timed = ("times",) if "timing" not in self.study.omit else ()
+        for kind in ("accuracy", "states", *timed):
             yield Artefact(kind, "table", **which)
         for resonance in self.study.case(case).resonances(basis):
-            yield Artefact("times", "figure", **which, resonance=resonance)
+            for kind in timed:
+                yield Artefact(kind, "figure", **which, resonance=resonance)
             if self.backbones(case, basis, resonance):
                 yield Artefact("backbone", "figure", **which, resonance=resonance)
         if self.fitted(case, basis):

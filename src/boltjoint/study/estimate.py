@@ -60,8 +60,9 @@ _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 4.6e-8, 1.4e-8, 8e-8, 3.2e-8
 #: of a response, its timing, check, figure and tables, as processes; and of a force level of it, of
 #: the pairs [s]
 _PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
-#: of a force at which a joint is marched in time and balanced with many harmonics, of the pairs [s]
-_PER_MARCH = 0.03
+#: of a force at whose peak a joint is integrated in time and balanced with many harmonics, of the
+#: pairs [s]
+_PER_INTEGRATION = 0.03
 #: samples that take as long as the closed form; the tangents of this many harmonics as the samples
 _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
 #: more than any machine can count: sizes beyond it would overflow
@@ -89,8 +90,8 @@ class Estimate:
     job
         What that job does.
     seconds
-        Of one core [s], for the finite elements, the responses and the marches in time; fits, peaks
-        with more harmonics and the tables of ``convergence`` come on top.
+        Of one core [s], for the finite elements, the responses and the time integration; fits,
+        peaks with more harmonics and the tables of ``convergence`` come on top.
     responses
         Frequency responses.
     """
@@ -299,6 +300,6 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
         memory = _SOLVER + _NUMBER * (
             _SAMPLES * components * modes**2 + (1 + _JACOBIANS) * (components * modes) ** 2
         )
-        seconds = _PER_MARCH * len(case.verification_forces_N) * pairs
+        seconds = _PER_INTEGRATION * len(case.verification_forces_N) * pairs
         key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
         yield _Job("harmonics", name, memory, seconds, key, "to balance 201 harmonics")
