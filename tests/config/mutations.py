@@ -188,7 +188,7 @@ def _other_size(value, key):
     yield {}
     if isinstance(value, list):
         yield {key: value[:1]}
-        yield {key: [*value, value[0]]}
+        yield {key: [*value, *value[:1]]}
         yield {key: [*value, "word"]}
     elif isinstance(value, dict):
         yield {key: value | {"word": 1}}
