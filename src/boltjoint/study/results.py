@@ -1,7 +1,9 @@
 """The input files of a stage of the workflow, by what they hold."""
 
+import json
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
 
 import pandas as pd
 import xarray as xr
@@ -22,7 +24,9 @@ class Results:
 
     def __init__(self, paths: Iterable[str]) -> None:
         self._paths = frozenset(map(str, paths))
-        self._load, self._read = cache(dataset.load), cache(tables.read)
+        self._load = cache(dataset.load)
+        # as text: tables 3.1 and 3.10 of the source are two
+        self._read = cache(partial(tables.read, dtype={"source_table": str}))
 
     def dataset(self, kind: str, **which: object) -> xr.Dataset:
         """A netCDF file (``layout.path``)."""
@@ -31,6 +35,11 @@ class Results:
     def data(self, kind: str, **which: object) -> pd.DataFrame:
         """A CSV file of data (``layout.path``)."""
         return self._read(self._permitted(layout.path(kind, **which)))
+
+    def record(self, kind: str, **which: object) -> dict[str, object]:
+        """A JSON file (``layout.path``)."""
+        path = self._permitted(layout.path(kind, **which))
+        return json.loads(Path(path).read_text(encoding="utf-8"))
 
     def table(self, kind: str, **which: object) -> pd.DataFrame:
         """A table (``layout.shown``)."""
