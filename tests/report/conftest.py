@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from figure_parts import FORCES
-from page_examples import CASE, DRAWING, SOURCE, write
+from page_examples import CASE, NODES, SOURCE, save, write
 from small_joint import make_joint, make_preload
 from small_study import ASSEMBLY
 
@@ -17,7 +17,9 @@ from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
 
 HEIGHT = 0.01
@@ -123,27 +125,31 @@ def response(regions):
 
 
 @pytest.fixture
-def files(tmp_path):
+def artefacts(tmp_path, monkeypatch):
     """Figures and tables of a case ``mine``, with one figure that no page expects."""
-    (tmp_path / "figures").mkdir()
-    (tmp_path / "tables").mkdir()
-    stems = [
-        f"response_mine_free-4_{joint}_{coordinates}_resonance={resonance}"
-        for resonance, joints in {
-            1: ("node-to-node", "regions=6", "regions=6_elements=4"),
-            2: ("node-to-node",),
-        }.items()
+    monkeypatch.chdir(tmp_path)
+    regions, few = JointName("regions=6"), JointName("regions=6/elements=4")
+    of_case = {"case": "mine", "basis": Basis("free-4")}
+    linear = {"coordinates": REFERENCE[1], "resonance": 1}
+    figures = [
+        Artefact(
+            "response",
+            "figure",
+            **of_case,
+            joint=joint,
+            coordinates=Coordinates(coordinates),
+            resonance=resonance,
+        )
+        for resonance, joints in {1: (REFERENCE[0], regions, few), 2: (REFERENCE[0],)}.items()
         for joint in joints
         for coordinates in ("linear", "rdnm-1")
     ]
-    stems += [
-        "regions_mine_free-4_regions=6",
-        "loops_mine_free-4_regions=6_elements=4",
-        "states_mine_free-4_node-to-node_linear_resonance=1",
-        "surprise_mine_free-4",
+    figures += [
+        Artefact("regions", "figure", **of_case, joint=regions),
+        Artefact("loops", "figure", **of_case, joint=few),
+        Artefact("states", "figure", **of_case, joint=REFERENCE[0], **linear),
+        Artefact("surprise", "figure", **of_case),
     ]
-    for stem in stems:
-        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
     solved = pd.DataFrame(
         [
             {"joint": joint, "coordinates": coordinates, "resonance": 1, "force_N": force}
@@ -196,18 +202,18 @@ def files(tmp_path):
             "source_table": "3.5",
         }
     )
-    for stem, frame in {
-        "accuracy_mine_free-4": accuracy,
-        "times_mine_free-4": times,
-        "elements_mine_free-4_regions=6_elements=4": elements,
-        "regions_mine_free-4_regions=6": pd.DataFrame({"region": [1, 2], "elements": [5, 6]}),
-    }.items():
-        frame.to_csv(tmp_path / f"tables/{stem}.csv", index=False)
+    of_regions = pd.DataFrame({"region": [1, 2], "elements": [5, 6]})
+    tables = {
+        Artefact("accuracy", "table", **of_case): accuracy,
+        Artefact("times", "table", **of_case): times,
+        Artefact("elements", "table", **of_case, joint=few): elements,
+        Artefact("regions", "table", **of_case, joint=regions): of_regions,
+    }
     joint = xr.Dataset({"slip_force": ("element", np.ones(1178), {"units": "N"})})
-    dataset.save(joint, tmp_path / "node-to-node/joint.nc")
-    return sorted(str(path) for path in tmp_path.rglob("*.*"))
+    dataset.save(joint, NODES.path)
+    return [*map(save, figures), *(save(table, frame) for table, frame in tables.items())]
 
 
 @pytest.fixture
-def page(files):
-    return write(files)
+def page(artefacts):
+    return write(artefacts)

@@ -8,9 +8,12 @@ import pandas as pd
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.config.study import load_study
+from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
 
 ROOT = Path(__file__).parents[2]
 
@@ -47,16 +50,33 @@ CASE = {
 }
 
 
-def write(files, solver=None, **changed):
+#: the joint of the case, of which pages need the number of elements
+NODES = Artefact("joint", case="mine", basis=Basis("free-4"), joint=REFERENCE[0])
+
+
+def save(artefact, frame=None):
+    """Write a table, or a drawing as a figure."""
+    path = Path(artefact.path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(DRAWING if artefact.form == "figure" else frame.to_csv(index=False))
+    return artefact
+
+
+def results_of(artefacts):
+    return Results([NODES.path, *(each.path for each in artefacts)])
+
+
+def write(artefacts, solver=None, **changed):
     case, source = Case.model_validate(CASE | changed), Published(SOURCE, CASE["published"])
     if "published" in changed:
         source = Published(SOURCE, case.published)
-    return case_page("mine", case, solver or Solver(), files, source, ["mine"])
+    results = results_of(artefacts)
+    return case_page("mine", case, solver or Solver(), artefacts, results, source, ["mine"])
 
 
-def edit(files, stem, change):
-    """Write a table anew, changed by a function."""
-    (path,) = (path for path in files if path.endswith(f"tables/{stem}.csv"))
+def edit(kind, change):
+    """Write a table of the case anew, changed by a function."""
+    path = Artefact(kind, "table", case="mine", basis="free-4").path
     change(pd.read_csv(path, dtype={"source_table": str})).to_csv(path, index=False)
 
 
@@ -78,11 +98,12 @@ def figure(page, anchor):
     return plain(re.sub("<.*?>", " ", text)).replace(" .", ".")
 
 
-def overview_of(files, table="The cases", **changed):
+def overview_of(artefacts, table="The cases", **changed):
     """The cells of the rows of a table of the overview, after its heading."""
     case = Case.model_validate(CASE | changed)
     study = load_study(ROOT).model_copy(update={"cases": {"mine": case}})
-    page = overview_page(study, files, files, Published(SOURCE))
+    results = results_of(artefacts)
+    page = overview_page(study, artefacts, artefacts, results, Published(SOURCE))
     assert not repeated_ids(page)
     rows = re.findall(r"<tr.*?</tr>", page.split(f"{table}</strong>")[1], re.DOTALL)
     cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in rows[1:4]]

@@ -42,11 +42,11 @@ WITHOUT_REFERENCE = {
 
 
 @pytest.mark.parametrize("situation", WITHOUT_REFERENCE)
-def test_a_case_without_a_reference_has_its_page(files, situation):
+def test_a_case_without_a_reference_has_its_page(artefacts, situation):
     change, changed = WITHOUT_REFERENCE[situation]
-    edit(files, "accuracy_mine_free-4", change)
-    edit(files, "times_mine_free-4", lambda frame: frame.assign(reduction_percent=np.nan))
-    page = write(files, **changed)
+    edit("accuracy", change)
+    edit("times", lambda frame: frame.assign(reduction_percent=np.nan))
+    page = write(artefacts, **changed)
     assert 'id="accuracy-free-4"' in page
     assert "Errors of the peak against the reference" not in page
     assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
@@ -56,54 +56,56 @@ def test_a_case_without_a_reference_has_its_page(files, situation):
 
 
 @pytest.mark.parametrize("situation", WITHOUT_REFERENCE)
-def test_a_case_without_a_reference_stands_in_the_overview(files, situation):
+def test_a_case_without_a_reference_stands_in_the_overview(artefacts, situation):
     change, changed = WITHOUT_REFERENCE[situation]
-    edit(files, "accuracy_mine_free-4", change)
+    edit("accuracy", change)
     # frequency and response at both forces
-    assert overview_of(files, **changed)[1][4:8] == ["–"] * 4
-    assert overview_of(files, "Errors of reduced models and time saved", **changed)[1][1] == "–"
+    assert overview_of(artefacts, **changed)[1][4:8] == ["–"] * 4
+    assert overview_of(artefacts, "Errors of reduced models and time saved", **changed)[1][1] == "–"
 
 
 @pytest.mark.parametrize(
     ("residual", "printed"), [(9.9e-7, "below 10⁻⁶"), (3.21e-4, "0.00032"), (np.nan, "–")]
 )
-def test_a_residual_in_time_is_no_smaller_than_its_resolution(files, residual, printed):
-    edit(files, "accuracy_mine_free-4", lambda frame: frame.assign(residual_in_time=residual))
-    assert printed in write(files).split('id="accuracy-free-4"')[1]
-    assert overview_of(files)[1][-1] == printed
+def test_a_residual_in_time_is_no_smaller_than_its_resolution(artefacts, residual, printed):
+    edit("accuracy", lambda frame: frame.assign(residual_in_time=residual))
+    assert printed in write(artefacts).split('id="accuracy-free-4"')[1]
+    assert overview_of(artefacts)[1][-1] == printed
     tolerance = inspect.signature(residuals_in_time).parameters["tolerance"]
     assert RESOLUTION_IN_TIME == tolerance.default
 
 
-def test_peaks_of_branches_that_broke_off_are_left_out(files):
+def test_peaks_of_branches_that_broke_off_are_left_out(artefacts):
     def break_off(frame):
         lost = frame["force_N"] == 50
         return frame.assign(complete=~lost, peak_frequency_Hz=71.5)
 
-    edit(files, "accuracy_mine_free-4", break_off)
-    peaks = re.search(r"Peaks of the node-to-node joint</strong>.*?</table>", write(files), re.S)
+    edit("accuracy", break_off)
+    peaks = re.search(
+        r"Peaks of the node-to-node joint</strong>.*?</table>", write(artefacts), re.S
+    )
     assert re.findall(r"<td.*?>(.*?)</td>", peaks[0])[5:] == ["50", *["–"] * 4]
-    assert overview_of(files)[1][4:8] == ["71.5", "1.5", "–", "–"]
-    assert overview_of(files, "Errors of reduced models and time saved")[1][1] == "20.00"
+    assert overview_of(artefacts)[1][4:8] == ["71.5", "1.5", "–", "–"]
+    assert overview_of(artefacts, "Errors of reduced models and time saved")[1][1] == "20.00"
 
 
-def test_nothing_is_saved_where_no_joint_is_fitted(files):
+def test_nothing_is_saved_where_no_joint_is_fitted(artefacts):
     cheaper = "Errors of reduced models and time saved"
-    assert overview_of(files, cheaper)[1][-2:] == ["10.00", "40.00"]
+    assert overview_of(artefacts, cheaper)[1][-2:] == ["10.00", "40.00"]
     solve = without_joints(CASE["solve"], "regions=6/elements=4")
-    assert overview_of(files, cheaper, solve=solve)[1][-2:] == ["–", "–"]
+    assert overview_of(artefacts, cheaper, solve=solve)[1][-2:] == ["–", "–"]
 
 
-def test_a_case_of_which_nothing_was_solved_has_its_pages(files):
+def test_a_case_of_which_nothing_was_solved_has_its_pages(artefacts):
     def fail(frame):
         numbers = frame.select_dtypes("float").columns.difference(["force_N"])
         lost = frame.assign(**dict.fromkeys(numbers, np.nan), complete=False, turning_points=0)
         return lost.assign(reason="no solution found at the start of the window")
 
-    edit(files, "accuracy_mine_free-4", fail)
-    edit(files, "times_mine_free-4", lambda frame: frame.assign(complete=False))
-    page = write(files)
+    edit("accuracy", fail)
+    edit("times", lambda frame: frame.assign(complete=False))
+    page = write(artefacts)
     reference = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
     assert "Broken off at 0.001, 50 N: no solution found at the start of the window." in reference
     assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
-    assert overview_of(files)[1][4:8] == ["–"] * 4
+    assert overview_of(artefacts)[1][4:8] == ["–"] * 4

@@ -5,17 +5,16 @@ from boltjoint.config.study import load_study
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.study.contents import Contents
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
 
 
-def test_index_says_where_the_source_stands_and_why_not(files):
+def test_index_says_where_the_source_stands_and_why_not(artefacts):
     study = load_study(ROOT)
-    text = overview_page(
-        study, [], [each.path for each in Contents(study).artefacts], Published(SOURCE)
-    )
+    text = overview_page(study, [], Contents(study).artefacts, Results([]), Published(SOURCE))
     assert "three_bolt_constant.html#response_three_bolt_constant_free-4_node-to-node" in text
     assert 'four_bolt_variable.html#table-3.21-3.22-free-4"' in text
     assert "not made: explains the method and holds no data" in text
     alone = study.model_copy(update={"cases": {"mine": Case.model_validate(CASE)}})
-    text = overview_page(alone, [], files, Published(SOURCE))
+    text = overview_page(alone, [], artefacts, Results([]), Published(SOURCE))
     assert "no case of this study is compared with it" in text
     assert "not computed in this study" in text

@@ -2,13 +2,21 @@ import re
 
 import pandas as pd
 import pytest
-from page_examples import DRAWING, SOURCE, plain, repeated_ids
+from page_examples import SOURCE, plain, repeated_ids, results_of, save
 
+from boltjoint.names import Basis
 from boltjoint.report.pages.accuracy import accuracy_page
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
 
 
-def test_how_far_one_harmonic_is_off_stands_first(tmp_path):
+def accuracy_of(artefacts):
+    cases = ["mine", "other"]
+    return accuracy_page(artefacts, results_of(artefacts), Published(SOURCE), cases)
+
+
+def test_how_far_one_harmonic_is_off_stands_first(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     table = pd.DataFrame(
         {
             "force_N": [1.0, 1.0, 10.0, 10.0],
@@ -17,35 +25,38 @@ def test_how_far_one_harmonic_is_off_stands_first(tmp_path):
             "peak_amplitude_error_percent": [-8.0, 0.0, -40.4, 0.0],
         }
     )
-    (tmp_path / "tables").mkdir()
-    paths = [
-        tmp_path / f"tables/harmonic_peaks_mine_{basis}.csv" for basis in ("free-4", "enriched-8")
-    ]
     # the basis without contact errs by less, and is not what counts
-    for path, share in zip(paths, (0.1, 1.0), strict=True):
-        errors = table.filter(like="error") * share
-        table.assign(**errors).to_csv(path, index=False)
-    files = list(map(str, paths))
-    page = accuracy_page(files, Published(SOURCE), ["mine"])
-    lead = plain(page.split("</header>")[0])
+    frames = {
+        Artefact("harmonic_peaks", "table", case="mine", basis=Basis(basis)): table.assign(
+            **table.filter(like="error") * share
+        )
+        for basis, share in {"free-4": 0.1, "enriched-8": 1.0}.items()
+    }
+    artefacts = [save(each, frame) for each, frame in frames.items()]
+    lead = plain(accuracy_of(artefacts).split("</header>")[0])
     assert "The reference of all errors is converged in the basis, with one harmonic." in lead
     assert "off by up to 40 % in amplitude and 1.1 % in frequency" in lead
     assert "at 1, 10 N" in lead
-    three = [frame.assign(harmonics=[3, 9] * 2) for frame in map(pd.read_csv, files)]
-    for path, frame in zip(paths, three, strict=True):
-        frame.to_csv(path, index=False)
-    lead = plain(accuracy_page(files, Published(SOURCE), ["mine"]).split("</header>")[0])
+    for each, frame in frames.items():
+        save(each, frame.assign(harmonics=[3, 9] * 2))
+    lead = plain(accuracy_of(artefacts).split("</header>")[0])
     assert "converged in the basis, with harmonics up to 3." in lead
-    without = accuracy_page([], Published(SOURCE), ["mine"]).split("</header>")[0]
-    assert "was not computed" in without
+    assert "was not computed" in accuracy_of([]).split("</header>")[0]
 
 
 @pytest.fixture
-def page_of_accuracy(tmp_path):
+def page_of_accuracy(tmp_path, monkeypatch):
     """The page of one case that has everything and of another that has nothing."""
+    monkeypatch.chdir(tmp_path)
+    which = {
+        "patterns": {"assembly": "three_bolt"},
+        "models": {"case": "mine"},
+        "bases": {"case": "mine"},
+        "divisions": {"case": "mine", "basis": Basis("enriched-8")},
+    }
     peak = {"peak_frequency_error_percent": -0.5, "peak_amplitude_error_percent": 2.0}
     rows = {
-        "patterns_three_bolt": {
+        "patterns": {
             "basis": ["free-4", "free-4", "enriched-8", "enriched-8"],
             "vectors": [4, 4, 8, 8],
             "springs": "x",
@@ -54,7 +65,7 @@ def page_of_accuracy(tmp_path):
             "frequency_Hz": 100.0,
             "error_percent": [51.5, 3.0, 0.25, 0.125],
         },
-        "models_mine": {
+        "models": {
             "modes": ["free-4", "enriched-8"],
             "joint": "node-to-node",
             "coordinates": ["rdnm-1", "linear"],
@@ -64,14 +75,14 @@ def page_of_accuracy(tmp_path):
             **peak,
             "cpu_s": 1.0,
         },
-        "bases_mine": {
+        "bases": {
             "basis": ["free-4", "free-4", "enriched-8"],
             "vectors": [4, 4, 8],
             "force_N": [1.0, 5.0, 1.0],
             **peak,
             "peak_amplitude_error_percent": [-77.0, 12.0, 0.0],
         },
-        "divisions_mine_enriched-8": {
+        "divisions": {
             "division": "clusters",
             "motion": "mean",
             "regions": [2, 2, 4],
@@ -80,13 +91,13 @@ def page_of_accuracy(tmp_path):
             **peak,
         },
     }
-    for folder in ("tables", "figures"):
-        (tmp_path / folder).mkdir()
-    for stem, content in rows.items():
-        pd.DataFrame(content).to_csv(tmp_path / f"tables/{stem}.csv", index=False)
-        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
-    files = sorted(str(path) for path in tmp_path.rglob("*.*"))
-    return accuracy_page(files, Published(SOURCE), ["mine", "other"])
+    return accuracy_of(
+        [
+            save(Artefact(kind, form, **which[kind]), pd.DataFrame(content))
+            for form in ("figure", "table")
+            for kind, content in rows.items()
+        ]
+    )
 
 
 def test_page_of_accuracy_has_structure_models_bases_and_regions(page_of_accuracy):

@@ -1,45 +1,49 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
-from page_examples import CASE, DRAWING, ROOT, SOURCE, figure, repeated_ids, write
+from page_examples import CASE, ROOT, SOURCE, figure, repeated_ids, results_of, save, write
 
 from boltjoint.config.case import Case
 from boltjoint.config.study import load_study
+from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.pages.overview import overview_page
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
 
 OTHER_JOINTS = ("regions=6/table", "clusters=auto", "clusters=auto/harmonic=3")
 
 
 @pytest.fixture
-def files_of_two_bases(files, tmp_path):
+def artefacts_of_two_bases(artefacts):
     """The same, with joints that the source has not, in a basis that it has not either."""
-    where = "mine_enriched-40"
-    stems = [
-        f"response_{where}_{joint.replace('/', '_')}_linear_resonance=1"
-        for joint in ("node-to-node", *OTHER_JOINTS)
+    of_basis = {"case": "mine", "basis": Basis("enriched-40")}
+    solved = [(JointName(joint), REFERENCE[1]) for joint in OTHER_JOINTS]
+    solved += [
+        (REFERENCE[0], Coordinates(name)) for name in ("linear", "complex-rdnm-1", "backbone")
     ]
-    stems += [
-        f"response_{where}_node-to-node_{coordinates}_resonance=1"
-        for coordinates in ("complex-rdnm-1", "backbone")
+    figures = [
+        Artefact(
+            "response", "figure", **of_basis, joint=joint, coordinates=coordinates, resonance=1
+        )
+        for joint, coordinates in solved
     ]
-    stems += [
-        f"backbone_{where}_resonance=1",
-        f"regions_{where}_clusters=auto",
-        f"loops_{where}_clusters=auto_harmonic=3",
+    figures += [
+        Artefact("backbone", "figure", **of_basis, resonance=1),
+        Artefact("regions", "figure", **of_basis, joint=JointName("clusters=auto")),
+        Artefact("loops", "figure", **of_basis, joint=JointName("clusters=auto/harmonic=3")),
     ]
-    for stem in stems:
-        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
+    both = [*artefacts, *map(save, figures)]
     for kind in ("accuracy", "times"):
-        (path,) = tmp_path.rglob(f"{kind}_mine_free-4.csv")
-        frame = pd.read_csv(path).query("joint == 'node-to-node' and coordinates == 'linear'")
-        frame.to_csv(tmp_path / f"tables/{kind}_{where}.csv", index=False)
-    return sorted(str(path) for path in tmp_path.rglob("*.*"))
+        (table,) = (each for each in artefacts if each.kind == kind)
+        frame = pd.read_csv(table.path).query("joint == 'node-to-node' and coordinates == 'linear'")
+        both.append(save(replace(table, **of_basis), frame))
+    return both
 
 
 @pytest.fixture
-def page_of_two_bases(files_of_two_bases):
+def page_of_two_bases(artefacts_of_two_bases):
     blocks = [
         *CASE["solve"],
         {
@@ -55,7 +59,7 @@ def page_of_two_bases(files_of_two_bases):
             "joints": ["node-to-node"],
         },
     ]
-    return write(files_of_two_bases, solve=blocks)
+    return write(artefacts_of_two_bases, solve=blocks)
 
 
 def test_every_basis_has_its_own_part_of_the_page(page_of_two_bases):
@@ -96,22 +100,19 @@ def test_loops_are_those_of_the_fit_only_where_it_fits_loops(page_of_two_bases):
     assert "three amplitudes." in harmonic
 
 
-def test_facts_name_every_basis_and_how_regions_move(files, page_of_two_bases):
+def test_facts_name_every_basis_and_how_regions_move(artefacts, page_of_two_bases):
     facts = figure(page_of_two_bases, "case-table")
     assert "basis free-4, enriched-40 the first four bending modes" in facts
     assert "motion of a region mean of its pairs mean of its pairs" in facts
-    weighted = write(files, regions={"motion": "load-weighted"})
+    weighted = write(artefacts, regions={"motion": "load-weighted"})
     assert "mean of its pairs, weighted by load" in figure(weighted, "case-table")
 
 
-def test_only_the_basis_of_the_source_is_numbered_as_in_the_source(files):
-    both = list(files)
-    for path in files:
-        other = path.replace("mine_free-4", "mine_free-8")
-        if other != path:
-            Path(other).write_bytes(Path(path).read_bytes())
-            both.append(other)
-    page = write(both, modes=["free-4", "free-8"])
+def test_only_the_basis_of_the_source_is_numbered_as_in_the_source(artefacts):
+    others = [replace(each, basis=Basis("free-8")) for each in artefacts]
+    for each, other in zip(artefacts, others, strict=True):
+        Path(other.path).write_bytes(Path(each.path).read_bytes())
+    page = write([*artefacts, *others], modes=["free-4", "free-8"])
     assert not repeated_ids(page)
     stem = "response_mine_{}_node-to-node_linear_resonance=1"
     assert "Figure 3.9 of the source" in figure(page, stem.format("free-4"))
@@ -127,6 +128,6 @@ def test_only_the_basis_of_the_source_is_numbered_as_in_the_source(files):
     study = load_study(ROOT)
     case = Case.model_validate(CASE | {"modes": ["free-8"]})
     alone = study.model_copy(update={"cases": {"mine": case}})
-    shown = [path for path in both if "free-8" in path]
-    assert "mine.html#table-3" not in overview_page(alone, [], shown, Published(SOURCE))
-    assert "mine.html#response" not in overview_page(alone, [], shown, Published(SOURCE))
+    overview = overview_page(alone, [], others, results_of([]), Published(SOURCE))
+    assert "mine.html#table-3" not in overview
+    assert "mine.html#response" not in overview

@@ -18,11 +18,11 @@ def test_a_figure_tells_its_number_in_the_source_and_its_errors(page):
     )
 
 
-def test_a_figure_of_several_in_the_source_tells_all_their_numbers(files):
+def test_a_figure_of_several_in_the_source_tells_all_their_numbers(artefacts):
     states = "states_mine_free-4_node-to-node_linear_resonance=1"
-    page = write(files, published="three_bolt_variable")
+    page = write(artefacts, published="three_bolt_variable")
     assert "Figures 3.46 to 3.51 of the source" in figure(page, states)
-    assert "of the source" not in figure(write(files), states)
+    assert "of the source" not in figure(write(artefacts), states)
 
 
 def test_published_times_stand_beside_ours(page):
@@ -44,27 +44,27 @@ def test_facts_stand_beside_those_of_the_source(page):
     assert "add up to what 37976 N per bolt would give" in plain(page)
 
 
-def test_facts_tell_how_friction_is_solved(files):
-    exact = write(files)
+def test_facts_tell_how_friction_is_solved(artefacts):
+    exact = write(artefacts)
     assert "friction forces closed form (analytic) – harmonics of the response 1" in figure(
         exact, "case-table"
     )
     assert "time samples per period" not in exact
     assert "first-harmonic" not in exact
-    sampled = write(files, Solver(friction="sampled", harmonics=3, samples=128))
+    sampled = write(artefacts, Solver(friction_force="aft", harmonics=3, time_samples=128))
     facts = figure(sampled, "case-table")
     assert "friction forces AFT, sampled in time – harmonics of the response 3" in facts
     assert "time samples per period 128" in facts
     assert "those of its first-harmonic amplitude" in plain(sampled)
 
 
-def test_regions_whose_number_a_tolerance_decides_stand_after_numbers(files):
+def test_regions_whose_number_a_tolerance_decides_stand_after_numbers(artefacts):
     joints = ["node-to-node", "regions=auto", "regions=12", "regions=6"]
-    facts = figure(write(files, solve=[{"resonance": 1, "joints": joints}]), "case-table")
+    facts = figure(write(artefacts, solve=[{"resonance": 1, "joints": joints}]), "case-table")
     assert "regions 6, 12, auto" in facts
 
 
-def test_folds_wrong_peaks_and_replaced_responses_are_named(files):
+def test_folds_wrong_peaks_and_replaced_responses_are_named(artefacts):
     def doubt(frame):
         rdnm = frame["coordinates"] == "rdnm-1"
         estimate = np.where(rdnm & (frame["force_N"] == 50), 832.0, 0.7)
@@ -76,8 +76,8 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(files):
         }
         return frame.assign(**errors, wrong=wrong, fell_back=instead)
 
-    edit(files, "accuracy_mine_free-4", doubt)
-    page = write(files)
+    edit("accuracy", doubt)
+    page = write(artefacts)
     of_regions = figure(page, "response_mine_free-4_regions=6_linear_resonance=1")
     assert (
         "There are several solutions at the same frequency: at 50 N between 71.25 and 72.50 Hz "
@@ -91,14 +91,14 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(files):
     assert "is wrong" not in of_regions
 
 
-def test_what_comes_from_results_is_escaped(files):
+def test_what_comes_from_results_is_escaped(artefacts):
     hostile = "<script>alert(1)</script>"
 
     def attack(frame):
         return frame.assign(reason=np.where(frame["complete"], None, hostile))
 
-    edit(files, "accuracy_mine_free-4", attack)
-    page = write(files)
+    edit("accuracy", attack)
+    page = write(artefacts)
     assert hostile not in page
     # in the verdict and in the table
     assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 2
@@ -108,14 +108,14 @@ def test_what_no_section_expects_is_shown_at_the_end(page):
     assert page.index('id="further"') < page.index('id="surprise_mine_free-4"')
 
 
-def test_what_a_case_lacks_is_left_out(files):
-    some = [path for path in files if "times" not in path and "regions=6" not in path]
+def test_what_a_case_lacks_is_left_out(artefacts):
+    some = [each for each in artefacts if each.kind != "times" and "regions=6" not in each.path]
     page = write(some, published=None)
     assert 'id="times-free-4"' not in page
     assert "in the source" not in page
     assert 'id="response_mine_free-4_node-to-node_linear_resonance=1"' in page
 
 
-def test_the_same_files_give_the_same_page(files):
-    assert write(files) == write(files)
-    assert compressed_page(write(files)) == compressed_page(write(files))
+def test_the_same_files_give_the_same_page(artefacts):
+    assert write(artefacts) == write(artefacts)
+    assert compressed_page(write(artefacts)) == compressed_page(write(artefacts))

@@ -1,18 +1,22 @@
 import numpy as np
 import pandas as pd
-from page_examples import DRAWING, ROOT, SOURCE, figure, repeated_ids
+from page_examples import ROOT, SOURCE, figure, repeated_ids, results_of, save
 
 from boltjoint.config.study import load_study
+from boltjoint.names import Basis
+from boltjoint.report.pages.artefacts import anchor_of
 from boltjoint.report.pages.structure import structure_page
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
 
 
-def structure_of(names, files=()):
+def structure_of(names, artefacts=()):
     assemblies = load_study(ROOT).assemblies
     other = assemblies["three_bolt"].material.model_copy(update={"youngs_modulus_GPa": 210.0})
     mine = assemblies["three_bolt"].model_copy(update={"material": other})
     assemblies = {name: assemblies.get(name, mine) for name in names}
-    return structure_page(assemblies, list(files), Published(SOURCE), ["mine"])
+    results = results_of(artefacts)
+    return structure_page(assemblies, artefacts, results, Published(SOURCE), ["mine"])
 
 
 def test_material_of_the_source_stands_beside_its_assemblies():
@@ -25,21 +29,20 @@ def test_material_of_the_source_stands_beside_its_assemblies():
     assert "calibrated" not in own
 
 
-def test_figures_of_any_assembly_are_captioned(tmp_path):
-    stems = {
-        "mesh_free-4": "Mesh of free-4",
-        "modes_a_linear_free-4": "Bending modes of a_linear",
-        "contact_a_node-to-node_preload=1e+20": "a_node-to-node with 1e+20 N per bolt",
-        "deformation_free-4_preload=10": "Shape of free-4 with 10 N per bolt",
+def test_figures_of_any_assembly_are_captioned(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    modes = Artefact("modes", "figure", "a_linear", basis=Basis("free-4"))
+    contact = Artefact("contact", "figure", "a_node-to-node", 1e20)
+    titles = {
+        Artefact("mesh", "figure", "free-4"): "Mesh of free-4",
+        modes: "Bending modes of a_linear",
+        contact: "a_node-to-node with 1e+20 N per bolt",
+        Artefact("deformation", "figure", "free-4", 10.0): "Shape of free-4 with 10 N per bolt",
     }
-    (tmp_path / "figures").mkdir()
-    (tmp_path / "tables").mkdir()
-    for stem in stems:
-        (tmp_path / f"figures/{stem}.svg").write_text(DRAWING)
-    contact = {"assembly": ["a_linear"], "published_pairs": [np.nan], "pairs": [10]}
-    pd.DataFrame(contact).to_csv(tmp_path / "tables/contact.csv", index=False)
-    page = structure_of(["mine"], map(str, sorted(tmp_path.rglob("*.*"))))
-    for stem, title in stems.items():
-        assert figure(page, stem).strip().startswith(title)
+    frame = {"assembly": ["a_linear"], "published_pairs": [np.nan], "pairs": [10]}
+    table = save(Artefact("contact", "table"), pd.DataFrame(frame))
+    page = structure_of(["mine"], [*map(save, titles), table])
+    for artefact, title in titles.items():
+        assert figure(page, anchor_of(artefact)).strip().startswith(title)
     assert not repeated_ids(page)
     assert "published numbers" not in page

@@ -1,8 +1,7 @@
 rule write_overview:
     input:
-        shown=shown_on("overview")
-        + [each.path for each in tables_of("accuracy", "times", "harmonic_peaks")],
-        joints=[path for case in study.cases for path in nodes_of(case)],
+        artefacts=[each.path for each in on_overview],
+        joints=[node_to_node(*each) for each in contents.cases_and_bases()],
         environment="results/environment.json",
         published=published,
     output:
@@ -20,14 +19,15 @@ rule write_overview:
     params:
         library=library("write_overview.py"),
         study=study.model_dump(),
-        shown=[path for page in (*PAGES, *study.cases) for path in shown_on(page)],
+        artefacts=on_overview,
+        all_artefacts=figures_and_tables(),
     script:
         "../scripts/write_overview.py"
 
 
 rule write_page_of_accuracy:
     input:
-        shown=shown_on("accuracy") + [each.path for each in tables_of("harmonic_peaks")],
+        artefacts=[each.path for each in on_accuracy],
         published=published,
     output:
         page="results/report/accuracy.html",
@@ -43,6 +43,7 @@ rule write_page_of_accuracy:
         "../envs/boltjoint.yaml"
     params:
         library=library("write_page_of_accuracy.py"),
+        artefacts=on_accuracy,
         cases=list(study.cases),
     script:
         "../scripts/write_page_of_accuracy.py"
@@ -50,8 +51,8 @@ rule write_page_of_accuracy:
 
 rule write_page_of_structure:
     input:
-        shown=shown_on("structure"),
-        meshes=[layout.path("assembly", assembly=name) for name in study.assemblies],
+        artefacts=[each.path for each in figures_and_tables(page="structure")],
+        meshes=data("assembly"),
         published=published,
     output:
         page="results/report/structure.html",
@@ -67,6 +68,7 @@ rule write_page_of_structure:
         "../envs/boltjoint.yaml"
     params:
         library=library("write_page_of_structure.py"),
+        artefacts=figures_and_tables(page="structure"),
         assemblies={
             name: found.model_dump() for name, found in study.assemblies.items()
         },
@@ -77,8 +79,10 @@ rule write_page_of_structure:
 
 rule write_page_of_case:
     input:
-        shown=lambda w: shown_on(w.case),
-        joints=lambda w: nodes_of(w.case),
+        artefacts=lambda w: [each.path for each in figures_and_tables(page=w.case)],
+        joints=lambda w: [
+            node_to_node(w.case, basis) for basis in study.case(w.case).bases
+        ],
         published=published,
     output:
         page="results/report/{case}.html",
@@ -94,6 +98,7 @@ rule write_page_of_case:
         "../envs/boltjoint.yaml"
     params:
         library=library("write_page_of_case.py"),
+        artefacts=lambda w: figures_and_tables(page=w.case),
         case=lambda w: study.case(w.case).model_dump(),
         # no more of it: other options do not stand on the page
         solver=study.solver.model_dump(

@@ -11,7 +11,7 @@ from snakemake.logging import logger
 from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.names import NAME, PAGES, REFERENCE, Basis, Coordinates, JointName
+from boltjoint.names import NAME, REFERENCE, Basis, Coordinates, JointName
 from boltjoint.study import estimate, layout
 from boltjoint.study.contents import Artefact, Contents
 from boltjoint.study.published import Published
@@ -145,15 +145,12 @@ def published_of(case):
     return Published(SOURCE, study.case(case).published)
 
 
-def shown_on(page):
-    """Figures and tables of a page of the report."""
-    return [
-        artefact.path
-        for form in ("figure", "table")
-        for artefact in contents.select(form=form, page=page)
-    ]
+def figures_and_tables(**which):
+    """Figures and tables, as those of a page of the report."""
+    return contents.select(form="figure", **which) + tables_of(**which)
 
 
-def nodes_of(case):
-    """The node-to-node joints of a case, one in each basis."""
-    return [node_to_node(case, basis) for basis in study.case(case).bases]
+on_accuracy = figures_and_tables(page="accuracy") + tables_of("harmonic_peaks")
+on_overview = figures_and_tables(page="overview") + tables_of(
+    "accuracy", "times", "harmonic_peaks"
+)

@@ -4,11 +4,12 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.report.pages.document import save_page
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-found, params = snakemake.input, snakemake.params
+params, results = snakemake.params, Results(snakemake.input)
 assemblies = {name: Assembly.model_validate(one) for name, one in params.assemblies.items()}
-source = Published.beside(found.published[0])
-page = structure_page(assemblies, [*found.shown, *found.meshes], source, params.cases)
+source = Published.beside(snakemake.input.published[0])
+page = structure_page(assemblies, params.artefacts, results, source, params.cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -10,26 +10,32 @@ from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.report.pages.statements import reference_statement
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
 
 _TEXT = prose("accuracy")
 _MODEL = ["modes", "joint", "coordinates"]
 _LARGEST = "Largest errors over all forces"
 
 
-def accuracy_page(files: Sequence[str], published: Published, cases: Sequence[str]) -> str:
+def accuracy_page(
+    artefacts: Sequence[Artefact], results: Results, published: Published, cases: Sequence[str]
+) -> str:
     """Errors of bases, models and regions against converged responses, case by case.
 
     Parameters
     ----------
-    files
-        Tables (CSV) and figures of the page, and the tables of peaks with more harmonics.
+    artefacts
+        Figures and tables of the page, and the tables of peaks with more harmonics.
+    results
+        The content of the tables.
     published
         The source.
     cases
         Names of the study's cases, to which the page links.
     """
-    content = PageContent(files, published)
+    content = PageContent(artefacts, results, published)
     sections = [Section("reading", "Reading the results", _TEXT.reading())]
     if body := _patterns(content):
         sections.append(Section("patterns", "Bases against the finite-element model", body))
@@ -54,9 +60,9 @@ def accuracy_page(files: Sequence[str], published: Published, cases: Sequence[st
 def _patterns(content: PageContent) -> Markup:
     body = Markup()
     while table := content.table("patterns"):
-        subject = table.artefact.subject
-        title = "Resonances of {subject} in bases"
-        body += content.figures("patterns", title, _TEXT.patterns(), subject=subject)
+        assembly = table.artefact.assembly
+        title = "Resonances of {assembly} in bases"
+        body += content.figures("patterns", title, _TEXT.patterns(), assembly=assembly)
         rows = []
         for (basis, vectors), of_basis in table.frame.groupby(["basis", "vectors"], sort=False):
             largest = of_basis.groupby(["springs", "resonance"])["error_percent"].max()
@@ -65,25 +71,25 @@ def _patterns(content: PageContent) -> Markup:
                 for (springs, number), error in largest.items()
             }
             rows.append({("", "basis"): basis, ("", "vectors"): vectors, **errors})
-        title = f"Largest errors in {subject}, over all patterns"
+        title = f"Largest errors in {assembly}, over all patterns"
         body += table_with_caption(pd.DataFrame(rows), title)
         groups = ["basis", "vectors", "springs", "pattern"]
-        body += table.html(f"Every pattern of {subject}", groups=groups)
+        body += table.html(f"Every pattern of {assembly}", groups=groups)
     return body
 
 
 def _models(content: PageContent, case: str) -> Markup:
-    if not (table := content.table("models", subject=case)):
+    if not (table := content.table("models", case=case)):
         return Markup()
     return (
-        content.figures("models", "Error against cost", _TEXT.models(), subject=case)
+        content.figures("models", "Error against cost", _TEXT.models(), case=case)
         + table_with_caption(summary(table.frame), _LARGEST, groups=["basis"])
         + table.html("Every response", groups=_MODEL)
     )
 
 
 def _bases(content: PageContent, case: str) -> Markup:
-    if not (table := content.table("bases", subject=case)):
+    if not (table := content.table("bases", case=case)):
         return Markup()
     by = ["basis", "vectors"]
     last = table.frame["basis"].iloc[-1]
@@ -92,7 +98,7 @@ def _bases(content: PageContent, case: str) -> Markup:
             "bases",
             "Error against the size of the basis",
             f"Peaks of the node-to-node joint in linear modes, against those in {last}.",
-            subject=case,
+            case=case,
         )
         + table_with_caption(largest(table.frame, by).reset_index(), _LARGEST)
         + table.html("Every peak", groups=by)
@@ -100,7 +106,7 @@ def _bases(content: PageContent, case: str) -> Markup:
 
 
 def _divisions(content: PageContent, case: str) -> Markup:
-    if not (table := content.table("divisions", subject=case)):
+    if not (table := content.table("divisions", case=case)):
         return Markup()
     by = ["division", "motion", "regions"]
     errors = largest(table.frame, [*by, "region_error_percent"]).reset_index()
@@ -109,7 +115,7 @@ def _divisions(content: PageContent, case: str) -> Markup:
             "divisions",
             "Error against the number of regions",
             _TEXT.divisions(table.artefact.basis),
-            subject=case,
+            case=case,
         )
         + table_with_caption(errors, _LARGEST, [_TEXT.kinds_of_regions()], groups=by[:2])
         + table.html("Every peak", groups=by)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
+from boltjoint.names import REFERENCE
+from boltjoint.report.pages.artefacts import address_of, anchor_of, figures_in_source, stem_of
 from boltjoint.report.pages.document import Section
 from boltjoint.report.pages.markup import (
     figure_with_caption,
@@ -14,15 +15,16 @@ from boltjoint.report.pages.markup import (
     source_reference,
     table_with_caption,
 )
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
-from boltjoint.study.tables import files as tables
+from boltjoint.study.results import Results
 
 
 @dataclass(frozen=True)
 class StudyTable:
     """A table of the study: its artefact and its content."""
 
-    artefact: ArtefactFile
+    artefact: Artefact
     frame: pd.DataFrame
 
     def html(
@@ -35,8 +37,8 @@ class StudyTable:
         anchor: str | None = None,
     ) -> Markup:
         """The table with its caption, or what of it another frame holds; it links to the file."""
-        at, frame = anchor or self.artefact.anchor, self.frame if frame is None else frame
-        return table_with_caption(frame, title, notes, at, self.artefact.address, groups)
+        anchor, frame = anchor or anchor_of(self.artefact), self.frame if frame is None else frame
+        return table_with_caption(frame, title, notes, anchor, address_of(self.artefact), groups)
 
 
 class PageContent:
@@ -44,20 +46,27 @@ class PageContent:
 
     Parameters
     ----------
-    files
-        Figures, tables and the data that the page is made from.
+    artefacts
+        The figures and tables.
+    results
+        The tables and the data that the page is made from.
     published
         The source, whose numbers of figures the captions give.
     """
 
-    def __init__(self, files: Sequence[str], published: Published) -> None:
+    def __init__(
+        self, artefacts: Sequence[Artefact], results: Results, published: Published
+    ) -> None:
         self.published = published
-        self.files = list(map(str, files))
-        self._left = figures_and_tables(self.files)
+        self.results = results
+        self._left = list(artefacts)
 
-    def files_named(self, ending: str) -> list[str]:
-        """Files whose names have this ending."""
-        return [path for path in self.files if path.endswith(ending)]
+    def friction_elements(self, case: str, basis: str) -> int | None:
+        """The number of friction elements of the node-to-node joint; None where it is unknown."""
+        which = {"case": case, "basis": basis, "joint": REFERENCE[0]}
+        if not self.results.has("joint", **which):
+            return None
+        return self.results.dataset("joint", **which).sizes["element"]
 
     def figures(self, kind: str, title: str, *notes: str, **values: object) -> Markup:
         """All figures of a kind that are left, as HTML; often one or none.
@@ -67,50 +76,48 @@ class PageContent:
         kind
             Such as ``response``.
         title, notes
-            Caption. ``{subject}`` and ``{preload}`` in the title stand for those of the figure.
+            Caption. Fields of the figure stand in the title as ``{assembly}``.
         values
-            Values of further attributes: ``basis``, ``joint``, ``coordinates`` and so on.
+            Values of further fields: ``basis``, ``joint``, ``coordinates`` and so on.
         """
-        found = self._take(kind, True, values)
+        found = self._take("figure", kind, values)
         return joined(self._figure(each, title, notes) for each in found)
 
     def table(self, kind: str, **values: object) -> StudyTable | None:
         """The first table of a kind that is left, with these values."""
-        found = self._take(kind, False, values, 1)
-        return StudyTable(found[0], _read(found[0].path)) if found else None
+        found = self._take("table", kind, values, 1)
+        return self._table(found[0]) if found else None
 
     def remainder(self) -> list[Section]:
         """A section of the figures and tables that no other section has, if there are any."""
         left, self._left = self._left, []
         body = joined(
-            self._figure(each, each.stem.replace("_", " "), ())
-            if each.is_figure
-            else StudyTable(each, _read(each.path)).html(each.stem.replace("_", " "))
+            self._figure(each, stem_of(each).replace("_", " "), ())
+            if each.form == "figure"
+            else self._table(each).html(stem_of(each).replace("_", " "))
             for each in left
         )
         return [Section("further", "Further figures and tables", body)] if body else []
 
     def _take(
-        self, kind: str, is_figure: bool, values: dict[str, object], count: int | None = None
-    ) -> list[ArtefactFile]:
+        self, form: str, kind: str, values: dict[str, object], count: int | None = None
+    ) -> list[Artefact]:
         found = [
             each
             for each in self._left
-            if (each.kind, each.is_figure) == (kind, is_figure)
+            if (each.form, each.kind) == (form, kind)
             and all(getattr(each, name) == value for name, value in values.items())
         ][:count]
         self._left = [each for each in self._left if each not in found]
         return found
 
-    def _figure(self, artefact: ArtefactFile, title: str, notes: Sequence[str]) -> Markup:
-        preload = f"{artefact.preload_N or 0:.15g}"
-        numbers = source_reference("Figure", artefact.in_source(self.published))
-        return figure_with_caption(
-            artefact.path,
-            title.format(subject=artefact.subject, preload=preload),
-            [*notes, numbers],
-            artefact.address,
-        )
+    def _table(self, artefact: Artefact) -> StudyTable:
+        return StudyTable(artefact, self.results.table(artefact.kind, **artefact.which))
+
+    def _figure(self, artefact: Artefact, title: str, notes: Sequence[str]) -> Markup:
+        numbers = source_reference("Figure", figures_in_source(artefact, self.published))
+        title = title.format(**artefact.which)
+        return figure_with_caption(artefact.path, title, [*notes, numbers], address_of(artefact))
 
 
 def select(frame: pd.DataFrame, **values: object) -> pd.DataFrame:
@@ -119,8 +126,3 @@ def select(frame: pd.DataFrame, **values: object) -> pd.DataFrame:
     for column, value in values.items():
         keep &= frame[column] == value
     return frame[keep]
-
-
-def _read(path: str) -> pd.DataFrame:
-    # 3.10 is not 3.1
-    return tables.read(path, dtype={"source_table": str})

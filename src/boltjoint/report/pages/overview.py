@@ -1,24 +1,22 @@
 """The overview: main results, validity, and an index of the source's tables and figures."""
 
-import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE, Coordinates, JointName
-from boltjoint.report.pages.artefacts import ArtefactFile, figures_and_tables
+from boltjoint.report.pages.artefacts import anchor_of, figures_in_source
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import Section, render_page
-from boltjoint.report.pages.markup import joined, link, prose, table_with_caption
+from boltjoint.report.pages.markup import link, prose, table_with_caption
 from boltjoint.report.pages.statements import format_residual_in_time, reference_statement
-from boltjoint.study import layout
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import BASIS, Published
+from boltjoint.study.results import Results
 
 _TEXT = prose("overview")
 
@@ -32,7 +30,11 @@ _TABLES = {
 
 
 def overview_page(
-    study: Study, files: Sequence[str], artefacts: Sequence[str], published: Published
+    study: Study,
+    artefacts: Sequence[Artefact],
+    all_artefacts: Sequence[Artefact],
+    results: Results,
+    published: Published,
 ) -> str:
     """The main results of all cases, and an index of the source's tables and figures.
 
@@ -40,22 +42,25 @@ def overview_page(
     ----------
     study
         As configured.
-    files
-        Accuracy and times (CSV) and the node-to-node joint (``joint.nc``) of every case and basis,
-        figures and tables of all cases together, and the record of the machine
-        (``environment.json``).
     artefacts
+        Figures and tables of all cases together, and the tables of accuracy, times and peaks with
+        more harmonics of every case and basis.
+    all_artefacts
         Figures and tables of all pages.
+    results
+        The content of the tables, the node-to-node joint (``joint.nc``) of every case and basis,
+        and the record of the machine (``environment.json``).
     published
         The source's tables.
     """
-    content = PageContent(files, published)
+    content = PageContent(artefacts, results, published)
+    index = (study, all_artefacts, published)
     lead = reference_statement(content) + _TEXT.lead()
     sections = [
         Section("results", "Results at a glance", _results(study, content)),
         Section("validity", "Validity", _TEXT.validity() + _sampling(content)),
-        Section("tables", "Tables of the source", _index_of_tables(study, artefacts, published)),
-        Section("figures", "Figures of the source", _index_of_figures(study, artefacts, published)),
+        Section("tables", "Tables of the source", _index_of_tables(*index)),
+        Section("figures", "Figures of the source", _index_of_figures(*index)),
         Section("machine", "Computer and software", _machine(content)),
         *content.remainder(),
     ]
@@ -76,8 +81,8 @@ def _results(study: Study, content: PageContent) -> Markup:
     rows, published = [], []
     for name, case in study.cases.items():
         for family in case.bases:
-            accuracy = content.table("accuracy", subject=name, basis=family)
-            times = content.table("times", subject=name, basis=family)
+            accuracy = content.table("accuracy", case=name, basis=family)
+            times = content.table("times", case=name, basis=family)
             row = _identity(study, name, family, content)
             if accuracy is not None:
                 row |= _peaks_and_errors(study, case, family, accuracy.frame)
@@ -114,9 +119,7 @@ def _identity(
     }
     if any(len(each.bases) > 1 for each in study.cases.values()):
         row[("", "basis")] = family
-    nodes = layout.path("joint", case=name, basis=family, joint=REFERENCE[0])
-    is_known = nodes in content.files
-    row[("", "friction_elements")] = dataset.load(nodes).sizes["element"] if is_known else None
+    row[("", "friction_elements")] = content.friction_elements(name, family)
     return row
 
 
@@ -183,8 +186,7 @@ def _time_saved_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame
     return medians.rename(columns={here: "here_percent", source: "source_percent"})
 
 
-def _index_of_tables(study: Study, paths: Sequence[str], published: Published) -> Markup:
-    artefacts = figures_and_tables(paths)
+def _index_of_tables(study: Study, artefacts: Sequence[Artefact], published: Published) -> Markup:
     index = published.tables()
     rows = []
     for printed in index.itertuples():
@@ -219,27 +221,22 @@ def _index_of_tables(study: Study, paths: Sequence[str], published: Published) -
 
 
 def _is_reproduced(
-    printed: NamedTuple, name: str, case: Case, artefacts: Sequence[ArtefactFile]
+    printed: NamedTuple, name: str, case: Case, artefacts: Sequence[Artefact]
 ) -> bool:
     """Whether a case has what a table of the source prints."""
     kind = "elements" if printed.kind == "parameters" else "times"
     joint = printed.joint if kind == "elements" else None
-    return printed.joint in case.joints(BASIS) and any(
-        (each.kind, each.subject, each.basis, each.joint, each.is_figure)
-        == (kind, name, BASIS, joint, False)
-        for each in artefacts
-    )
+    table = Artefact(kind, "table", case=name, basis=BASIS, joint=joint)
+    return printed.joint in case.joints(BASIS) and table in artefacts
 
 
-def _index_of_figures(study: Study, paths: Sequence[str], published: Published) -> Markup:
+def _index_of_figures(study: Study, artefacts: Sequence[Artefact], published: Published) -> Markup:
     links: dict[str, list[str]] = {}
-    for each in figures_and_tables(paths):
-        if each.is_figure:
-            name = each.page(study.cases)
-            case = study.cases.get(name)
-            of_case = Published(published.folder, case.published if case else None)
-            for figure in each.in_source(of_case):
-                links.setdefault(figure, []).append(_link(name, each.anchor))
+    for each in artefacts:
+        case = study.cases.get(each.case)
+        of_case = Published(published.folder, case.published if case else None)
+        for figure in figures_in_source(each, of_case):
+            links.setdefault(figure, []).append(_link(each.page, anchor_of(each)))
     rows = [
         {
             "figure": printed.figure,
@@ -266,8 +263,6 @@ def _links_or_reason(links: Sequence[str], study: Study, case: str) -> str:
 
 
 def _machine(content: PageContent) -> Markup:
-    records = (
-        json.loads(Path(path).read_text(encoding="utf-8"))
-        for path in content.files_named("environment.json")
-    )
-    return joined(_TEXT.machine(record) for record in records)
+    if not content.results.has("environment"):
+        return Markup()
+    return _TEXT.machine(content.results.record("environment"))

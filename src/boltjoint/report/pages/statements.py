@@ -3,7 +3,6 @@
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.names import Basis
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.markup import prose
 from boltjoint.study.tables.html import number
@@ -21,7 +20,7 @@ def reference_statement(content: PageContent) -> Markup:
     tables = []
     while table := content.table("harmonic_peaks"):
         tables.append(table)
-    tables = [table for table in tables if Basis(table.artefact.basis).is_contact_adapted] or tables
+    tables = [table for table in tables if table.artefact.basis.is_contact_adapted] or tables
     peaks = pd.concat(
         [pd.DataFrame(columns=["harmonics"])]
         + [with_fewest_harmonics(table.frame) for table in tables]

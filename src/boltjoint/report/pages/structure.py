@@ -1,17 +1,17 @@
 """The page of the assemblies: dimensions, modes without contact, contact under preload."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
 from boltjoint.study.tables.html import number
 
 _TEXT = prose("structure")
@@ -25,7 +25,8 @@ _MATERIAL = {
 
 def structure_page(
     assemblies: Mapping[str, Assembly],
-    files: Sequence[str],
+    artefacts: Sequence[Artefact],
+    results: Results,
     published: Published,
     cases: Sequence[str],
 ) -> str:
@@ -35,14 +36,16 @@ def structure_page(
     ----------
     assemblies
         By name, as configured.
-    files
-        Figures and tables (CSV) of the page, and the mesh (``assembly.nc``) of every assembly.
+    artefacts
+        Figures and tables of the page.
+    results
+        The content of the tables, and the mesh (``assembly.nc``) of every assembly.
     published
         The source's tables.
     cases
         Names of the study's cases, to which the page links.
     """
-    content = PageContent(files, published)
+    content = PageContent(artefacts, results, published)
     sections = [
         Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, content)),
         Section("modes", "Bending modes without contact", _modes(content)),
@@ -53,9 +56,6 @@ def structure_page(
 
 
 def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Markup:
-    meshes = {
-        Path(path).parent.name: dataset.load(path) for path in content.files_named("assembly.nc")
-    }
     columns = {}
     for name, assembly in assemblies.items():
         bar, bolts, material = assembly.bar, assembly.bolts, assembly.material
@@ -71,8 +71,8 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
             "diameters of shank, hole and head (mm)": _listed(diameters),
             **{words: number(getattr(material, key)) for key, words in _MATERIAL.items()},
         }
-        if name in meshes:
-            sizes = meshes[name].sizes
+        if content.results.has("assembly", assembly=name):
+            sizes = content.results.dataset("assembly", assembly=name).sizes
             columns[name] |= {
                 "nodes": str(sizes["node"]),
                 "elements": str(sizes["element"]),
@@ -92,7 +92,7 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
     described = table_with_caption(
         frame, "Dimensions, material and mesh", notes, anchor="dimensions-table", verbatim=True
     )
-    return described + content.figures("mesh", "Mesh of {subject}", _TEXT.mesh())
+    return described + content.figures("mesh", "Mesh of {assembly}", _TEXT.mesh())
 
 
 def _modes(content: PageContent) -> Markup:
@@ -102,7 +102,7 @@ def _modes(content: PageContent) -> Markup:
         note = "" if pd.isna(largest) else f"Within {largest:.2f} % of the published frequencies."
         title = f"Natural frequencies of the basis {table.artefact.basis}"
         body += table.html(title, [note], groups=["assembly"])
-    return body + content.figures("modes", "Bending modes of {subject}", _TEXT.modes_figure())
+    return body + content.figures("modes", "Bending modes of {assembly}", _TEXT.modes_figure())
 
 
 def _contact(content: PageContent) -> Markup:
@@ -111,12 +111,11 @@ def _contact(content: PageContent) -> Markup:
         published = table.frame["published_pairs"].notna().any()
         note = _TEXT.published_pairs() if published else ""
         body += table.html("Contact of every assembly and preload", [note], groups=["assembly"])
+    title = "{assembly} with {preload_N:.15g} N per bolt"
     return (
         body
-        + content.figures("contact", "{subject} with {preload} N per bolt", _TEXT.contact_figure())
-        + content.figures(
-            "deformation", "Shape of {subject} with {preload} N per bolt", _TEXT.deformation()
-        )
+        + content.figures("contact", title, _TEXT.contact_figure())
+        + content.figures("deformation", f"Shape of {title}", _TEXT.deformation())
     )
 
 

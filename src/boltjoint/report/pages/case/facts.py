@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.names import JointName
@@ -36,9 +35,9 @@ _IN_SOURCE = {
 _DIVISIONS_IN_SOURCE = {"constant": "similar loads", "variable": "by the load along the middle"}
 
 
-def facts(case: Case, solver: Solver, content: PageContent) -> Markup:
-    """The table of the case; its last column has the values of the source."""
-    rows = list(_quantities(case, solver, content))
+def facts(name: str, case: Case, solver: Solver, content: PageContent) -> Markup:
+    """The table of a case of this name; its last column has the values of the source."""
+    rows = list(_quantities(name, case, solver, content))
     columns = {"quantity": [row[0] for row in rows], "here": [row[1] for row in rows]}
     published = content.published.case_study()
     if published:
@@ -60,7 +59,7 @@ def facts(case: Case, solver: Solver, content: PageContent) -> Markup:
 
 
 def _quantities(
-    case: Case, solver: Solver, content: PageContent
+    name: str, case: Case, solver: Solver, content: PageContent
 ) -> Iterator[tuple[str, str, str | None]]:
     """Quantities of a case, their values, and the columns of the source's table of cases."""
     yield "assembly", case.assembly, "assembly"
@@ -74,8 +73,7 @@ def _quantities(
             yield words, number(value / 1e6), _CONTACT.get(key)
         else:
             yield words, str(value), _CONTACT.get(key)
-    for path in content.files_named("joint.nc")[:1]:
-        elements = dataset.load(path).sizes["element"]
+    if elements := content.friction_elements(name, case.bases[0]):
         yield "friction elements, node to node", str(elements), "contact_nodes"
     yield "loss factor", number(case.loss_factor), None
     yield "forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"

@@ -21,7 +21,9 @@ from boltjoint.report.pages.case.tables import (
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, prose
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
 
 _TEXT = prose("case")
 _STAGES = {
@@ -35,7 +37,8 @@ def case_page(
     name: str,
     case: Case,
     solver: Solver,
-    files: Sequence[str],
+    artefacts: Sequence[Artefact],
+    results: Results,
     published: Published,
     cases: Sequence[str],
 ) -> str:
@@ -47,16 +50,17 @@ def case_page(
         The case and how it is configured.
     solver
         How friction was solved: in closed form or by AFT, in how many harmonics.
-    files
-        Figures and tables (CSV) of the page, and the node-to-node joint (``joint.nc``) of every
-        basis.
+    artefacts
+        Figures and tables of the page.
+    results
+        The content of the tables, and the node-to-node joint (``joint.nc``) of every basis.
     published
         The source's tables, of the case study that this case is compared with.
     cases
         Names of the study's cases, to which the page links.
     """
-    content = PageContent(files, published)
-    sections = [Section("case", "The case", facts(case, solver, content))]
+    content = PageContent(artefacts, results, published)
+    sections = [Section("case", "The case", facts(name, case, solver, content))]
     for basis in case.bases:
         sections += _sections(CaseBasis.of(case, basis, content))
     sections += content.remainder()
