@@ -4,7 +4,7 @@ from page_examples import ROOT, SOURCE, figure, repeated_ids, results_of, save
 
 from boltjoint.config.study import load_study
 from boltjoint.names import Basis
-from boltjoint.report.pages.artefacts import anchor_of
+from boltjoint.report.pages.references import anchor_of
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published

@@ -16,6 +16,8 @@ rule write_overview:
         "results/logs/write_overview.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("write_overview.py"),
         study=study.model_dump(),
@@ -41,6 +43,8 @@ rule write_page_of_accuracy:
         "results/logs/write_page_of_accuracy.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("write_page_of_accuracy.py"),
         artefacts=on_accuracy,
@@ -66,6 +70,8 @@ rule write_page_of_structure:
         "results/logs/write_page_of_structure.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("write_page_of_structure.py"),
         artefacts=figures_and_tables(page="structure"),
@@ -96,6 +102,8 @@ rule write_page_of_case:
         "results/logs/write_page_of_case/{case}.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("write_page_of_case.py"),
         artefacts=lambda w: figures_and_tables(page=w.case),

@@ -16,8 +16,7 @@ rule tabulate_structure:
         library=library("tabulate_structure.py"),
         assemblies=list(study.assemblies),
         preloads=contents.preloads(),
-        frequencies=tables_of("natural_frequencies"),
-        contact=tables_of("contact")[0],
+        artefacts=tables_of("contact", "natural_frequencies"),
     script:
         "../scripts/tabulate_structure.py"
 

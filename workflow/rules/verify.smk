@@ -17,6 +17,8 @@ rule write_decks:
         "results/logs/write_decks.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("write_decks.py"),
     script:
@@ -37,6 +39,8 @@ rule run_calculix:
         deck="modes|preload",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("run_calculix.py"),
     script:
@@ -55,6 +59,8 @@ rule compare_calculix:
         "results/logs/compare_calculix.log",
     conda:
         "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
     params:
         library=library("compare_calculix.py"),
     script:

@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.names import REFERENCE
-from boltjoint.report.pages.artefacts import address_of, anchor_of, figures_in_source, stem_of
+from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source, stem_of
 from boltjoint.report.pages.document import Section
 from boltjoint.report.pages.markup import (
     figure_with_caption,

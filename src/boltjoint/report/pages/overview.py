@@ -9,7 +9,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE, Coordinates, JointName
-from boltjoint.report.pages.artefacts import anchor_of, figures_in_source
+from boltjoint.report.pages.references import anchor_of, figures_in_source
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import link, prose, table_with_caption

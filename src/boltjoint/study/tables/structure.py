@@ -1,12 +1,49 @@
 """Tables of natural frequencies and contact beside the published ones."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
+from boltjoint.study.results import Results
+
+
+def tabulate_structure(
+    artefacts: Sequence[Artefact],
+    results: Results,
+    assemblies: Sequence[str],
+    preloads: Sequence[tuple[str, float]],
+    published: Published,
+) -> Iterator[tuple[pd.DataFrame, str]]:
+    """The tables of natural frequencies and contact, each with its title.
+
+    Parameters
+    ----------
+    artefacts
+        The tables, of the kinds ``natural_frequencies`` and ``contact``.
+    results
+        ``modes.nc`` of the assemblies in the bases of the tables, and ``preload.nc``.
+    assemblies, preloads
+        Names of the assemblies; assemblies with preloads per bolt [N].
+    published
+        The source's tables.
+    """
+    for artefact in artefacts:
+        if artefact.kind == "contact":
+            loads = {
+                (name, preload): results.dataset("preload", assembly=name, preload_N=preload)
+                for name, preload in preloads
+            }
+            yield tabulate_contact(loads, published), "Contact under bolt preload"
+        else:
+            modes = {
+                name: results.dataset("modes", assembly=name, basis=artefact.basis)
+                for name in assemblies
+            }
+            yield tabulate_frequencies(modes, published), "Natural frequencies without contact"
 
 
 def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) -> pd.DataFrame:
