@@ -40,7 +40,8 @@ rule run_calculix:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        **SMALL,
+        mem_mb=4000,
+        runtime=20,
     params:
         library=library("run_calculix.py"),
     script:

@@ -7,7 +7,6 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.names import REFERENCE
-from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source, stem_of
 from boltjoint.report.pages.document import Section
 from boltjoint.report.pages.markup import (
     figure_with_caption,
@@ -15,6 +14,7 @@ from boltjoint.report.pages.markup import (
     source_reference,
     table_with_caption,
 )
+from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source, stem_of
 from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
