@@ -11,7 +11,7 @@ from snakemake.logging import logger
 from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.names import NAME, REFERENCE, Basis, Coordinates, JointName
+from boltjoint.names import REFERENCE, Basis, JointName
 from boltjoint.study import estimate, layout
 from boltjoint.study.contents import Artefact, Contents
 from boltjoint.study.published import Published
