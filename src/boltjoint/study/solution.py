@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import xarray as xr
@@ -14,8 +15,10 @@ from boltjoint.joint.model import Joint
 from boltjoint.names import REFERENCE
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
-from boltjoint.study.contents import Response
 from boltjoint.study.timing import time_solver
+
+if TYPE_CHECKING:
+    from boltjoint.study.contents import Response
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class CaseInBasis:
     steps: Mapping[str, float]
 
     def solve(
-        self, responses: Sequence[Response], **options: object
+        self, responses: "Sequence[Response]", **options: object
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The frequency responses, and the parameters of each (``solve_response``)."""
         for response, joint, how in self._problems(responses):
@@ -62,7 +65,7 @@ class CaseInBasis:
 
     def time(
         self,
-        responses: Sequence[Response],
+        responses: "Sequence[Response]",
         jacobians: Sequence[Sequence[str]],
         **options: object,
     ) -> Iterator[pd.DataFrame]:
@@ -80,7 +83,7 @@ class CaseInBasis:
             )
 
     def trace_backbones(
-        self, responses: Sequence[Response]
+        self, responses: "Sequence[Response]"
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
         for response, joint, how in self._problems(responses):
@@ -92,8 +95,8 @@ class CaseInBasis:
             yield find_backbone(joint, **how, **given), self._parameters(response, given)
 
     def _problems(
-        self, responses: Sequence[Response]
-    ) -> Iterator[tuple[Response, Joint, dict[str, object]]]:
+        self, responses: "Sequence[Response]"
+    ) -> "Iterator[tuple[Response, Joint, dict[str, object]]]":
         """Joint, frequency window and step-length control of each response."""
 
         @cache
@@ -111,7 +114,7 @@ class CaseInBasis:
             )
             yield response, joint, {"window": window, "control": StepControl(**self.steps)}
 
-    def _parameters(self, response: Response, given: Mapping[str, object]) -> dict[str, object]:
+    def _parameters(self, response: "Response", given: Mapping[str, object]) -> dict[str, object]:
         resonance = response.resonance
         return {
             "window": {"resonance": resonance, "given": self.windows[resonance]},

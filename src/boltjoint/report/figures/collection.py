@@ -1,16 +1,19 @@
 """Figures of a study, each drawn from its results."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
 from boltjoint.names import REFERENCE
 from boltjoint.report.figures import contact, convergence, responses, structure, times
-from boltjoint.study.contents import Artefact
 from boltjoint.study.results import Results
 
+if TYPE_CHECKING:
+    from boltjoint.study.contents import Artefact
 
-def draw(artefact: Artefact, results: Results, **options: object) -> Figure:
+
+def draw(artefact: "Artefact", results: Results, **options: object) -> Figure:
     """A figure of a study.
 
     Parameters
@@ -26,18 +29,18 @@ def draw(artefact: Artefact, results: Results, **options: object) -> Figure:
     return _FIGURES[artefact.kind](artefact, results, options)
 
 
-def _modes(artefact: Artefact, results: Results, _: dict) -> Figure:
+def _modes(artefact: "Artefact", results: Results, _: dict) -> Figure:
     return structure.plot_modes(
         results.dataset("assembly", assembly=artefact.assembly),
         results.dataset("modes", **artefact.which),
     )
 
 
-def _mesh(artefact: Artefact, results: Results, _: dict) -> Figure:
+def _mesh(artefact: "Artefact", results: Results, _: dict) -> Figure:
     return structure.plot_mesh(results.dataset("assembly", **artefact.which))
 
 
-def _under_preload(artefact: Artefact, results: Results, _: dict) -> Figure:
+def _under_preload(artefact: "Artefact", results: Results, _: dict) -> Figure:
     plot = contact.plot_contact if artefact.kind == "contact" else structure.plot_deformation
     return plot(
         results.dataset("assembly", assembly=artefact.assembly),
@@ -45,14 +48,14 @@ def _under_preload(artefact: Artefact, results: Results, _: dict) -> Figure:
     )
 
 
-def _regions(artefact: Artefact, results: Results, options: dict) -> Figure:
+def _regions(artefact: "Artefact", results: Results, options: dict) -> Figure:
     return contact.plot_regions(
         results.dataset("assembly", assembly=options["assembly"]),
         results.dataset("joint", **artefact.which),
     )
 
 
-def _states(artefact: Artefact, results: Results, options: dict) -> Figure:
+def _states(artefact: "Artefact", results: Results, options: dict) -> Figure:
     return contact.plot_states(
         results.dataset("assembly", assembly=options["assembly"]),
         results.dataset("joint", **_of_joint(artefact)),
@@ -60,7 +63,7 @@ def _states(artefact: Artefact, results: Results, options: dict) -> Figure:
     )
 
 
-def _loops(artefact: Artefact, results: Results, options: dict) -> Figure:
+def _loops(artefact: "Artefact", results: Results, options: dict) -> Figure:
     return contact.plot_loops(
         results.dataset("joint", **artefact.which),
         results.dataset("joint", **_of_joint(artefact) | {"joint": artefact.joint.regions}),
@@ -68,7 +71,7 @@ def _loops(artefact: Artefact, results: Results, options: dict) -> Figure:
     )
 
 
-def _response(artefact: Artefact, results: Results, _: dict) -> Figure:
+def _response(artefact: "Artefact", results: Results, _: dict) -> Figure:
     joint, coordinates = REFERENCE
     reference = artefact.which | {"joint": joint, "coordinates": coordinates}
     has_reference = reference != artefact.which and results.has("response", **reference)
@@ -80,7 +83,7 @@ def _response(artefact: Artefact, results: Results, _: dict) -> Figure:
     )
 
 
-def _backbone(artefact: Artefact, results: Results, options: dict) -> Figure:
+def _backbone(artefact: "Artefact", results: Results, options: dict) -> Figure:
     return responses.plot_backbones(
         {
             joint: results.dataset("backbone", **artefact.which, joint=joint)
@@ -90,12 +93,12 @@ def _backbone(artefact: Artefact, results: Results, options: dict) -> Figure:
     )
 
 
-def _times(artefact: Artefact, results: Results, _: dict) -> Figure:
+def _times(artefact: "Artefact", results: Results, _: dict) -> Figure:
     table = results.table("times", case=artefact.case, basis=artefact.basis)
     return times.plot_times(table, artefact.resonance)
 
 
-def _of_table(artefact: Artefact, results: Results, _: dict) -> Figure:
+def _of_table(artefact: "Artefact", results: Results, _: dict) -> Figure:
     plot = {
         "bases": convergence.plot_bases,
         "divisions": convergence.plot_divisions,
@@ -106,11 +109,11 @@ def _of_table(artefact: Artefact, results: Results, _: dict) -> Figure:
     return plot[artefact.kind](results.table(artefact.kind, **artefact.which))
 
 
-def _of_joint(artefact: Artefact) -> dict[str, object]:
+def _of_joint(artefact: "Artefact") -> dict[str, object]:
     return {name: artefact.which[name] for name in ("case", "basis", "joint")}
 
 
-_FIGURES: dict[str, Callable[[Artefact, Results, dict], Figure]] = {
+_FIGURES: dict[str, "Callable[[Artefact, Results, dict], Figure]"] = {
     "mesh": _mesh,
     "modes": _modes,
     "contact": _under_preload,

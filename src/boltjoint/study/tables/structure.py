@@ -1,18 +1,21 @@
 """Tables of natural frequencies and contact beside the published ones."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from boltjoint.study.contents import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 
+if TYPE_CHECKING:
+    from boltjoint.study.contents import Artefact
+
 
 def tabulate_structure(
-    artefacts: Sequence[Artefact],
+    artefacts: "Sequence[Artefact]",
     results: Results,
     assemblies: Sequence[str],
     preloads: Sequence[tuple[str, float]],
