@@ -11,7 +11,7 @@ from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 

@@ -3,7 +3,7 @@ from page_examples import CASE, ROOT, SOURCE
 from boltjoint.config.case import Case
 from boltjoint.config.study import load_study
 from boltjoint.report.pages.overview import overview_page
-from boltjoint.study.contents import Contents
+from boltjoint.study.artefact_list import Contents
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 

@@ -6,7 +6,7 @@ from page_examples import SOURCE, plain, repeated_ids, results_of, save
 
 from boltjoint.names import Basis
 from boltjoint.report.pages.accuracy import accuracy_page
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 
 

@@ -9,7 +9,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.pages.overview import overview_page
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 
 OTHER_JOINTS = ("regions=6/table", "clusters=auto", "clusters=auto/harmonic=3")

@@ -6,7 +6,7 @@ from boltjoint.config.study import load_study
 from boltjoint.names import Basis
 from boltjoint.report.pages.references import anchor_of
 from boltjoint.report.pages.structure import structure_page
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 
 

@@ -4,7 +4,7 @@ from page_examples import ROOT, SOURCE
 from boltjoint.config.study import load_study
 from boltjoint.names import PAGES, Basis, JointName
 from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source
-from boltjoint.study.contents import Artefact, Contents
+from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.published import Published
 
 

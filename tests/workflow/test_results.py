@@ -6,7 +6,7 @@ import xarray as xr
 from small_study import CASES, CHECKS, RESPONSES
 
 from boltjoint.config.study import load_study
-from boltjoint.study.contents import Contents
+from boltjoint.study.artefact_list import Contents
 
 
 def test_every_result_is_there(finished):

@@ -13,7 +13,7 @@ from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName
 from boltjoint.study import estimate, layout
-from boltjoint.study.contents import Artefact, Contents
+from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.published import Published
 from boltjoint.workflow import environment
 from boltjoint.workflow.code_dependencies import source_hash

@@ -32,7 +32,7 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import Study
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE
 from boltjoint.structure.bolts import yield_warning
-from boltjoint.study.contents import Contents
+from boltjoint.study.artefact_list import Contents
 
 _GIB = 2**30
 _NUMBER = 8

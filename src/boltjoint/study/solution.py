@@ -18,7 +18,7 @@ from boltjoint.study import layout
 from boltjoint.study.timing import time_solver
 
 if TYPE_CHECKING:
-    from boltjoint.study.contents import Response
+    from boltjoint.study.artefact_list import Response
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from boltjoint.report.figures import contact, convergence, responses, structure,
 from boltjoint.study.results import Results
 
 if TYPE_CHECKING:
-    from boltjoint.study.contents import Artefact
+    from boltjoint.study.artefact_list import Artefact
 
 
 def draw(artefact: "Artefact", results: Results, **options: object) -> Figure:

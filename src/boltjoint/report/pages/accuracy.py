@@ -10,7 +10,7 @@ from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.report.pages.statements import reference_statement
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 

@@ -15,7 +15,7 @@ from boltjoint.report.pages.markup import (
     table_with_caption,
 )
 from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source, stem_of
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 

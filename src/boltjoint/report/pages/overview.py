@@ -14,7 +14,7 @@ from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import link, prose, table_with_caption
 from boltjoint.report.pages.references import anchor_of, figures_in_source
 from boltjoint.report.pages.statements import format_residual_in_time, reference_statement
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
 from boltjoint.study.results import Results
 

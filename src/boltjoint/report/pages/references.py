@@ -4,7 +4,7 @@ import posixpath
 from pathlib import PurePosixPath
 
 from boltjoint.study import layout
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
 
 #: by kind of figure, the columns of the source's index that identify the same figure

@@ -9,7 +9,7 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.study.tables.html import number

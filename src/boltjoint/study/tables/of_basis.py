@@ -20,7 +20,7 @@ from boltjoint.study.tables.joints import (
 from boltjoint.study.tables.times import tabulate_times
 
 if TYPE_CHECKING:
-    from boltjoint.study.contents import Artefact, Response
+    from boltjoint.study.artefact_list import Artefact, Response
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 
 if TYPE_CHECKING:
-    from boltjoint.study.contents import Artefact
+    from boltjoint.study.artefact_list import Artefact
 
 
 def tabulate_structure(

@@ -21,7 +21,7 @@ from boltjoint.report.pages.case.tables import (
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, prose
-from boltjoint.study.contents import Artefact
+from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 

@@ -8,7 +8,7 @@ import pytest
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.study import layout
-from boltjoint.study.contents import Artefact, Contents, Response
+from boltjoint.study.artefact_list import Artefact, Contents, Response
 
 ROOT = Path(__file__).parents[2]
 
