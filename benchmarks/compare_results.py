@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 
 #: parts of the names of columns that hold times, or what is computed from times
-TIMES = ("wall_s", "cpu_s", "time", "reduction", "repeat")
+TIMES = ("wall_s", "cpu_", "time", "reduction", "repeat", "difference_points")
 
 
 def differences(old: Path, new: Path, renamed: dict[str, str]) -> Iterator[str]:
