@@ -57,8 +57,8 @@ _MANY, _SAMPLES = {"constant": 202, "variable": 403}, 1024
 
 #: time of the finite elements, of nodes^2 [s]; modes in the symmetric half: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 4.6e-8, 1.4e-8, 8e-8, 3.2e-8
-#: of a response, its timing, check, figure and tables, as processes; and of a force level of it, of
-#: the pairs [s]
+#: of a response with its timing, check, figure and tables; and of a force level of it, of the
+#: pairs [s]
 _PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
 #: of a force at whose peak a joint is integrated in time and balanced with many harmonics, of the
 #: pairs [s]
