@@ -99,7 +99,7 @@ def page_in_frame(browser):
 
 def test_report_opens_without_errors(browser, report):
     browser.get(report.as_uri())
-    assert "Friction between the bars" in browser.find_element("id", "app").text
+    assert "friction between the bars" in browser.find_element("id", "app").text
     assert errors(browser) == []
 
 

@@ -81,7 +81,7 @@ def test_a_tolerance_and_numbers_of_regions_to_compare_leave_the_cases_alone(cop
 
 
 def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(copied):
-    options = ["fitting={starts: 3}", "contact_adapted_basis={levels: 6}"]
+    options = ["fitting={initial_guesses: 3}", "contact_adapted_basis={slip_levels: 6}"]
     found = planned(copied, "--config", *options)
     assert among(found, "assemblies/*.nc") == [
         f"results/assemblies/two_bolt/{ENRICHED}/modes.nc",
@@ -97,7 +97,7 @@ def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(c
 
 
 def test_sampled_friction_solves_anew_and_leaves_the_joints_alone(copied):
-    found = planned(copied, "--config", "solver={friction: sampled}")
+    found = planned(copied, "--config", "solver={friction_force: aft}")
     for name in ("response.nc", "timing.csv"):
         assert len(among(found, f"cases/*/{name}")) == sum(RESPONSES.values())
     assert among(found, "cases/*/joint.nc", STRUCTURE) == []

@@ -92,7 +92,7 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(copied):
 def test_sampled_friction_has_as_many_harmonics_as_are_asked_for(copied, finished):
     where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
     # the backbone and the complex mode of the other case have one harmonic
-    options = ["cases=[variable]", "solver={friction: sampled, harmonics: 3, samples: 64}"]
+    options = ["cases=[variable]", "solver={friction_force: aft, harmonics: 3, time_samples: 64}"]
     run(copied, where, "--config", *options)
     with xr.open_dataset(copied / where) as response:
         components = response["component"].to_numpy().tolist()
