@@ -85,7 +85,7 @@ def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(c
     found = planned(copied, "--config", *options)
     assert among(found, "assemblies/*.nc") == [
         f"results/assemblies/two_bolt/{ENRICHED}/modes.nc",
-        "results/assemblies/two_bolt/principal.nc",
+        "results/assemblies/two_bolt/pod_modes.nc",
     ]
     # the fit to loops has starts, that of harmonics has none
     assert among(found, "cases/*/joint.nc") == sorted(
