@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 #: kinds about how far models, bases and regions are from converged
 _OF_ACCURACY = ("bases", "divisions", "models", "patterns")
 
-
+#: what a table is, beside the case or assembly
 _LABELS = {
     "accuracy": "accuracy in {basis}",
     "bases": "peaks by basis",
@@ -157,14 +157,14 @@ class Contents:
 
         Contact-adapted vectors stick at frequencies that no time integration can resolve.
         """
-        if "harmonics" in self.study.omit or not self.study.case(case).verification_forces_N:
+        if not self._has_harmonics(case):
             return None
         found = (one for one in self.references(case) if not one.basis.is_contact_adapted)
         return next(found, None)
 
     def in_harmonics(self, case: str) -> dict[str, Response]:
         """By basis, the response whose peaks are found with more harmonics: of the lowest mode."""
-        if "harmonics" in self.study.omit or not self.study.case(case).verification_forces_N:
+        if not self._has_harmonics(case):
             return {}
         found: dict[str, Response] = {}
         for response in sorted(self.references(case), key=lambda one: one.resonance):
@@ -185,9 +185,8 @@ class Contents:
 
     def compared(self, case: str) -> list[Response]:
         """The responses of a case around the resonance of its converged one."""
-        return [
-            one for one in self.responses(case) if one.resonance == self.converged(case).resonance
-        ]
+        resonance = self.converged(case).resonance
+        return [one for one in self.responses(case) if one.resonance == resonance]
 
     def jacobians(self, response: Response) -> list[str]:
         """The Jacobians that are timed: forward differences too for what the source solves."""
@@ -235,6 +234,12 @@ class Contents:
             found.append(converged.basis)
         return found
 
+    def _has_harmonics(self, case: str) -> bool:
+        """Whether further harmonics of a case are solved, and its motion integrated in time."""
+        return "harmonics" not in self.study.omit and bool(
+            self.study.case(case).verification_forces_N
+        )
+
     def _data(self) -> Iterator[Artefact]:
         yield Artefact("environment")
         for name in self.study.assemblies:
@@ -264,12 +269,13 @@ class Contents:
                 yield Artefact("joint", case=case, basis=basis, joint=joint)
             for joint in self.fitted(case, basis):
                 yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
+        checked = self.checked(case)
         for response in self.responses(case):
             which = {"case": case, **response._asdict()}
             yield Artefact("response", **which)
             if "timing" not in self.study.omit:
                 yield Artefact("timing", **which)
-            if response in self.checked(case):
+            if response in checked:
                 yield Artefact("check", **which)
             if which.pop("coordinates").kind == "backbone":
                 yield Artefact("backbone", **which)

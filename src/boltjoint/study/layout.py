@@ -4,8 +4,6 @@ A file sits in the folder of what it depends on, so that a new force never touch
 a new stiffness never touches the mesh.
 """
 
-from boltjoint.names import JointName
-
 _ASSEMBLY = "results/assemblies/{assembly}"
 _PRELOAD = _ASSEMBLY + "/preload={preload_N}"
 _BASIS = "results/cases/{case}/{basis}"
@@ -60,13 +58,13 @@ def shown(form: str, kind: str, **which: object) -> str:
     kind
         What it shows, as ``response`` or ``accuracy``.
     which
-        As for ``path``.
+        As for ``path``; a joint is a ``names.JointName``.
     """
     folder, suffix = _FOLDERS[form]
     parts = [kind]
     for key, value in which.items():
         if key == "joint":
-            parts.append(JointName(value).file_name)
+            parts.append(value.file_name)
         elif key == "preload_N":
             parts.append(f"preload={value:.15g}")
         elif key == "resonance":

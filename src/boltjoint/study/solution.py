@@ -56,9 +56,7 @@ class CaseInBasis:
         for response, joint, how in self._problems(responses):
             given = {
                 "coordinates": str(response.coordinates),
-                "resonance": response.resonance,
-                "forces": self.forces,
-                "loss_factor": self.loss_factor,
+                **self._excitation(response),
                 **options,
             }
             yield solve_response(joint, **how, **given), self._parameters(response, given)
@@ -75,9 +73,7 @@ class CaseInBasis:
                 joint,
                 **how,
                 coordinates=response.coordinates,
-                resonance=response.resonance,
-                forces=self.forces,
-                loss_factor=self.loss_factor,
+                **self._excitation(response),
                 jacobians=timed,
                 **options,
             )
@@ -87,11 +83,7 @@ class CaseInBasis:
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
         for response, joint, how in self._problems(responses):
-            given = {
-                "resonance": response.resonance,
-                "forces": self.forces,
-                "loss_factor": self.loss_factor,
-            }
+            given = self._excitation(response)
             yield find_backbone(joint, **how, **given), self._parameters(response, given)
 
     def _problems(
@@ -113,6 +105,14 @@ class CaseInBasis:
                 given=self.windows[response.resonance],
             )
             yield response, joint, {"window": window, "control": StepControl(**self.steps)}
+
+    def _excitation(self, response: "Response") -> dict[str, object]:
+        """Resonance, forces and damping of a response."""
+        return {
+            "resonance": response.resonance,
+            "forces": self.forces,
+            "loss_factor": self.loss_factor,
+        }
 
     def _parameters(self, response: "Response", given: Mapping[str, object]) -> dict[str, object]:
         resonance = response.resonance

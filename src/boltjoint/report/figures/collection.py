@@ -1,6 +1,7 @@
 """Figures of a study, each drawn from its results."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
@@ -40,8 +41,9 @@ def _mesh(artefact: "Artefact", results: Results, _: dict) -> Figure:
     return structure.plot_mesh(results.dataset("assembly", **artefact.which))
 
 
-def _under_preload(artefact: "Artefact", results: Results, _: dict) -> Figure:
-    plot = contact.plot_contact if artefact.kind == "contact" else structure.plot_deformation
+def _under_preload(
+    plot: Callable[..., Figure], artefact: "Artefact", results: Results, _: dict
+) -> Figure:
     return plot(
         results.dataset("assembly", assembly=artefact.assembly),
         results.dataset("preload", **artefact.which),
@@ -98,15 +100,10 @@ def _times(artefact: "Artefact", results: Results, _: dict) -> Figure:
     return times.plot_times(table, artefact.resonance)
 
 
-def _of_table(artefact: "Artefact", results: Results, _: dict) -> Figure:
-    plot = {
-        "bases": convergence.plot_bases,
-        "divisions": convergence.plot_divisions,
-        "models": convergence.plot_models,
-        "patterns": convergence.plot_patterns,
-        "sampling": convergence.plot_sampling,
-    }
-    return plot[artefact.kind](results.table(artefact.kind, **artefact.which))
+def _of_table(
+    plot: Callable[..., Figure], artefact: "Artefact", results: Results, _: dict
+) -> Figure:
+    return plot(results.table(artefact.kind, **artefact.which))
 
 
 def _of_joint(artefact: "Artefact") -> dict[str, object]:
@@ -116,13 +113,17 @@ def _of_joint(artefact: "Artefact") -> dict[str, object]:
 _FIGURES: dict[str, "Callable[[Artefact, Results, dict], Figure]"] = {
     "mesh": _mesh,
     "modes": _modes,
-    "contact": _under_preload,
-    "deformation": _under_preload,
+    "contact": partial(_under_preload, contact.plot_contact),
+    "deformation": partial(_under_preload, structure.plot_deformation),
     "regions": _regions,
     "loops": _loops,
     "response": _response,
     "states": _states,
     "backbone": _backbone,
     "times": _times,
-    **dict.fromkeys(["bases", "divisions", "models", "patterns", "sampling"], _of_table),
+    "bases": partial(_of_table, convergence.plot_bases),
+    "divisions": partial(_of_table, convergence.plot_divisions),
+    "models": partial(_of_table, convergence.plot_models),
+    "patterns": partial(_of_table, convergence.plot_patterns),
+    "sampling": partial(_of_table, convergence.plot_sampling),
 }
