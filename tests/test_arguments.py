@@ -15,9 +15,10 @@ from small_joint import make_joint, make_preload
 
 from boltjoint import dataset
 from boltjoint.dynamics import branch, folds
+from boltjoint.dynamics.backbone import find_backbone, trace_backbone
 from boltjoint.dynamics.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.coordinates import formulate_equations
-from boltjoint.dynamics.epmc import Backbone, EPMCEquations, find_backbone
+from boltjoint.dynamics.epmc import EPMCEquations
 from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
@@ -338,7 +339,7 @@ ATTACKS = {
         lambda: solved(force=-1.0),
         lambda: solved(force=NAN),
         lambda: solved(force=[1.0]),
-        lambda: synthesise_response(Backbone(MODE, (1e-8, 1e-7)), -1.0, (60.0, 200.0)),
+        lambda: synthesise_response(trace_backbone(MODE, (1e-8, 1e-7)), -1.0, (60.0, 200.0)),
         lambda: steady(force=0.0),
         lambda: periodic(force=np.inf),
     ],
@@ -432,8 +433,11 @@ ATTACKS = {
     ],
     "branches": [lambda: branch.to_dataset(JOINT, [], 0.01)],
     "errors": [lambda: branch.to_dataset(JOINT, [solved()], 0.01, [])],
-    "amplitudes": [lambda: Backbone(MODE, (1e-7, 1e-8)), lambda: Backbone(MODE, (0.0, 1.0))],
-    "equations": [lambda: Backbone(BALANCE, (1e-8, 1e-7))],
+    "amplitudes": [
+        lambda: trace_backbone(MODE, (1e-7, 1e-8)),
+        lambda: trace_backbone(MODE, (0.0, 1.0)),
+    ],
+    "equations": [lambda: trace_backbone(BALANCE, (1e-8, 1e-7))],
     "backbone": [lambda: synthesise_response(MODE, 1.0, (60.0, 200.0))],
     "tolerance": [
         lambda: StepControl(tolerance=NAN),

@@ -14,7 +14,7 @@ _NAMES = {
     "StepControl": "solvers.equations",
     "VariableLoad": "friction.variable",
     "connect_nodes": "joint.node_to_node",
-    "find_backbone": "dynamics.epmc",
+    "find_backbone": "dynamics.backbone",
     "fit_reduced_joint": "joint.reduced",
     "frequency_window": "dynamics.frequency_response",
     "load_joint": "joint.io",

@@ -9,9 +9,10 @@ from scipy.optimize import root
 from small_joint import make_joint
 
 from boltjoint import dataset
+from boltjoint.dynamics.backbone import backbone_from_dataset, find_backbone, trace_backbone
 from boltjoint.dynamics.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.epmc import Backbone, EPMCEquations, find_backbone
-from boltjoint.dynamics.frequency_response import frequency_window, solve_branch
+from boltjoint.dynamics.epmc import EPMCEquations
+from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -45,8 +46,9 @@ def with_one_mode(joint):
 
 def mode_at(backbone, amplitude):
     """The mode at an amplitude within a backbone."""
-    amplitudes = [state.amplitude for state in backbone.states]
-    return backbone.solve_between(np.searchsorted(amplitudes, amplitude) - 1, amplitude)
+    p, wanted = [state.log_amplitude for state in backbone.states], np.log(amplitude)
+    after = np.searchsorted(p, wanted)
+    return backbone.solve_between(*backbone.states[after - 1 : after + 1], wanted)
 
 
 K, SLIP = 1e5, 10.0
@@ -99,7 +101,7 @@ def test_cantilever_from_stick_to_slip(modes):
     joint = cantilever(modes)
     equations = EPMCEquations(joint, LOSS)
     slips_at = SLIP / K / abs(joint.tangential_mode[0] @ equations.stuck)
-    backbone = Backbone(equations, (0.5 * slips_at, 2e4 * slips_at), EXACT)
+    backbone = trace_backbone(equations, (0.5 * slips_at, 2e4 * slips_at), EXACT)
     assert backbone.complete
     amplitude = np.array([state.amplitude for state in backbone.states])
     expected = solve_at_the_tip(joint, amplitude, equations.scale)
@@ -137,7 +139,7 @@ def test_jacobian_and_parameter_derivative_equal_differences(any_joint):
 @pytest.mark.parametrize("resonance", [1, 2, 3])
 def test_while_all_sticks_the_mode_is_that_of_the_stuck_structure(any_joint, resonance):
     equations = EPMCEquations(any_joint, LOSS, resonance)
-    state = Backbone(equations, (1e-11, 2e-11), EXACT).states[0]
+    state = trace_backbone(equations, (1e-11, 2e-11), EXACT).states[0]
     L = np.diag((2 * np.pi * any_joint.natural_frequency) ** 2)
     stuck = L + any_joint.stuck_stiffness()
     values = np.linalg.eigvals(stuck + 1j * LOSS * L)
@@ -153,7 +155,7 @@ def test_while_all_sticks_the_mode_is_that_of_the_stuck_structure(any_joint, res
 
 def test_when_all_slips_friction_is_a_constant_force(joint):
     """Im lambda a, beyond the structure's, goes to 4/pi times the slip forces on the free mode."""
-    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-4, 1e3))
+    backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-4, 1e3))
     assert backbone.complete
     free = (2 * np.pi * joint.natural_frequency[0]) ** 2
     expected = 4 / np.pi * joint.law.slip_force @ abs(joint.tangential_mode[:, 0])
@@ -170,7 +172,7 @@ def test_when_all_slips_friction_is_a_constant_force(joint):
 
 def test_damping_is_what_is_lost_in_a_period(joint):
     """Im lambda is the loss over pi a^2 phi^H phi: loops of the elements, and the structure's."""
-    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), EXACT)
+    backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), EXACT)
     k, slip = joint.law.tangential_stiffness, joint.law.slip_force
     L = (2 * np.pi * joint.natural_frequency) ** 2
     for state in backbone.states:
@@ -188,8 +190,8 @@ def test_twice_the_load_and_the_amplitude_change_nothing(any_joint):
         twice = replace(law, slip_force=2 * law.slip_force)
     else:
         twice = replace(law, normal_load=2 * law.normal_load)
-    one = Backbone(EPMCEquations(any_joint, LOSS), (1e-6, 1e-2), EXACT)
-    other = Backbone(
+    one = trace_backbone(EPMCEquations(any_joint, LOSS), (1e-6, 1e-2), EXACT)
+    other = trace_backbone(
         EPMCEquations(replace(any_joint, law=twice), LOSS), (2 * 1e-6, 2 * 1e-2), EXACT
     )
     for amplitude in np.geomspace(2e-6, 5e-3, 20):
@@ -236,7 +238,7 @@ def test_with_more_modes_the_synthesised_response_is_near(any_joint, force, reso
 def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
     force = 5.0
     equations = EPMCEquations(any_joint, LOSS)
-    backbone = Backbone(equations, (1e-6, 1e-3), EXACT)
+    backbone = trace_backbone(equations, (1e-6, 1e-3), EXACT)
     state = mode_at(backbone, 2e-5)
     excitation = any_joint.excitation_mode * force
     # a mode of the complex symmetric matrix is normalised without conjugate
@@ -280,11 +282,11 @@ def test_the_window_is_covered_from_end_to_end(any_joint, force):
 def test_a_response_that_the_backbone_does_not_cover_says_why(joint, shares, reason):
     force, window = 5.0, frequency_window(joint)
     equations = EPMCEquations(joint, LOSS)
-    whole = synthesise_response(Backbone(equations, (1e-6, 1e-2)), force, window)
+    whole = synthesise_response(trace_backbone(equations, (1e-6, 1e-2)), force, window)
     assert whole.complete
     amplitude = np.linalg.norm(whole.modal_coordinate[whole.peak])
     part = synthesise_response(
-        Backbone(equations, tuple(amplitude * s for s in shares)), force, window
+        trace_backbone(equations, tuple(amplitude * s for s in shares)), force, window
     )
     assert not part.complete
     assert part.reason == reason
@@ -331,7 +333,8 @@ def test_forces_of_a_backbone_rise_and_cover_what_was_asked_for(any_joint, tmp_p
     assert found["complete"] == 1
     assert found["reason"] == ""
     units = {name: found[name].attrs["units"] for name in found}
-    assert units == {
+    bias = {"bias": "kg^1/2 m"} if any_joint.normal_mode is not None else {}
+    assert units == bias | {
         "modal_amplitude": "kg^1/2 m",
         "response_amplitude": "m",
         "natural_frequency": "Hz",
@@ -356,7 +359,7 @@ def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
     joint = with_one_mode(any_joint) if modes == 1 else any_joint
     window = frequency_window(joint)
     found = find_backbone(joint, [0.1, 10.0], loss_factor=LOSS, window=window)
-    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-8, 1.0))
+    backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-8, 1.0))
     for i in range(2, found.sizes["state"], 4):
         at = found.isel(state=i)
         response = synthesise_response(backbone, float(at["peak_force"]), window)
@@ -373,8 +376,35 @@ def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
         assert response == pytest.approx(float(at["response_amplitude"]), rel=near)
 
 
+def test_responses_from_the_file_are_those_from_the_backbone(any_joint, tmp_path):
+    forces, window = [0.5, 5.0], frequency_window(any_joint)
+    dataset.save(
+        find_backbone(any_joint, forces, loss_factor=LOSS, window=window), tmp_path / "backbone.nc"
+    )
+    stored = dataset.load(tmp_path / "backbone.nc")
+    known = backbone_from_dataset(any_joint, stored)
+    given = {"loss_factor": LOSS, "window": window, "coordinates": "backbone"}
+    response = solve_response(any_joint, forces, **given, backbone=stored)
+    traced = solve_response(any_joint, forces, **given)
+    assert len(known.states) == stored.sizes["state"]
+    for i, force in enumerate(forces):
+        alone = synthesise_response(known, force, window)
+        assert response["peak_frequency"][i] == alone.frequency[alone.peak]
+        # each is solved to the tolerance of the equations, over the damping ratio
+        np.testing.assert_allclose(
+            response["peak_amplitude"][i], traced["peak_amplitude"][i], rtol=1e-7
+        )
+
+
+def test_a_file_of_another_joint_is_refused(any_joint):
+    window = frequency_window(any_joint)
+    found = find_backbone(any_joint, [1.0], loss_factor=LOSS, window=window)
+    with pytest.raises(ValueError, match="stored has 3 modes, the joint 1"):
+        backbone_from_dataset(with_one_mode(any_joint), found)
+
+
 def test_a_backbone_that_begins_above_the_peak_is_told(joint):
-    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-4, 3e-4))
+    backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-4, 3e-4))
     part = synthesise_response(backbone, 5.0, frequency_window(joint))
     assert not part.complete
     assert part.frequency.size == 0
@@ -385,10 +415,10 @@ def test_a_mode_that_slips_from_the_first_is_followed_from_where_it_sticks(joint
     mode, amplitudes = EPMCEquations(joint, LOSS), (5e-4, 1e-2)
     few = StepControl(maximum_iterations=3, target_iterations=1)
     assert not newton(mode, mode.start(), np.log(amplitudes[0]), few)[0].converged
-    backbone = Backbone(mode, amplitudes, few)
+    backbone = trace_backbone(mode, amplitudes, few)
     assert backbone.complete
     assert backbone.states[0].amplitude < amplitudes[0]
-    known = mode_at(Backbone(mode, (1e-6, 1e-2)), 1e-3)
+    known = mode_at(trace_backbone(mode, (1e-6, 1e-2)), 1e-3)
     assert mode_at(backbone, 1e-3).eigenvalue == pytest.approx(known.eigenvalue, rel=1e-7)
 
 
@@ -396,7 +426,7 @@ def test_a_mode_that_is_not_found_at_all_is_told(joint):
     hopeless = StepControl(maximum_iterations=1, target_iterations=1)
     window = frequency_window(joint)
     part = synthesise_response(
-        Backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), hopeless), 5.0, window
+        trace_backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), hopeless), 5.0, window
     )
     assert (part.complete, part.peak, part.frequency.size) == (False, None, 0)
     assert part.reason == "no solution found at the start of the window"
@@ -425,9 +455,9 @@ def test_the_peak_is_the_largest_response(joint, force):
 
 def test_what_breaks_off_beyond_the_peak_does_not_matter(joint):
     window = frequency_window(joint)
-    backbone = Backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2))
+    backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2))
     whole = synthesise_response(backbone, 5.0, window)
-    backbone.complete, backbone.reason = False, "broke off at the far end"
-    again = synthesise_response(backbone, 5.0, window)
+    ended = replace(backbone, complete=False, reason="broke off at the far end")
+    again = synthesise_response(ended, 5.0, window)
     np.testing.assert_array_equal(again.frequency, whole.frequency)
     assert again.complete

@@ -3,7 +3,7 @@ import pytest
 from figure_parts import FORCES, curves, legend_texts, marks, texts_in
 from small_joint import make_joint
 
-from boltjoint.dynamics.epmc import find_backbone
+from boltjoint.dynamics.backbone import find_backbone
 from boltjoint.dynamics.frequency_response import frequency_window, solve_response
 from boltjoint.report.figures.responses import plot_backbones, plot_response
 from boltjoint.report.figures.style import save_figure

@@ -6,11 +6,11 @@ from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 output, params = snakemake.output, snakemake.params
-case = CaseInBasis(**params.case)
-solved = case.solve(params.responses, **params.options)
+case, backbones = CaseInBasis(**params.case), {}
+traced = zip(params.backbones, case.trace_backbones(params.backbones), strict=True)
+for path, (response, (backbone, parameters)) in zip(output.backbones, traced, strict=True):
+    dataset.save(backbone, path, parameters)
+    backbones[response] = backbone
+solved = case.solve(params.responses, backbones, **params.options)
 for path, (response, parameters) in zip(output.responses, solved, strict=True):
     dataset.save(response, path, parameters)
-for path, (backbone, parameters) in zip(
-    output.backbones, case.trace_backbones(params.backbones), strict=True
-):
-    dataset.save(backbone, path, parameters)

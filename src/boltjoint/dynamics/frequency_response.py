@@ -5,8 +5,9 @@ backbone.
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -14,6 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.dynamics.backbone import Backbone, backbone_from_dataset, trace_for_forces
 from boltjoint.dynamics.branch import (
     Branch,
     BranchError,
@@ -23,10 +25,9 @@ from boltjoint.dynamics.branch import (
 )
 from boltjoint.dynamics.continuation import Continuation
 from boltjoint.dynamics.coordinates import check_options, formulate_equations
-from boltjoint.dynamics.epmc import Backbone, EPMCEquations
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import Jacobian
-from boltjoint.dynamics.modal_synthesis import BEGINS_ABOVE, synthesise_response
+from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
 from boltjoint.joint.model import Joint
 from boltjoint.names import Coordinates
@@ -35,9 +36,6 @@ from boltjoint.solvers.equations import SolutionBranch, StepControl
 logger = logging.getLogger(__name__)
 
 Fallback = Literal["none", "linear"]
-
-#: amplitudes at which a backbone begins, over the one estimated, until one is low enough
-_FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3)
 
 
 def frequency_window(
@@ -156,7 +154,9 @@ def solve_branch(
     if coordinates == "backbone":
         if start is not None:
             raise ValueError("a response synthesised from the backbone has no start")
-        return _synthesise(joint, force, loss_factor, window, resonance, control)
+        of_mode = {"loss_factor": loss_factor, "resonance": resonance, "control": control}
+        known = trace_for_forces(joint, [force], window=window, **of_mode)
+        return synthesise_branch(known, force, window)
     balance = HarmonicBalance(joint, loss_factor, force)
     equations = formulate_equations(
         coordinates, balance, resonance, jacobian, basis_update, quasi_static_correction
@@ -185,6 +185,7 @@ def solve_response(
     control: StepControl | None = None,
     largest_error: float = 0.05,
     fallback: Fallback = "none",
+    backbone: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Frequency responses at several force levels as the dataset of ``response.nc``.
 
@@ -201,6 +202,9 @@ def solve_response(
     fallback
         ``linear`` solves such branches, and those that are not complete, again in linear modes;
         ``none`` keeps them.
+    backbone
+        Of ``find_backbone``, from which coordinates ``backbone`` synthesise all responses; by
+        default it is traced once for all forces.
 
     Returns
     -------
@@ -221,16 +225,13 @@ def solve_response(
     window = checks.interval("window", window)
     linear = {"loss_factor": loss_factor, "window": window, "resonance": resonance}
     linear |= {"jacobian": jacobian, "control": control}
+    update = {"basis_update": basis_update, "quasi_static_correction": quasi_static_correction}
+    solve = branch_solver(
+        joint, forces, coordinates=coordinates, backbone=backbone, **update, **linear
+    )
     branches, errors = [], []
     for force in forces:
-        branch = solve_branch(
-            joint,
-            force,
-            coordinates=coordinates,
-            basis_update=basis_update,
-            quasi_static_correction=quasi_static_correction,
-            **linear,
-        )
+        branch = solve(force)
         if coordinates != "linear":
             error = estimate_branch_error(joint, branch, loss_factor)
             wrong = _is_wrong(branch, error, largest_error)
@@ -259,6 +260,57 @@ def solve_response(
     )
 
 
+def branch_solver(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    loss_factor: float,
+    window: tuple[float, float] | None = None,
+    coordinates: str = "linear",
+    resonance: int = 1,
+    jacobian: Jacobian = "analytic",
+    basis_update: BasisUpdate = "implicit",
+    quasi_static_correction: bool = True,
+    control: StepControl | None = None,
+    backbone: xr.Dataset | None = None,
+) -> Callable[[float], Branch]:
+    """Function that gives the frequency response at each of several force levels.
+
+    What all of them have in common is done once: a backbone, unless it is given, is traced here.
+
+    Parameters
+    ----------
+    joint, forces, loss_factor, window, coordinates, resonance, jacobian, basis_update,
+    quasi_static_correction, control, backbone
+        As for ``solve_response``.
+
+    Raises
+    ------
+    ValueError
+        As for ``solve_branch``; with other coordinates than ``backbone`` only once it is called.
+    """
+    of_mode = {"loss_factor": loss_factor, "resonance": resonance, "control": control}
+    if coordinates != "backbone":
+        return partial(
+            solve_branch,
+            joint,
+            window=window,
+            coordinates=coordinates,
+            jacobian=jacobian,
+            basis_update=basis_update,
+            quasi_static_correction=quasi_static_correction,
+            **of_mode,
+        )
+    check_options(jacobian, basis_update, quasi_static_correction)
+    if window is None:
+        window = frequency_window(joint, resonance=resonance)
+    if backbone is None:
+        known = trace_for_forces(joint, forces, window=window, **of_mode)
+    else:
+        known = backbone_from_dataset(joint, backbone, control)
+    return partial(synthesise_branch, known, window=window)
+
+
 def _is_wrong(branch: Branch, error: BranchError, largest_error: float) -> bool:
     """Whether the estimated errors of a branch are larger than allowed; warns if so."""
     wrong = error.exceeds(largest_error)
@@ -274,23 +326,18 @@ def _is_wrong(branch: Branch, error: BranchError, largest_error: float) -> bool:
     return wrong
 
 
-def _synthesise(
-    joint: Joint,
-    force: float,
-    loss_factor: float,
-    window: tuple[float, float],
-    resonance: int,
-    control: StepControl,
-) -> Branch:
-    """Branch by nonlinear modal synthesis."""
-    equations = EPMCEquations(joint, loss_factor, resonance)
-    low, high = equations.amplitudes_for([force], window)
-    for first in _FIRST_AMPLITUDES:
-        backbone = Backbone(equations, (first * low, high), control)
-        response = synthesise_response(backbone, force, window)
-        if response.reason != BEGINS_ABOVE:
-            break
-    count, output = response.frequency.size, OutputPoint(equations.balance)
+def synthesise_branch(backbone: Backbone, force: float, window: tuple[float, float]) -> Branch:
+    """Frequency response at one force level by nonlinear modal synthesis.
+
+    Parameters
+    ----------
+    backbone
+        That covers the response (``trace_for_forces``).
+    force, window
+        As for ``solve_branch``.
+    """
+    response = synthesise_response(backbone, force, window)
+    count, output = response.frequency.size, OutputPoint(backbone.equations.balance)
     return Branch(
         force=force,
         frequency=response.frequency,

@@ -7,29 +7,26 @@ synthesis: application to harmonically forced and self-excited mechanical system
 and Vibration 332 (2013) 6798-6814.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from boltjoint import checks
-from boltjoint.dynamics.epmc import Backbone, ModalState
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-
-#: why a response does not reach the ends of the window, though its backbone is complete
-BEGINS_ABOVE = "the backbone begins above the response at an end of the window"
+from boltjoint.dynamics.backbone import Backbone
+from boltjoint.dynamics.epmc import ModalState
 
 #: why a response has no peak where friction alone dissipates energy
 _UNLIMITED = "friction alone does not limit the response to this force"
 
 #: phases from the peak [rad] at which a response is given beside the states of the backbone
-_PHASES = np.geomspace(0.01, 1.45, 24)
+_PHASES = np.array([0.04, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4])
 
-#: width [rad] within which the peak of the output point is located
-_PHASE_WIDTH = 1e-8
+#: width, over the phase, within which the peak of the output point is located
+_PHASE_WIDTH = 1e-5
 
 
 @dataclass(frozen=True)
@@ -74,55 +71,44 @@ def synthesise_response(
     checks.instance("backbone", backbone, Backbone)
     force, window = checks.number("force", force, above=0), checks.interval("window", window)
     curve = _ResponseCurve(backbone, force)
-    if curve.unreached == 0 or not backbone.states:
-        empty = np.zeros((0, curve.balance.modal_force.size))
+    if not backbone.states or curve.unreached == 0:
+        empty = np.zeros((0, backbone.equations.start().size - 2))
         reason = "the backbone begins above the peak" if backbone.states else backbone.reason
         return SynthesisedResponse(np.zeros(0), empty, None, False, reason)
 
-    positions = curve.positions()
-    points = [curve.point(*position) for position in positions]
-    ends = [(2 * np.pi * f) ** 2 for f in window]
-    first, last = (curve.crossing(positions, points, end) for end in ends)
-    inside = [
-        (position, point)
-        for position, point in zip(positions, points, strict=True)
-        if ends[0] < point.squared < ends[1]
-    ]
-    if first is not None:
-        inside.insert(0, first)
-    if last is not None:
-        inside.append(last)
-    if first is not None and last is not None:
+    points = curve.points()
+    low, high = ((2 * np.pi * f) ** 2 for f in window)
+    first, last = curve.crossing(points, low), curve.crossing(points, high)
+    if last:
+        points = [*points[: last[0]], last[1]]
+    if first:
+        points = [first[1], *points[first[0] :]]
+    points = [point for point in points if low <= point.squared <= high]
+    if first and last:
         reason = ""
-    elif curve.peak_amplitude is None:
+    elif curve.peak is None:
         reason = backbone.reason or (
             "the backbone ends below the peak" if curve.balance.loss_factor else _UNLIMITED
         )
     else:
-        reason = BEGINS_ABOVE
-    peak = None if curve.peak_amplitude is None else curve.peak(inside)
+        reason = "the backbone begins above the response at an end of the window"
+    peak = None if curve.peak is None else curve.insert_peak(points)
     return SynthesisedResponse(
-        frequency=np.sqrt([point.squared for _, point in inside]) / (2 * np.pi),
-        modal_coordinate=np.array([point.motion for _, point in inside]).reshape(
-            len(inside), curve.balance.modal_force.size
-        ),
+        frequency=np.sqrt([point.squared for point in points]) / (2 * np.pi),
+        modal_coordinate=curve.motions(points),
         peak=peak,
         complete=not reason,
         reason=reason,
     )
 
 
-#: modal amplitude, and phase [rad] from the peak: negative below resonance, positive above, in size
-#: arccos of the amplitude over that at the peak
-_Position = tuple[float, float]
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """A state of the mode at the square of a frequency [rad2/s2] below or above resonance."""
 
-
-@dataclass(frozen=True)
-class _ResponsePoint:
+    state: ModalState
+    side: int
     squared: float
-    """Square of the frequency [rad2/s2]."""
-    motion: NDArray[np.float64]
-    """Unknown of the balance."""
 
 
 class _ResponseCurve:
@@ -131,122 +117,120 @@ class _ResponseCurve:
     def __init__(self, backbone: Backbone, force: float) -> None:
         self.backbone, self.balance = backbone, backbone.equations.balance
         self.excitation = self.balance.joint.excitation_mode * force
-        states = backbone.states
+        #: states whose amplitude the force exceeds, and at last that of the peak
+        self.states = list(backbone.states)
         #: index of the first state whose amplitude the force does not reach
         self.unreached = next(
-            (i for i, state in enumerate(states) if self._excess(state) <= 0), None
+            (i for i, state in enumerate(backbone.states) if self._excess(state) <= 0), None
         )
-        #: modal amplitude at the peak
-        self.peak_amplitude: float | None = None
+        self.peak: ModalState | None = None
         if self.unreached:
-            before = self.unreached - 1
-            self.peak_amplitude = _root(
-                lambda a: self._excess(backbone.solve_between(before, a)),
-                (states[before].amplitude, states[self.unreached].amplitude),
-            )
+            below, above = backbone.states[self.unreached - 1 : self.unreached + 1]
+            self.peak = backbone.solve_root(self._excess, below, above, above.eigenvalue.imag)
+            self.states[self.unreached :] = [self.peak]
 
-    def positions(self) -> list[_Position]:
-        """Positions of the response: states of the backbone, and more near the peak."""
-        amplitudes = [state.amplitude for state in self.backbone.states[: self.unreached]]
-        if self.peak_amplitude is None:
-            # without a peak, phases only number the amplitudes
-            return [(a, -1.0 / (1 + i)) for i, a in enumerate(amplitudes)]
-        phases = [
-            float(np.arccos(a / self.peak_amplitude)) for a in amplitudes if a < self.peak_amplitude
-        ]
-        phases += [phase for phase in _PHASES if self.amplitude_at(phase) > amplitudes[0]]
-        phases = sorted({*phases, 0.0})
-        both = [*(-phase for phase in reversed(phases[1:])), *phases]
-        return [(self.amplitude_at(phase), phase) for phase in both]
+    def points(self) -> list[_Point]:
+        """Points of the response: at states of the backbone, and more near the peak."""
+        if self.peak is None:
+            return [self._point(state, -1) for state in self.states]
+        states = sorted([*self.states, *self._near_peak()], key=lambda each: each.log_amplitude)
+        below = [self._point(state, -1) for state in states if state is not self.peak]
+        above = [self._point(point.state, 1) for point in reversed(below)]
+        return [*below, self._point(self.peak, 0), *above]
 
-    def amplitude_at(self, phase: float) -> float:
-        return self.peak_amplitude * float(np.cos(phase))
+    def _near_peak(self) -> Iterator[ModalState]:
+        """States at phases from the peak."""
+        p = np.array([state.log_amplitude for state in self.states])
+        for wanted in p[-1] + np.log(np.cos(_PHASES)):
+            # the last interval that holds the amplitude
+            found = np.flatnonzero((p[:-1] <= wanted) & (wanted <= p[1:]))
+            if found.size:
+                first, second = self.states[found[-1] : found[-1] + 2]
+                yield self.backbone.solve_between(first, second, float(wanted))
 
-    def peak(self, points: "list[tuple[_Position, _ResponsePoint]]") -> int | None:
+    def crossing(self, points: Sequence[_Point], end: float) -> tuple[int, _Point] | None:
+        """First crossing of the square of a frequency, with the number of points before it."""
+        for before, (point, after) in enumerate(pairwise(points), start=1):
+            if point.squared <= end <= after.squared:
+                side = point.side or after.side
+                squared = {id(each.state): each.squared for each in (point, after)}
+
+                def beyond(state: ModalState, side: int = side, known: dict = squared) -> float:
+                    return known.get(id(state), self._point(state, side).squared) - end
+
+                state = self.backbone.solve_root(beyond, point.state, after.state, end)
+                return before, _Point(state, side, end)
+        return None
+
+    def insert_peak(self, points: list[_Point]) -> int | None:
         """Index of the largest maximum of the output point, which is located and inserted.
 
         None without a maximum between the first and the last point.
         """
-        amplitude = np.array([self.output_amplitude(point) for _, point in points])
+        amplitude = self.output_amplitude(points)
         rises, falls = np.diff(amplitude[:-1]) >= 0, np.diff(amplitude[1:]) <= 0
         maxima = 1 + np.flatnonzero(rises & falls)
         if not maxima.size:
             return None
         highest = int(maxima[np.argmax(amplitude[maxima])])
+        around = points[highest - 1 : highest + 2]
+        phases = [self._phase(point) for point in around]
+        if not amplitude[highest] > max(amplitude[highest - 1], amplitude[highest + 1]):
+            return highest  # flat, to rounding
 
-        def at(phase: float) -> tuple[_Position, _ResponsePoint]:
-            position = self.amplitude_at(phase), phase
-            return position, self.point(*position)
+        def at(phase: float) -> _Point:
+            first, second = around[:2] if phase < phases[1] else around[1:]
+            p = self.peak.log_amplitude + float(np.log(np.cos(phase)))
+            state = self.backbone.solve_between(first.state, second.state, p)
+            return self._point(state, int(np.sign(phase)))
 
-        around = [points[i][0][1] for i in (highest - 1, highest + 1)]
         located = minimize_scalar(
-            lambda phase: -self.output_amplitude(at(phase)[1]),
-            bounds=around,
-            method="bounded",
-            options={"xatol": _PHASE_WIDTH},
+            lambda phase: -self.output_amplitude([at(phase)])[0],
+            bracket=phases,
+            method="brent",
+            options={"xtol": _PHASE_WIDTH},
         )
         if -located.fun <= amplitude[highest]:
             return highest
-        highest += int(located.x > points[highest][0][1])
+        highest += int(located.x > phases[1])
         points.insert(highest, at(located.x))
         return highest
 
-    def output_amplitude(self, point: _ResponsePoint) -> float:
-        """Amplitude of the output point [m]."""
-        s, c = point.motion.reshape(-1, len(self.balance.stiffness))[-2:]
-        mode = self.balance.joint.response_mode
-        return float(np.hypot(s @ mode, c @ mode))
+    def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:
+        """Amplitude of the output point at points of the response [m]."""
+        q = self.motions(points).reshape(len(points), -1, len(self.balance.stiffness))[:, -2:]
+        return np.hypot(*(q @ self.balance.joint.response_mode).T)
 
-    def point(self, amplitude: float, phase: float) -> _ResponsePoint:
-        state = self._state(amplitude)
-        distance, damping = state.excited_distance(self.excitation), state.eigenvalue.imag
-        squared = state.eigenvalue.real + np.sign(phase) * np.sqrt(
-            max(distance**2 - damping**2, 0.0)
-        )
-        return _ResponsePoint(squared, _motion(self.balance, state, squared, self.excitation))
-
-    def crossing(
-        self, positions: Sequence[_Position], points: Sequence[_ResponsePoint], end: float
-    ) -> tuple[_Position, _ResponsePoint] | None:
-        """First crossing of the square of a frequency, None without one."""
-        response = zip(positions, points, strict=True)
-        for (position, point), (next_position, next_point) in pairwise(response):
-            if point.squared <= end <= next_point.squared:
-                side = position[1] + next_position[1]
-                within = sorted((position[0], next_position[0]))
-                a = _root(lambda a, side=side: self.point(a, side).squared - end, within)
-                return (a, side), _ResponsePoint(end, self.point(a, side).motion)
-        return None
+    def motions(self, points: Sequence[_Point]) -> NDArray[np.float64]:
+        """Unknowns of the balance at points of the response, shape (points, unknowns)."""
+        modes = len(self.balance.stiffness)
+        if not points:
+            return np.zeros((0, self.backbone.equations.start().size - 2))
+        states = [point.state for point in points]
+        squared = np.array([point.squared for point in points])
+        mode = np.array([state.mode for state in states])
+        phi = mode / np.sqrt(np.einsum("ij,ij->i", mode, mode))[:, None]
+        modal_force = phi @ self.excitation
+        eigenvalue = np.array([state.eigenvalue for state in states])
+        dynamic = np.array([state.contact_stiffness for state in states])
+        dynamic += self.balance.complex_stiffness
+        dynamic -= squared[:, None, None] * np.eye(modes)
+        right = self.excitation - phi * modal_force[:, None]
+        residual_modes = np.linalg.solve(dynamic, right[:, :, None])[:, :, 0]
+        share = modal_force / (eigenvalue - squared) - np.einsum("ij,ij->i", phi, residual_modes)
+        q = residual_modes + phi * share[:, None]
+        return np.hstack([np.array([state.bias for state in states]), q.real, q.imag])
 
     def _excess(self, state: ModalState) -> float:
         """Excitation beyond that which balances the damping, in terms of lambda."""
         return state.excited_distance(self.excitation) - state.eigenvalue.imag
 
-    def _state(self, amplitude: float) -> ModalState:
-        """State of an amplitude, on the last interval with it that the force reaches."""
-        states = self.backbone.states
-        last = len(states) - 1 if self.unreached is None else self.unreached
-        below = [i for i in range(last) if states[i].amplitude <= amplitude]
-        return self.backbone.solve_between(below[-1], amplitude) if below else states[0]
+    def _phase(self, point: _Point) -> float:
+        """Phase from the peak [rad], negative below resonance."""
+        ratio = np.exp(point.state.log_amplitude - self.peak.log_amplitude)
+        return point.side * float(np.arccos(min(ratio, 1.0)))
 
-
-def _root(function: Callable[[float], float], within: Sequence[float]) -> float:
-    """Root of a function of the amplitude between two of them."""
-    low, high = within
-    return float(brentq(function, low, high, xtol=1e-12 * high))
-
-
-def _motion(
-    balance: HarmonicBalance, state: ModalState, squared: float, excitation: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Unknown of the balance at the square of a frequency [rad2/s2]."""
-    harmonic = state.amplitude * state.mode
-    phi = state.mode / np.sqrt(state.mode @ state.mode)
-    modal_force = phi @ excitation
-    y = modal_force / (state.eigenvalue - squared)
-    x = np.concatenate([state.bias, harmonic.real, harmonic.imag])
-    contact = balance.contact.spring_stiffness(balance.describing_function(x))
-    dynamic = balance.complex_stiffness + contact - squared * np.eye(len(phi))
-    residual_modes = np.linalg.solve(dynamic, excitation - phi * modal_force)
-    q = phi * y + residual_modes - phi * (phi @ residual_modes)
-    return np.concatenate([state.bias, q.real, q.imag])
+    def _point(self, state: ModalState, side: int) -> _Point:
+        if side == 0:
+            return _Point(state, side, state.eigenvalue.real)
+        return _Point(state, side, state.frequencies_under(self.excitation)[side > 0])

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import checks
-from boltjoint.dynamics.epmc import Backbone, EPMCEquations
+from boltjoint.dynamics.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.frequency_response import Branch, frequency_window, solve_branch
 from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -113,10 +113,9 @@ def peaks_near(
     """
     forces = checks.numbers("forces", forces)
     checks.instance("joint", joint, Joint)
-    joint.check_excitation(resonance)
+    of_mode = {"resonance": resonance, "control": control}
     window = frequency_window(joint, resonance=resonance)
-    mode = EPMCEquations(joint, loss_factor, resonance)
-    backbone = Backbone(mode, mode.amplitudes_for(forces, window), control)
+    backbone = trace_for_forces(joint, forces, loss_factor=loss_factor, window=window, **of_mode)
     rows = []
     for force in forces:
         branch = _near_peak(backbone, force, window, resonance, control)
@@ -127,8 +126,7 @@ def peaks_near(
                 force,
                 loss_factor=loss_factor,
                 window=window,
-                resonance=resonance,
-                control=control,
+                **of_mode,
             )
         row = {"force_N": force, "peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
         if branch.peak is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import xarray as xr
 
-from boltjoint.dynamics.epmc import find_backbone
+from boltjoint.dynamics.backbone import find_backbone
 from boltjoint.dynamics.frequency_response import frequency_window, solve_response
 from boltjoint.joint.io import load_joint
 from boltjoint.joint.model import Joint
@@ -50,7 +50,10 @@ class CaseInBasis:
     steps: Mapping[str, float]
 
     def solve(
-        self, responses: "Sequence[Response]", **options: object
+        self,
+        responses: "Sequence[Response]",
+        backbones: "Mapping[Response, xr.Dataset]",
+        **options: object,
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The frequency responses, and the parameters of each (``solve_response``)."""
         for response, joint, how in self._problems(responses):
@@ -59,7 +62,8 @@ class CaseInBasis:
                 **self._excitation(response),
                 **options,
             }
-            yield solve_response(joint, **how, **given), self._parameters(response, given)
+            found = solve_response(joint, **how, **given, backbone=backbones.get(response))
+            yield found, self._parameters(response, given)
 
     def time(
         self,

@@ -1,0 +1,318 @@
+"""Backbone: natural frequency, damping and shape of a nonlinear mode over its modal amplitude.
+
+Modes at a sequence of amplitudes are found by arc-length continuation; the mode at any other
+amplitude is solved from a cubic interpolation between two of them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+
+from boltjoint import checks
+from boltjoint.dataset import quantity
+from boltjoint.dynamics.epmc import EPMCEquations, ModalState
+from boltjoint.joint.model import Joint
+from boltjoint.solvers.arc_length import trace
+from boltjoint.solvers.equations import SolutionBranch, StepControl
+from boltjoint.solvers.newton import newton
+
+#: change of the logarithm of the amplitude that counts, in arc length, as much as doubling a mode:
+#: states decide where others are solved, and no other result depends on them
+_SCALE = 8.0
+
+#: amplitudes at which a backbone is started, over the lowest asked for
+_FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
+
+#: a root is found where its function is this small against the scale of the function
+_ROOT = 1e-11
+
+#: solutions after which a root is as close as the tolerance of the equations allows
+_MOST_SOLUTIONS = 12
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """States of a nonlinear mode in the order of the continuation, and the mode between them.
+
+    Parameters
+    ----------
+    equations
+        Of the nonlinear mode.
+    states
+        Solutions of the equations.
+    control
+        Tolerance of the equations.
+    complete, reason
+        Whether the last amplitude is reached; if not, why.
+    """
+
+    equations: EPMCEquations
+    states: tuple[ModalState, ...]
+    control: StepControl
+    complete: bool
+    reason: str
+
+    def solve_between(
+        self, first: ModalState, second: ModalState, log_amplitude: float
+    ) -> ModalState:
+        """The mode at an amplitude between those of two states of one interval.
+
+        The tolerance is relative to the damping of the mode, as are errors of the response.
+        """
+        guess = interpolate(first, second, log_amplitude).unknown
+        control = replace(self.control, tolerance=self.control.tolerance * self.equations.loss)
+        solution = newton(self.equations, guess, log_amplitude, control)[0]
+        return ModalState(self.equations, solution.x, log_amplitude)
+
+    def solve_root(
+        self,
+        function: Callable[[ModalState], float],
+        first: ModalState,
+        second: ModalState,
+        scale: float,
+    ) -> ModalState:
+        """The mode between two states at which a function of the mode is zero.
+
+        Each solution is that of the equations at the root of the interpolation, and replaces the
+        state on its side.
+
+        Parameters
+        ----------
+        function
+            Of different sign at both states.
+        scale
+            Size of the terms of the function.
+        """
+        values = function(first), function(second)
+        for _ in range(_MOST_SOLUTIONS):
+            ends = first.log_amplitude, second.log_amplitude
+            p = _root_of_interpolation(function, first, second, values)
+            solution = self.solve_between(first, second, p)
+            value = function(solution)
+            if abs(value) <= _ROOT * scale or p in ends:
+                break
+            if value * values[0] > 0:
+                first, values = solution, (value, values[1])
+            else:
+                second, values = solution, (values[0], value)
+        return solution
+
+    def to_dataset(self) -> xr.Dataset:
+        """The dataset of ``backbone.nc`` (``find_backbone``)."""
+        joint, states = self.equations.balance.joint, self.states
+        amplitude = np.array([state.amplitude for state in states])
+        mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
+        excitation = joint.excitation_mode
+        force = [state.eigenvalue.imag / state.excited_distance(excitation) for state in states]
+        frequency = [state.frequency for state in states]
+        damping = [state.damping_ratio for state in states]
+        response = amplitude * abs(mode @ joint.response_mode)
+        shape = np.stack([mode.real, mode.imag], axis=-1)
+        quantities = [
+            ("modal_amplitude", "state", amplitude, "kg^1/2 m", "modal amplitude"),
+            ("response_amplitude", "state", response, "m", "amplitude of the output point"),
+            ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
+            ("damping_ratio", "state", damping, "1", "modal damping ratio"),
+            ("peak_force", "state", force, "N", "excitation whose response has its peak here"),
+            ("mode_shape", ("state", "mode", "part"), shape, "1", "in linear modes, phi^H phi = 1"),
+            ("complete", (), np.int8(self.complete), "1", "1 where the last amplitude is reached"),
+            ("reason", (), self.reason, "1", "why the backbone ends before"),
+        ]
+        if "bias" in self.equations.balance.components:
+            bias = np.array([state.bias for state in states]).reshape(mode.shape)
+            meaning = "bias of the modal coordinates"
+            quantities.append(("bias", ("state", "mode"), bias, "kg^1/2 m", meaning))
+        return xr.Dataset(
+            {name: quantity(*row) for name, *row in quantities},
+            coords={"part": ["real", "imaginary"]},
+            attrs={
+                "loss_factor": self.equations.balance.loss_factor,
+                "resonance": self.equations.resonance,
+            },
+        )
+
+
+def interpolate(first: ModalState, second: ModalState, log_amplitude: float) -> ModalState:
+    """A mode by cubic Hermite interpolation between two states, linear at a turning point."""
+    a, b = first.unknown, second.unknown
+    h = second.log_amplitude - first.log_amplitude
+    t = (log_amplitude - first.log_amplitude) / h
+    x = a + t * (b - a)
+    if first.slope is not None and second.slope is not None:
+        at_first, at_second = h * first.slope - (b - a), h * second.slope - (b - a)
+        x += t * (1 - t) * ((1 - t) * at_first - t * at_second)
+    return ModalState(first.equations, x, log_amplitude)
+
+
+def _root_of_interpolation(
+    function: Callable[[ModalState], float],
+    first: ModalState,
+    second: ModalState,
+    values: tuple[float, float],
+) -> float:
+    """Logarithm of the amplitude at which a function of the interpolation is zero."""
+    known = {first.log_amplitude: values[0], second.log_amplitude: values[1]}
+
+    def value_at(p: float) -> float:
+        return known[p] if p in known else function(interpolate(first, second, p))
+
+    return float(brentq(value_at, *known, xtol=1e-15))
+
+
+def trace_backbone(
+    equations: EPMCEquations,
+    amplitudes: tuple[float, float],
+    control: StepControl | None = None,
+) -> Backbone:
+    """Trace the backbone of a nonlinear mode over its modal amplitude.
+
+    Parameters
+    ----------
+    equations
+        Of the nonlinear mode.
+    amplitudes
+        Lowest and highest [kg^1/2 m]. Where the corrector does not converge from the stuck mode at
+        the lowest, the backbone starts at a lower one.
+    control
+        Tolerance and step lengths.
+
+    Raises
+    ------
+    ValueError
+        If the amplitudes are no interval of positive numbers.
+    """
+    checks.instance("equations", equations, EPMCEquations)
+    control = StepControl() if control is None else control
+    checks.instance("control", control, StepControl)
+    low, high = np.log(checks.interval("amplitudes", amplitudes))
+    branch = SolutionBranch()
+    for first in np.log(_FIRST_AMPLITUDES):
+        # the stuck mode is an initial guess where little slips
+        window = (low + first, high)
+        found = trace(equations, equations.start(), window, control, scale=_SCALE)
+        if not branch.solutions or found.complete or len(branch.solutions) < 2:
+            branch = found
+        if branch.complete:
+            break
+    solutions = (solution for solution in branch.solutions if solution.converged)
+    states = tuple(ModalState(equations, each.x, each.p) for each in solutions)
+    return Backbone(equations, states, control, branch.complete, branch.reason)
+
+
+def trace_for_forces(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    loss_factor: float,
+    window: tuple[float, float],
+    resonance: int = 1,
+    control: StepControl | None = None,
+) -> Backbone:
+    """The backbone that covers the responses to forces in a window, as for ``find_backbone``."""
+    checks.instance("joint", joint, Joint)
+    joint.check_excitation(resonance)
+    equations = EPMCEquations(joint, loss_factor, resonance)
+    low, high = equations.amplitudes_for(forces, window)
+    smallest = min(forces) * joint.excitation_mode
+    for first in _FIRST_AMPLITUDES:
+        backbone = trace_backbone(equations, (first * low, high), control)
+        if not backbone.states:
+            break
+        lowest, highest = backbone.states[0].frequencies_under(smallest)
+        if lowest <= (2 * np.pi * window[0]) ** 2 and highest >= (2 * np.pi * window[1]) ** 2:
+            break
+    return backbone
+
+
+def find_backbone(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    loss_factor: float,
+    window: tuple[float, float],
+    resonance: int = 1,
+    control: StepControl | None = None,
+) -> xr.Dataset:
+    """Natural frequency and damping ratio of a joint over its modal amplitude (``backbone.nc``).
+
+    Parameters
+    ----------
+    joint
+        The joint and its structure.
+    forces
+        Amplitudes of the excitation [N] whose responses the backbone covers.
+    loss_factor
+        Structural damping eta [-].
+    window
+        Lowest and highest frequency of those responses [Hz].
+    resonance
+        Number of the mode, from 1.
+    control
+        Tolerance and step lengths.
+
+    Returns
+    -------
+    Dataset
+        By state: ``modal_amplitude`` [kg^1/2 m], ``response_amplitude`` of the output point [m],
+        ``natural_frequency`` [Hz], ``damping_ratio``, ``peak_force`` [N] whose response has its
+        peak at that state, ``mode_shape`` (state, mode, part), under variable load ``bias`` (state,
+        mode) [kg^1/2 m]; ``complete`` and ``reason``.
+
+    Raises
+    ------
+    ValueError
+        If forces, loss factor or window are out of range, the structure has fewer modes, the motion
+        has further harmonics, or the force does not excite the resonance.
+    """
+    traced = trace_for_forces(
+        joint, forces, loss_factor=loss_factor, window=window, resonance=resonance, control=control
+    )
+    return traced.to_dataset()
+
+
+def backbone_from_dataset(
+    joint: Joint, stored: xr.Dataset, control: StepControl | None = None
+) -> Backbone:
+    """The backbone that a dataset of ``find_backbone`` describes.
+
+    Parameters
+    ----------
+    joint
+        The joint whose backbone it is.
+    stored
+        ``backbone.nc``.
+    control
+        Tolerance with which modes between the states are solved.
+
+    Raises
+    ------
+    ValueError
+        If the dataset does not describe a backbone of a joint with as many modes.
+    """
+    checks.instance("joint", joint, Joint)
+    checks.instance("stored", stored, xr.Dataset)
+    control = StepControl() if control is None else control
+    equations = EPMCEquations(joint, stored.attrs["loss_factor"], int(stored.attrs["resonance"]))
+    of_state = {
+        name: checks.variable("stored", stored, name, ("state",))
+        for name in ("modal_amplitude", "natural_frequency", "damping_ratio")
+    }
+    amplitude, frequency, damping = of_state.values()
+    shape = checks.variable("stored", stored, "mode_shape", ("state", "mode", "part"))
+    parts = [shape[..., 0], shape[..., 1]]
+    if "bias" in equations.balance.components:
+        bias = checks.variable("stored", stored, "bias", ("state", "mode"))
+        parts.insert(0, bias / amplitude[:, None])
+    real = (2 * np.pi * frequency) ** 2 / equations.scale
+    unknown = np.column_stack([*parts, real, 2 * real * damping])
+    if unknown.shape[1] != equations.start().size:
+        raise ValueError(
+            f"stored has {shape.shape[1]} modes, the joint {joint.natural_frequency.size}"
+        )
+    states = tuple(map(partial(ModalState, equations), unknown, np.log(amplitude)))
+    complete, reason = bool(stored["complete"]), str(stored["reason"].item())
+    return Backbone(equations, states, control, complete, reason)
