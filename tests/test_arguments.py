@@ -19,11 +19,12 @@ from boltjoint.dynamics.backbone import find_backbone, trace_backbone
 from boltjoint.dynamics.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.coordinates import formulate_equations
 from boltjoint.dynamics.epmc import EPMCEquations
-from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
+from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.rdnm import SelfConsistentRDNM
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad

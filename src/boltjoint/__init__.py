@@ -16,7 +16,7 @@ _NAMES = {
     "connect_nodes": "joint.node_to_node",
     "find_backbone": "dynamics.backbone",
     "fit_reduced_joint": "joint.reduced",
-    "frequency_window": "dynamics.frequency_response",
+    "frequency_window": "dynamics.windows",
     "load_joint": "joint.io",
     "partition_regions": "joint.partition",
     "solve_branch": "dynamics.frequency_response",

@@ -12,9 +12,10 @@ from boltjoint import dataset
 from boltjoint.dynamics.backbone import backbone_from_dataset, find_backbone, trace_backbone
 from boltjoint.dynamics.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.epmc import EPMCEquations
-from boltjoint.dynamics.frequency_response import frequency_window, solve_branch, solve_response
+from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from boltjoint import dataset
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
+from boltjoint.joint.model import merge_points
 
 
 def test_joint_survives_its_file(either, tmp_path):
@@ -35,3 +37,20 @@ def test_every_quantity_of_a_joint_file_has_a_unit_and_a_meaning(either):
 def test_unknown_law_is_refused(joint):
     with pytest.raises(ValueError, match="'magic' is not known; allowed: constant, variable"):
         joint_from_dataset(joint_to_dataset(joint).assign_attrs(law="magic"))
+
+
+def test_the_range_of_resonances_is_that_of_the_joint_and_of_what_it_was_reduced_from(either):
+    stored = joint_to_dataset(either)
+    window = frequency_window(either, resonance=2)
+    lowest, highest = stored["resonance_range"].to_numpy()[1]
+    assert (0.85 * lowest, 1.05 * highest) == window
+    regions = merge_points(either, np.arange(either.points) // 20)
+    reduced = joint_to_dataset(regions, stored)
+    np.testing.assert_allclose(
+        [0.85, 1.05] * reduced["resonance_range"].to_numpy()[1],
+        frequency_window(either, regions, resonance=2),
+        rtol=1e-15,
+    )
+    # the mean of a region moves less than its points: the range of the regions alone is smaller
+    alone = joint_to_dataset(regions)["resonance_range"].to_numpy()
+    assert alone[0, 1] < reduced["resonance_range"].to_numpy()[0, 1]

@@ -4,7 +4,8 @@ from figure_parts import FORCES, curves, legend_texts, marks, texts_in
 from small_joint import make_joint
 
 from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import frequency_window, solve_response
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.report.figures.responses import plot_backbones, plot_response
 from boltjoint.report.figures.style import save_figure
 from boltjoint.solvers.equations import StepControl

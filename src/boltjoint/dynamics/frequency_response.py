@@ -29,6 +29,7 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import Jacobian
 from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.model import Joint
 from boltjoint.names import Coordinates
 from boltjoint.solvers.equations import SolutionBranch, StepControl
@@ -36,53 +37,6 @@ from boltjoint.solvers.equations import SolutionBranch, StepControl
 logger = logging.getLogger(__name__)
 
 Fallback = Literal["none", "linear"]
-
-
-def frequency_window(
-    *joints: Joint, resonance: int = 1, given: tuple[float, float] | None = None
-) -> tuple[float, float]:
-    """Frequency window of a resonance: from 0.85 of the contact-free to 1.05 of the stuck one.
-
-    Parameters
-    ----------
-    *joints
-        One joint, or several on the same structure: the window spans those of all.
-    resonance
-        Which natural frequency, counted from 1.
-    given
-        A window [Hz] to use instead, if the resonance can lie in it.
-
-    Returns
-    -------
-    tuple of float
-        Lowest and highest frequency [Hz].
-
-    Raises
-    ------
-    ValueError
-        If there is no joint, the structure has fewer modes, or the resonance lies outside the
-        given window from no to full slip.
-    """
-    if not joints:
-        raise ValueError("joints is empty: a window is that of at least one joint")
-    if given is not None:
-        given = checks.interval("given", given)
-    lowest, highest = np.inf, 0.0
-    for joint in joints:
-        checks.instance("joint", joint, Joint)
-        resonance = joint.check_resonance(resonance)
-        stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
-        frequency = np.sqrt(np.linalg.eigvalsh(stuck)[resonance - 1]) / (2 * np.pi)
-        highest = max(highest, float(frequency))
-        lowest = min(lowest, float(np.sort(joint.natural_frequency)[resonance - 1]))
-    if given is None:
-        return 0.85 * lowest, 1.05 * highest
-    if given[1] < lowest or given[0] > highest:
-        raise ValueError(
-            f"the window from {given[0]:g} to {given[1]:g} Hz contains no resonance {resonance}: "
-            f"it lies between {lowest:.5g} Hz without contact and {highest:.5g} Hz stuck"
-        )
-    return given
 
 
 def solve_branch(

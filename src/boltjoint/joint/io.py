@@ -1,10 +1,10 @@
 """Joints as netCDF datasets (``joint.nc``)."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from boltjoint import checks, dataset
@@ -19,8 +19,18 @@ from boltjoint.joint.model import Joint
 LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
 
 
-def joint_to_dataset(joint: Joint) -> xr.Dataset:
+def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr.Dataset:
     """The dataset of a joint.
+
+    Its ``resonance_range`` holds that of the joint which it was reduced from too, so that
+    responses of both are solved in one frequency window.
+
+    Parameters
+    ----------
+    joint
+        The joint.
+    reduced_from
+        Dataset of the joint from which it was made, if it is a reduced one.
 
     Raises
     ------
@@ -30,7 +40,20 @@ def joint_to_dataset(joint: Joint) -> xr.Dataset:
     checks.instance("joint", joint, Joint)
     law = joint.law
     checks.instance("law of the joint", law, *LAWS.values())
+    between = joint.resonance_range()
+    if reduced_from is not None:
+        known = checks.variable(
+            "reduced_from", reduced_from, "resonance_range", ("resonance", "bound")
+        )
+        lowest, highest = np.minimum(between, known)[:, 0], np.maximum(between, known)[:, 1]
+        between = np.column_stack([lowest, highest])
     stored = {
+        "resonance_range": quantity(
+            ("resonance", "bound"),
+            between,
+            "Hz",
+            "resonance without contact, and while nothing slips",
+        ),
         "natural_frequency": quantity(
             "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
         ),
@@ -77,21 +100,24 @@ def load_joint(path: str | Path, sampling: Mapping[str, int] | None = None) -> J
     ValueError
         As for ``joint_from_dataset`` and ``AlternatingFrequencyTime``.
     """
-    found = joint_from_dataset(dataset.load(path))
-    if sampling is None:
-        return found
-    for name in sampling:
-        checks.choice("sampling", name, ("harmonics", "samples"))
-    return replace(found, law=AlternatingFrequencyTime(found.law, **sampling))
+    return joint_from_dataset(dataset.load(path), sampling)
 
 
-def joint_from_dataset(stored: xr.Dataset) -> Joint:
-    """The joint that a dataset describes.
+def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = None) -> Joint:
+    """The joint that a dataset describes, with its friction law in closed form or by AFT.
+
+    Parameters
+    ----------
+    stored
+        ``joint.nc``.
+    sampling
+        As for ``load_joint``.
 
     Raises
     ------
     ValueError
-        If the law is not known, or the dataset does not describe a joint.
+        If the law is not known, the dataset does not describe a joint, or as for
+        ``AlternatingFrequencyTime``.
     """
     checks.instance("stored", stored, xr.Dataset)
     values = partial(checks.variable, "stored", stored)
@@ -104,7 +130,10 @@ def joint_from_dataset(stored: xr.Dataset) -> Joint:
         "position": ("point", "axis"),
         "element_position": ("element", "axis"),
     }
+    elements = law(on, **{name: values(name, ("element",)) for name in law.quantities})
+    for name in sampling or {}:
+        checks.choice("sampling", name, ("harmonics", "samples"))
     return Joint(
-        law=law(on, **{name: values(name, ("element",)) for name in law.quantities}),
+        law=elements if sampling is None else AlternatingFrequencyTime(elements, **sampling),
         **{name: values(name, of_name) for name, of_name in dims.items()},
     )

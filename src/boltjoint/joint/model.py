@@ -114,6 +114,12 @@ class Joint:
         stiffness = self.law.stuck_stiffness(self.points)
         return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
 
+    def resonance_range(self) -> Array:
+        """Each resonance without contact and while nothing slips [Hz], shape (modes, 2)."""
+        stuck = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
+        frequency = np.sqrt(np.linalg.eigvalsh(stuck)) / (2 * np.pi)
+        return np.column_stack([np.sort(self.natural_frequency), frequency])
+
     def check_resonance(self, resonance: int) -> int:
         """The number of a resonance, from 1; refused where there are fewer modes."""
         return checks.whole("resonance", resonance, at_least=1, at_most=self.natural_frequency.size)

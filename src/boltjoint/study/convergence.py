@@ -10,8 +10,9 @@ import xarray as xr
 
 from boltjoint import checks
 from boltjoint.dynamics.backbone import Backbone, trace_for_forces
-from boltjoint.dynamics.frequency_response import Branch, frequency_window, solve_branch
+from boltjoint.dynamics.frequency_response import Branch, solve_branch
 from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import Division, partition_regions, region_error

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import xarray as xr
 
+from boltjoint import dataset
 from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import frequency_window, solve_response
-from boltjoint.joint.io import load_joint
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.windows import window_around
+from boltjoint.joint.io import joint_from_dataset
 from boltjoint.joint.model import Joint
-from boltjoint.names import REFERENCE
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
 from boltjoint.study.timing import time_solver
@@ -94,21 +95,19 @@ class CaseInBasis:
         self, responses: "Sequence[Response]"
     ) -> "Iterator[tuple[Response, Joint, dict[str, object]]]":
         """Joint, frequency window and step-length control of each response."""
-
-        @cache
-        def load(joint: str, sampled: bool) -> Joint:
-            path = layout.path("joint", case=self.case, basis=self.basis, joint=joint)
-            return load_joint(path, self.sampling if sampled else None)
-
+        load = cache(self._load)
         for response in responses:
-            joint = load(response.joint, True)
-            window = frequency_window(
-                load(REFERENCE[0], False),
-                joint,
-                resonance=response.resonance,
-                given=self.windows[response.resonance],
-            )
+            joint, ranges = load(response.joint)
+            resonance = response.resonance
+            window = window_around(*ranges[resonance - 1], resonance, self.windows[resonance])
             yield response, joint, {"window": window, "control": StepControl(**self.steps)}
+
+    def _load(self, name: str) -> tuple[Joint, list[list[float]]]:
+        """A joint, and the range of each of its resonances [Hz]."""
+        path = layout.path("joint", case=self.case, basis=self.basis, joint=name)
+        stored = dataset.load(path)
+        ranges = stored["resonance_range"].to_numpy().tolist()
+        return joint_from_dataset(stored, self.sampling), ranges
 
     def _excitation(self, response: "Response") -> dict[str, object]:
         """Resonance, forces and damping of a response."""
