@@ -56,7 +56,7 @@ def test_harmonics_are_damped_by_a_viscous_force(either):
     """C = eta L / w on the velocities of a motion, by its harmonics."""
     balance, x = moved(either, 4)
     w = 2 * np.pi * FREQUENCY
-    lossless = replace(balance, loss_factor=0.0)
+    lossless = replace(balance, damping=0.0)
     found = ((balance.dynamic_stiffness(w) - lossless.dynamic_stiffness(w)) @ x).reshape(-1, 3)
     motion = PeriodicMotion(balance.components, x.reshape(-1, 3))
     spectrum = np.fft.fft(motion.in_time(64), axis=0)

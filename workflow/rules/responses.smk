@@ -112,7 +112,7 @@ rule find_peaks:
         library=library("find_peaks.py"),
         options=lambda w: {
             "forces": study.case(w.case).forces_N,
-            "loss_factor": study.case(w.case).loss_factor,
+            "damping": study.case(w.case).structural_damping,
         },
         steps=study.solver.steps,
     script:

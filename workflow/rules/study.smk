@@ -94,7 +94,7 @@ def problem(case, basis):
         "case": case,
         "basis": basis,
         "forces": found.forces_N,
-        "loss_factor": found.loss_factor,
+        "damping": found.structural_damping,
         "windows": {
             resonance: found.window_around(resonance)
             for resonance in found.resonances(basis)

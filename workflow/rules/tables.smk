@@ -206,7 +206,7 @@ rule tabulate_divisions:
         library=library("tabulate_divisions.py"),
         options=lambda w: {
             "counts": study.convergence.regions,
-            "loss_factor": study.case(w.case).loss_factor,
+            "damping": study.case(w.case).structural_damping,
             "division": study.case(w.case).regions.division,
         },
         steps=study.solver.steps,

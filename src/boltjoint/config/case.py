@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from boltjoint.config.contact import Contact
+from boltjoint.config.damping import StructuralDamping
 from boltjoint.config.entries import Entry
 from boltjoint.config.regions import Regions
 from boltjoint.config.types import (
@@ -21,6 +22,7 @@ from boltjoint.config.types import (
     Several,
     Unknowns,
 )
+from boltjoint.damping import Damping, LossFactor
 from boltjoint.names import Basis, Coordinates, JointName
 
 
@@ -64,7 +66,10 @@ class Case(Entry):
     """Friction law of the contact pairs, and its coefficients."""
     regions: Regions = Regions()
     loss_factor: Fraction = 0.002
-    """Structural loss factor; without damping a peak has no bound where friction sticks."""
+    """Structural loss factor, the same for all motion; without damping a peak has no bound where
+    friction sticks."""
+    damping: StructuralDamping | None = None
+    """Another model of structural damping, in place of ``loss_factor``."""
     forces_N: Several[Positive]
     """Amplitudes of the harmonic excitation, in N; one frequency response for each."""
     verification_forces_N: Distinct[tuple[Positive, ...]] = ()
@@ -84,6 +89,11 @@ class Case(Entry):
     solve: Annotated[tuple[SolveBlock, ...], Field(min_length=1)]
     """Resonances, each with the joint models solved there. A resonance may have several blocks, as
     long as they solve nothing twice."""
+
+    @property
+    def structural_damping(self) -> Damping:
+        """The model of structural damping with its parameters."""
+        return LossFactor(self.loss_factor) if self.damping is None else self.damping.damping
 
     @property
     def blocks(self) -> tuple[SolveBlock, ...]:
@@ -142,6 +152,8 @@ class Case(Entry):
         return next(filter(None, given), None)
 
     def conflicts(self) -> Problems:
+        if self.damping is not None and "loss_factor" in self.model_fields_set:
+            yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
         there = ", ".join(f"{force:g}" for force in self.forces_N)
         for index, force in enumerate(self.verification_forces_N):
             if force not in self.forces_N:

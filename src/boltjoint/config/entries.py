@@ -39,8 +39,9 @@ def explain(error: ValidationError, model: type[Entry], content: Mapping[str, An
         path = _without_tags(location, content)
         match problem["type"]:
             case "rule" | "contradiction":
+                above = _without_tags((*location, ""), content)[:-1]
                 for inner, sentence in context["problems"]:
-                    yield with_value(content, path + inner, sentence)
+                    yield with_value(content, above + inner, sentence)
             case "extra_forbidden":
                 yield path, f"is {_instead(model, location, path)}"
             case "missing":

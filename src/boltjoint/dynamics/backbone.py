@@ -13,6 +13,7 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from boltjoint import checks
+from boltjoint.damping import Damping, choose_damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.joint.model import Joint
@@ -107,7 +108,7 @@ class Backbone:
         amplitude = np.array([state.amplitude for state in states])
         mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
         excitation = joint.excitation_mode
-        force = [state.eigenvalue.imag / state.excited_distance(excitation) for state in states]
+        force = [state.least_distance / state.excited_distance(excitation) for state in states]
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
         response = amplitude * abs(mode @ joint.response_mode)
@@ -130,7 +131,7 @@ class Backbone:
             {name: quantity(*row) for name, *row in quantities},
             coords={"part": ["real", "imaginary"]},
             attrs={
-                "loss_factor": self.equations.balance.loss_factor,
+                **self.equations.balance.damping.attributes(),
                 "resonance": self.equations.resonance,
             },
         )
@@ -207,15 +208,16 @@ def trace_for_forces(
     joint: Joint,
     forces: Sequence[float],
     *,
-    loss_factor: float,
+    loss_factor: float | None = None,
     window: tuple[float, float],
     resonance: int = 1,
     control: StepControl | None = None,
+    damping: Damping | None = None,
 ) -> Backbone:
     """The backbone that covers the responses to forces in a window, as for ``find_backbone``."""
     checks.instance("joint", joint, Joint)
     joint.check_excitation(resonance)
-    equations = EPMCEquations(joint, loss_factor, resonance)
+    equations = EPMCEquations(joint, choose_damping(loss_factor, damping), resonance)
     low, high = equations.amplitudes_for(forces, window)
     smallest = min(forces) * joint.excitation_mode
     for first in _FIRST_AMPLITUDES:
@@ -232,10 +234,11 @@ def find_backbone(
     joint: Joint,
     forces: Sequence[float],
     *,
-    loss_factor: float,
+    loss_factor: float | None = None,
     window: tuple[float, float],
     resonance: int = 1,
     control: StepControl | None = None,
+    damping: Damping | None = None,
 ) -> xr.Dataset:
     """Natural frequency and damping ratio of a joint over its modal amplitude (``backbone.nc``).
 
@@ -246,13 +249,15 @@ def find_backbone(
     forces
         Amplitudes of the excitation [N] whose responses the backbone covers.
     loss_factor
-        Structural damping eta [-].
+        Structural damping eta [-], in place of ``damping``.
     window
         Lowest and highest frequency of those responses [Hz].
     resonance
         Number of the mode, from 1.
     control
         Tolerance and step lengths.
+    damping
+        Of the structure, in place of ``loss_factor``.
 
     Returns
     -------
@@ -265,11 +270,12 @@ def find_backbone(
     Raises
     ------
     ValueError
-        If forces, loss factor or window are out of range, the structure has fewer modes, the motion
+        If forces, damping or window are out of range, the structure has fewer modes, the motion
         has further harmonics, or the force does not excite the resonance.
     """
+    damping = choose_damping(loss_factor, damping)
     traced = trace_for_forces(
-        joint, forces, loss_factor=loss_factor, window=window, resonance=resonance, control=control
+        joint, forces, damping=damping, window=window, resonance=resonance, control=control
     )
     return traced.to_dataset()
 
@@ -296,7 +302,9 @@ def backbone_from_dataset(
     checks.instance("joint", joint, Joint)
     checks.instance("stored", stored, xr.Dataset)
     control = StepControl() if control is None else control
-    equations = EPMCEquations(joint, stored.attrs["loss_factor"], int(stored.attrs["resonance"]))
+    equations = EPMCEquations(
+        joint, damping_of_attributes(stored.attrs), int(stored.attrs["resonance"])
+    )
     of_state = {
         name: checks.variable("stored", stored, name, ("state",))
         for name in ("modal_amplitude", "natural_frequency", "damping_ratio")

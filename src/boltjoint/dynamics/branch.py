@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.folds import find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
@@ -134,9 +135,9 @@ class BranchError:
         return self.of_peak > largest_error or self.largest > _FLANKS * largest_error
 
 
-def estimate_branch_error(joint: Joint, branch: Branch, loss_factor: float) -> BranchError:
+def estimate_branch_error(joint: Joint, branch: Branch, damping: Damping | float) -> BranchError:
     """Errors of a branch by the balance in all linear modes (``estimate_solution_error``)."""
-    balance = HarmonicBalance(joint, loss_factor, branch.force)
+    balance = HarmonicBalance(joint, damping, branch.force)
     at = zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True)
     errors = np.array([estimate_solution_error(balance, x, w) for x, w in at])
     if not errors.size:
@@ -152,7 +153,7 @@ def estimate_branch_error(joint: Joint, branch: Branch, loss_factor: float) -> B
 def to_dataset(
     joint: Joint,
     branches: Sequence[Branch],
-    loss_factor: float,
+    damping: Damping | float,
     errors: Sequence[BranchError] | None = None,
     largest_error: float = np.inf,
 ) -> xr.Dataset:
@@ -164,8 +165,8 @@ def to_dataset(
         The joint and its structure.
     branches
         One for each force level.
-    loss_factor
-        Structural damping eta [-].
+    damping
+        Of the structure; a number is a loss factor.
     errors
         Of each branch; None where the branches are in linear modes.
     largest_error
@@ -174,8 +175,8 @@ def to_dataset(
     Raises
     ------
     ValueError
-        If there is no branch, one is of another joint, there are not as many errors, or the loss
-        factor is negative.
+        If there is no branch, one is of another joint, there are not as many errors, or the
+        damping is negative.
     """
     if not branches:
         raise ValueError("branches is empty: it must hold at least one branch")
@@ -186,10 +187,10 @@ def to_dataset(
     folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
     residuals, energy_errors, states_at_peak = [], [], []
     for branch in branches:
-        balance = HarmonicBalance(joint, loss_factor, branch.force)
+        balance = HarmonicBalance(joint, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         residuals += [relative_residual(balance, x, w) for x, w in at]
-        energy_errors += [_energy_error(balance, x) for x, _ in at]
+        energy_errors += [_energy_error(balance, x, w) for x, w in at]
         states = np.full(joint.law.point_of_element.size, contact_states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
             states = joint.law.contact_state(balance.motion(branch.modal_coordinate[branch.peak]))
@@ -265,7 +266,7 @@ def to_dataset(
             ),
         },
         coords={"component": components},
-        attrs={"loss_factor": loss_factor},
+        attrs=as_damping(damping).attributes(),
     )
 
 
@@ -282,7 +283,7 @@ def _modal_coordinates(
     return components, found
 
 
-def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64]) -> float:
+def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
     """Input energy less dissipation, over the larger of both."""
-    supplied, structural, friction = balance.energy_per_period(x)
+    supplied, structural, friction = balance.energy_per_period(x, w)
     return (supplied - structural - friction) / max(abs(supplied), abs(structural + friction))

@@ -1,9 +1,10 @@
 """Harmonic balance in complex response-dependent nonlinear modes.
 
 An extension of RDNM (``rdnm``): the modes are eigenvectors of the complex symmetric matrix
-``A = L (1 + i eta) + sum_d B_d^T D_d B_d`` with the complex describing function D of each contact
-point, so that they contain the dissipation. They are normalised by ``phi^T phi = 1``, without
-conjugate, by which the modes of a complex symmetric matrix are orthogonal.
+``A = L + i H(w) + sum_d B_d^T D_d B_d`` with the damping H(w) of the structure and the complex
+describing function D_d of each contact point, so that they contain the dissipation. They are
+normalised by ``phi^T phi = 1``, without conjugate, by which the modes of a complex symmetric matrix
+are orthogonal.
 """
 
 from typing import get_args
@@ -111,7 +112,7 @@ class ComplexRDNM(LinearModes, LaggedEquations):
     def _jacobian(self, p: float, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """The Jacobian from the tangents of the points."""
         phi, bias = self._phi, self._bias
-        dynamic = phi.T @ (self.balance.complex_stiffness - p**2 * np.eye(len(phi))) @ phi
+        dynamic = phi.T @ (self.balance.complex_stiffness(p) - p**2 * np.eye(len(phi))) @ phi
         jacobian = self._contact_jacobian(tangent)
         jacobian[:bias, :bias] += self.balance.stiffness[:bias, :bias]
         jacobian[bias:, bias:] += np.block(
@@ -130,13 +131,16 @@ class ComplexRDNM(LinearModes, LaggedEquations):
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
         _, y = self._parts(x)
-        derivative = -2.0 * p * (self._phi.T @ (self._phi @ y + self._correction))
+        q = self._phi @ y + self._correction
+        derivative = -2.0 * p * (self._phi.T @ q)
+        if self.balance.damping_matrix.varying is not None:
+            derivative += 1j * (self._phi.T @ (self.balance.damping_matrix.derivative(p) @ q))
         return np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """Update the modes by the describing function at amplitudes of the linear modes."""
         contact = self.balance.contact.spring_stiffness(self.balance.describing_function(q))
-        squared, vectors = np.linalg.eig(self.balance.complex_stiffness + contact)
+        squared, vectors = np.linalg.eig(self.balance.complex_stiffness(p) + contact)
         vectors /= np.sqrt(np.sum(vectors * vectors, axis=0))
         kept = matching_modes(vectors, self._phi)
         correction = np.zeros_like(self._correction)
@@ -190,7 +194,8 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         """Residual of the equations under given forces on the contact points."""
         bias, y = self._parts(x)
         q = self._phi @ y + self._correction
-        harmonic = self._phi.T @ (self.balance.complex_stiffness @ q - p**2 * q - self._excitation)
+        stiffness = self.balance.complex_stiffness(p)
+        harmonic = self._phi.T @ (stiffness @ q - p**2 * q - self._excitation)
         static = self.balance.stiffness @ bias if bias.size else bias
         contact = force.ravel() @ self._from_points.reshape(force.size, -1)
         return np.concatenate([static, harmonic.real, harmonic.imag]) + contact

@@ -17,10 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.damping import Damping
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import Equations, LazyJacobian
 from boltjoint.solvers.newton import solve
+
+#: maximum iterations for the frequency of an amplitude, and tolerance of its relative change
+_ITERATIONS, _TOLERANCE = 20, 1e-14
 
 #: loss factor below which amplitudes are not followed to where it alone limits the response
 _LEAST_LOSS_FACTOR = 1e-5
@@ -45,8 +49,8 @@ class EPMCEquations(Equations):
     ----------
     joint
         The structure and its friction elements.
-    loss_factor
-        eta [-].
+    damping
+        Of the structure; a number is a loss factor.
     resonance
         Number of the stuck mode at which the backbone starts, from 1.
 
@@ -58,8 +62,8 @@ class EPMCEquations(Equations):
 
     residual_scale = 1.0
 
-    def __init__(self, joint: Joint, loss_factor: float, resonance: int = 1) -> None:
-        self.balance = HarmonicBalance(joint, loss_factor, 0.0)
+    def __init__(self, joint: Joint, damping: Damping | float, resonance: int = 1) -> None:
+        self.balance = HarmonicBalance(joint, damping, 0.0)
         self._modes = len(self.balance.stiffness)
         if self.balance.components[-2:] != ("sin", "cos") or len(self.balance.components) > 3:
             raise ValueError("a backbone needs a motion of one harmonic")
@@ -67,7 +71,8 @@ class EPMCEquations(Equations):
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
         self.scale, self.stuck = squared[resonance - 1], vectors[:, resonance - 1]
         #: imaginary part of the stuck lambda over its real part: it limits the response
-        loss = self.balance.loss_factor * self.stuck @ self.balance.stiffness @ self.stuck
+        at_rest = np.zeros_like(self.stuck)
+        loss = self.balance.damping_matrix.work(np.sqrt(self.scale), self.stuck, at_rest)
         self.loss = max(loss / self.scale, _LEAST_LOSS_FACTOR)
 
     def start(self) -> NDArray[np.float64]:
@@ -87,7 +92,15 @@ class EPMCEquations(Equations):
         residual = np.append(force / (a * self.scale), [s @ s + c @ c - 1, s @ c])
         residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
         residual[-2 - modes : -2] -= real * c + imaginary * s
+        if self.balance.damping_matrix.varying is not None:
+            H = self.balance.damping_matrix.varying.at(self._frequency(real)) / self.scale
+            residual[-2 - 2 * modes : -2 - modes] -= H @ c
+            residual[-2 - modes : -2] += H @ s
         return residual, lambda: self._jacobian(x, force_jacobian())
+
+    def _frequency(self, real: float) -> float:
+        """Frequency w by the real part of lambda, which may be negative in an iteration [rad/s]."""
+        return float(np.sqrt(abs(real) * self.scale))
 
     def _jacobian(
         self, x: NDArray[np.float64], force_jacobian: NDArray[np.float64]
@@ -107,6 +120,15 @@ class EPMCEquations(Equations):
         jacobian[cos, cos] -= real * unit
         jacobian[sin, -2:] = np.column_stack([-s, c])
         jacobian[cos, -2:] = np.column_stack([-c, -s])
+        if self.balance.damping_matrix.varying is not None:
+            w, varying = self._frequency(real), self.balance.damping_matrix.varying
+            H = varying.at(w) / self.scale
+            jacobian[sin, cos] -= H
+            jacobian[cos, sin] += H
+            # by the real part of lambda, on which w depends
+            change = np.sign(real) / (2 * w) * varying.derivative(w)
+            jacobian[sin, -2] -= change @ c
+            jacobian[cos, -2] += change @ s
         jacobian[-2, sin], jacobian[-2, cos] = 2 * s, 2 * c
         jacobian[-1, sin], jacobian[-1, cos] = c, s
         return jacobian
@@ -125,13 +147,17 @@ class EPMCEquations(Equations):
         From below that of the stuck mode under the smallest force at the ends of the window [Hz] to
         above that which structural damping alone allows under the largest force. In full slip
         nothing else limits the response: without structural damping, a loss factor of 1e-5 does.
+        Damping that grows with the frequency counts as at the lower end of the window.
         """
         forces, window = checks.numbers("forces", forces), checks.interval("window", window)
         excitation = self.balance.joint.excitation_mode
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
-        loss_factor = max(self.balance.loss_factor, _LEAST_LOSS_FACTOR)
-        losses = loss_factor * np.min(np.diag(self.balance.stiffness))
+        stiffness, damping = self.balance.stiffness, self.balance.damping_matrix
+        losses = max(
+            np.min(np.diag(damping.at(2 * np.pi * window[0]))),
+            _LEAST_LOSS_FACTOR * np.min(np.diag(stiffness)),
+        )
         return 0.3 * lowest, 1.5 * max(forces) * np.linalg.norm(excitation) / losses
 
 
@@ -191,11 +217,54 @@ class ModalState:
     def frequencies_under(self, excitation: NDArray[np.float64]) -> tuple[float, float]:
         """Squares of the frequencies at which an excitation causes the amplitude [rad2/s2].
 
-        Below and above the natural frequency; that itself where the excitation does not suffice.
+        Below and above that of the peak; that itself where the excitation does not suffice.
         """
         distance = self.excited_distance(excitation)
-        apart = np.sqrt(max(distance**2 - self.eigenvalue.imag**2, 0.0))
-        return self.eigenvalue.real - apart, self.eigenvalue.real + apart
+        return self._at_distance(distance, -1)[0], self._at_distance(distance, 1)[0]
+
+    @cached_property
+    def squared_at_peak(self) -> float:
+        """Square of the frequency at which the least excitation causes the amplitude [rad2/s2]."""
+        return self._at_distance(0.0, 0)[0]
+
+    @cached_property
+    def least_distance(self) -> float:
+        """Least distance ``|lambda - w^2|`` of any frequency, that at the peak [rad2/s2]."""
+        return self._at_distance(0.0, 0)[1]
+
+    def under_excitation(self, squared: float) -> tuple[complex, complex]:
+        """Eigenvalue at the square of a frequency, and its derivative by that square.
+
+        The damping of the structure is that at the excitation frequency, not at w::
+
+            lambda + i phi^T (H(frequency) - H(w)) phi / (phi^T phi)
+        """
+        varying = self.equations.balance.damping_matrix.varying
+        if varying is None:
+            return self.eigenvalue, 0.0
+        w, own = np.sqrt(max(squared, 0.0)), np.sqrt(self.eigenvalue.real)
+        phi = self.mode / np.sqrt(self.mode @ self.mode)
+        change = phi @ (varying.at(w) - varying.at(own)) @ phi
+        slope = phi @ varying.derivative(w) @ phi / (2 * w) if w > 0 else 0.0
+        return complex(self.eigenvalue + 1j * change), complex(1j * slope)
+
+    def _at_distance(self, distance: float, side: int) -> tuple[float, float]:
+        """Square of the frequency at a distance from lambda, and the least distance of any.
+
+        Below the nearest frequency with side -1, above with 1; the nearest itself with 0.
+        """
+        squared = self.eigenvalue.real
+        for _ in range(_ITERATIONS):
+            # linear in the square x of the frequency: lambda(x) - x = start + growth x
+            eigenvalue, slope = self.under_excitation(squared)
+            start, growth = eigenvalue - slope * squared, slope - 1.0
+            size, product = abs(growth) ** 2, start.conjugate() * growth
+            centre, nearest = -product.real / size, product.imag / size
+            before = squared
+            squared = centre + side * np.sqrt(max(distance**2 / size - nearest**2, 0.0))
+            if slope == 0 or abs(squared - before) <= _TOLERANCE * abs(squared):
+                break
+        return float(squared), float(nearest * abs(growth))
 
     @cached_property
     def slope(self) -> NDArray[np.float64] | None:

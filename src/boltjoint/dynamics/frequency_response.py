@@ -15,6 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.damping import Damping, choose_damping
 from boltjoint.dynamics.backbone import Backbone, backbone_from_dataset, trace_for_forces
 from boltjoint.dynamics.branch import (
     Branch,
@@ -43,7 +44,7 @@ def solve_branch(
     joint: Joint,
     force: float,
     *,
-    loss_factor: float,
+    loss_factor: float | None = None,
     window: tuple[float, float] | None = None,
     coordinates: str = "linear",
     resonance: int = 1,
@@ -52,6 +53,7 @@ def solve_branch(
     quasi_static_correction: bool = True,
     control: StepControl | None = None,
     start: NDArray[np.float64] | None = None,
+    damping: Damping | None = None,
 ) -> Branch:
     """Frequency response of a joint at one force level, by arc-length continuation.
 
@@ -66,7 +68,7 @@ def solve_branch(
     force
         Amplitude of the excitation [N].
     loss_factor
-        Structural damping eta [-].
+        Structural damping eta [-], in place of ``damping``.
     window
         Lowest and highest frequency [Hz]; by default ``frequency_window`` of the resonance.
     coordinates
@@ -83,17 +85,19 @@ def solve_branch(
         Initial guess of the modal coordinates at the lower end of the window, shape (components *
         modes,), as in ``Branch``. The step lengths are then those of the default window, so that
         the window may lie close around a peak. Not for ``backbone``.
+    damping
+        Of the structure, in place of ``loss_factor``.
 
     Raises
     ------
     ValueError
-        If a start is given for ``backbone``; if force, loss factor, window or start are out of
+        If a start is given for ``backbone``; if force, damping, window or start are out of
         range, the structure has fewer modes, or an option is not known; or if the force does not
         excite the resonance, or the output point does not move.
     """
     checks.instance("joint", joint, Joint)
     force = checks.number("force", force, above=0)
-    loss_factor = checks.number("loss_factor", loss_factor, at_least=0)
+    damping = choose_damping(loss_factor, damping)
     Coordinates(coordinates)
     check_options(jacobian, basis_update, quasi_static_correction)
     control = StepControl() if control is None else control
@@ -108,10 +112,10 @@ def solve_branch(
     if coordinates == "backbone":
         if start is not None:
             raise ValueError("a response synthesised from the backbone has no start")
-        of_mode = {"loss_factor": loss_factor, "resonance": resonance, "control": control}
+        of_mode = {"damping": damping, "resonance": resonance, "control": control}
         known = trace_for_forces(joint, [force], window=window, **of_mode)
         return synthesise_branch(known, force, window)
-    balance = HarmonicBalance(joint, loss_factor, force)
+    balance = HarmonicBalance(joint, damping, force)
     equations = formulate_equations(
         coordinates, balance, resonance, jacobian, basis_update, quasi_static_correction
     )
@@ -129,7 +133,7 @@ def solve_response(
     joint: Joint,
     forces: Sequence[float],
     *,
-    loss_factor: float,
+    loss_factor: float | None = None,
     window: tuple[float, float] | None = None,
     coordinates: str = "linear",
     resonance: int = 1,
@@ -140,13 +144,14 @@ def solve_response(
     largest_error: float = 0.05,
     fallback: Fallback = "none",
     backbone: xr.Dataset | None = None,
+    damping: Damping | None = None,
 ) -> xr.Dataset:
     """Frequency responses at several force levels as the dataset of ``response.nc``.
 
     Parameters
     ----------
     joint, loss_factor, window, coordinates, resonance, jacobian, basis_update,
-    quasi_static_correction, control
+    quasi_static_correction, control, damping
         As for ``solve_branch``.
     forces
         Amplitudes of the excitation [N].
@@ -177,7 +182,8 @@ def solve_response(
     if window is None:
         window = frequency_window(joint, resonance=resonance)
     window = checks.interval("window", window)
-    linear = {"loss_factor": loss_factor, "window": window, "resonance": resonance}
+    damping = choose_damping(loss_factor, damping)
+    linear = {"damping": damping, "window": window, "resonance": resonance}
     linear |= {"jacobian": jacobian, "control": control}
     update = {"basis_update": basis_update, "quasi_static_correction": quasi_static_correction}
     solve = branch_solver(
@@ -187,11 +193,11 @@ def solve_response(
     for force in forces:
         branch = solve(force)
         if coordinates != "linear":
-            error = estimate_branch_error(joint, branch, loss_factor)
+            error = estimate_branch_error(joint, branch, damping)
             wrong = _is_wrong(branch, error, largest_error)
             if fallback == "linear" and (wrong or not branch.complete):
                 branch = replace(solve_branch(joint, force, **linear), fell_back=True)
-                error = estimate_branch_error(joint, branch, loss_factor)
+                error = estimate_branch_error(joint, branch, damping)
             errors.append(error)
         branches.append(branch)
         logger.info(
@@ -204,7 +210,7 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    return to_dataset(joint, branches, loss_factor, errors or None, largest_error).assign_attrs(
+    return to_dataset(joint, branches, damping, errors or None, largest_error).assign_attrs(
         coordinates=coordinates,
         resonance=resonance,
         jacobian=jacobian,
@@ -218,7 +224,7 @@ def branch_solver(
     joint: Joint,
     forces: Sequence[float],
     *,
-    loss_factor: float,
+    loss_factor: float | None = None,
     window: tuple[float, float] | None = None,
     coordinates: str = "linear",
     resonance: int = 1,
@@ -227,6 +233,7 @@ def branch_solver(
     quasi_static_correction: bool = True,
     control: StepControl | None = None,
     backbone: xr.Dataset | None = None,
+    damping: Damping | None = None,
 ) -> Callable[[float], Branch]:
     """Function that gives the frequency response at each of several force levels.
 
@@ -235,7 +242,7 @@ def branch_solver(
     Parameters
     ----------
     joint, forces, loss_factor, window, coordinates, resonance, jacobian, basis_update,
-    quasi_static_correction, control, backbone
+    quasi_static_correction, control, backbone, damping
         As for ``solve_response``.
 
     Raises
@@ -243,7 +250,8 @@ def branch_solver(
     ValueError
         As for ``solve_branch``; with other coordinates than ``backbone`` only once it is called.
     """
-    of_mode = {"loss_factor": loss_factor, "resonance": resonance, "control": control}
+    damping = choose_damping(loss_factor, damping)
+    of_mode = {"damping": damping, "resonance": resonance, "control": control}
     if coordinates != "backbone":
         return partial(
             solve_branch,

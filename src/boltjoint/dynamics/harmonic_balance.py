@@ -6,6 +6,7 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University: eq. 2.9 and 2.35.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.damping import Damping, DampingMatrix, ModalStructure, as_damping
 from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import LazyJacobian
@@ -23,12 +25,12 @@ class HarmonicBalance:
     """Harmonic balance of a joint in the linear modes of its structure (thesis, eq. 2.9 and 2.35).
 
     With ``x(t) = b + sum_h (s_h sin(hwt) + c_h cos(hwt))`` of the modal coordinates, excitation
-    ``F sin(wt)``, ``L = diag(w_r^2)``, loss factor eta, the same at every frequency, and contact
-    force f in modal coordinates::
+    ``F sin(wt)``, ``L = diag(w_r^2)``, damping H(hw) of the harmonic h (``eta L`` with a loss
+    factor eta) and contact force f in modal coordinates::
 
-        bias:  L b                            + f_0             = 0
-        sin:   (L - (hw)^2) s_h - eta L c_h   + f_sh  - phi_F F = 0   (F only at h = 1)
-        cos:   (L - (hw)^2) c_h + eta L s_h   + f_ch            = 0
+        bias:  L b                          + f_0             = 0
+        sin:   (L - (hw)^2) s_h - H(hw) c_h + f_sh  - phi_F F = 0   (F only at h = 1)
+        cos:   (L - (hw)^2) c_h + H(hw) s_h + f_ch            = 0
 
     The unknown x holds the components the joint's law needs (``sin`` and ``cos``, ``sin3`` of the
     third harmonic, ``bias`` where the force has one), one after another: shape
@@ -39,8 +41,8 @@ class HarmonicBalance:
     ----------
     joint
         The structure and its friction elements.
-    loss_factor
-        eta, the same for all modes [-].
+    damping
+        Of the structure; a number is a loss factor.
     excitation_force
         F [N].
     basis
@@ -50,18 +52,18 @@ class HarmonicBalance:
     Raises
     ------
     ValueError
-        If loss factor or force are negative or not finite, or the basis is not of this shape.
+        If damping or force are negative or not finite, or the basis is not of this shape.
     """
 
     joint: Joint
-    loss_factor: float
+    damping: Damping | float
     excitation_force: float
     basis: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Refuse parameters that are out of range."""
         checks.instance("joint", self.joint, Joint)
-        checks.number("loss_factor", self.loss_factor, at_least=0)
+        object.__setattr__(self, "damping", as_damping(self.damping))
         checks.number("excitation_force", self.excitation_force, at_least=0)
         if self.basis is not None:
             modes = self.joint.natural_frequency.size
@@ -82,13 +84,18 @@ class HarmonicBalance:
     @cached_property
     def stiffness(self) -> NDArray[np.float64]:
         """L, or V^T L V [rad^2/s^2], shape (modes, modes)."""
-        L = np.diag((2 * np.pi * self.joint.natural_frequency) ** 2)
-        return L if self.basis is None else self.basis.T @ L @ self.basis
+        return self._structure.stiffness
 
     @cached_property
-    def complex_stiffness(self) -> NDArray[np.complex128]:
-        """``L (1 + i eta)`` of the first harmonic [rad^2/s^2], shape (modes, modes)."""
-        return self.stiffness * (1 + 1j * self.loss_factor)
+    def damping_matrix(self) -> DampingMatrix:
+        """H(w) [rad^2/s^2], shape (modes, modes)."""
+        return self.damping.matrix(self._structure)
+
+    def complex_stiffness(self, w: float) -> NDArray[np.complex128]:
+        """``L + i H(w)`` of the first harmonic [rad^2/s^2], shape (modes, modes)."""
+        if self.damping_matrix.varying is None:
+            return self._constant_complex_stiffness
+        return self.stiffness + 1j * self.damping_matrix.at(w)
 
     @cached_property
     def contact(self) -> ModalContact:
@@ -113,6 +120,8 @@ class HarmonicBalance:
         matrix = self._static_stiffness.copy()
         diagonal = np.einsum("ii->i", matrix)
         diagonal -= (w * self._harmonic) ** 2
+        if self.damping_matrix.varying is not None:
+            self._add_damping(matrix, lambda h: self._varying_damping(h, w))
         return matrix
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
@@ -147,8 +156,8 @@ class HarmonicBalance:
         change = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
         return residual, self.dynamic_stiffness(w) @ dx + self.contact.modal_force(change)
 
-    def energy_per_period(self, x: NDArray[np.float64]) -> tuple[float, float, float]:
-        """Input energy, structural dissipation and friction dissipation in a period [J].
+    def energy_per_period(self, x: NDArray[np.float64], w: float) -> tuple[float, float, float]:
+        """Input energy, structural dissipation and friction dissipation in a period at w [J].
 
         The work of a force f on a displacement q is ``pi sum_h h (f_ch s_h - f_sh c_h)``. Input and
         dissipation balance where the equations hold in a space that holds q.
@@ -162,13 +171,18 @@ class HarmonicBalance:
             s, c = parts["sin", h], parts["cos", h]
             supplied += h * (excitation[c] @ q[s] - excitation[s] @ q[c])
             friction += h * (contact[c] @ q[s] - contact[s] @ q[c])
-            strain = q[s] @ self.stiffness @ q[s] + q[c] @ self.stiffness @ q[c]
-            structural += h * self._loss_factor_of(h) * strain
+            factor, frequency = self._damping_of_harmonic(h, w)
+            structural += h * factor * self.damping_matrix.work(frequency, q[s], q[c])
         return np.pi * supplied, np.pi * structural, np.pi * friction
 
     def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Derivative of the residual by w, shape of x."""
-        return -2.0 * w * self._harmonic**2 * x
+        derivative = -2.0 * w * self._harmonic**2 * x
+        if self.damping_matrix.varying is not None:
+            matrix = np.zeros((x.size, x.size))
+            self._add_damping(matrix, lambda h: self._varying_damping_derivative(h, w))
+            derivative += matrix @ x
+        return derivative
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
@@ -189,22 +203,56 @@ class HarmonicBalance:
         return np.repeat(np.array(numbers, dtype=float), len(self.stiffness))
 
     @cached_property
-    def _static_stiffness(self) -> NDArray[np.float64]:
-        """Elasticity and structural damping: the linear part of the equations without inertia."""
-        n, modes = len(self.components), len(self.stiffness)
-        matrix = np.zeros((n, modes, n, modes))
-        parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        for (part, harmonic), i in parts.items():
-            matrix[i, :, i, :] = self.stiffness
-            if part == "sin":
-                cos, loss = parts["cos", harmonic], self._loss_factor_of(harmonic) * self.stiffness
-                matrix[i, :, cos, :] = -loss
-                matrix[cos, :, i, :] = loss
-        return matrix.reshape(n * modes, n * modes)
+    def _structure(self) -> ModalStructure:
+        """The structure in the coordinates of the balance."""
+        return ModalStructure(2 * np.pi * self.joint.natural_frequency, self.basis)
 
-    def _loss_factor_of(self, harmonic: int) -> float:
-        """Structural loss factor of a harmonic [-]: eta, the same for all of them."""
-        return self.loss_factor
+    @cached_property
+    def _constant_complex_stiffness(self) -> NDArray[np.complex128]:
+        return self.stiffness + 1j * self.damping_matrix.constant.at(0.0)
+
+    @cached_property
+    def _static_stiffness(self) -> NDArray[np.float64]:
+        """Elasticity and constant damping: the linear part of the equations at zero frequency."""
+        matrix = np.kron(np.eye(len(self.components)), self.stiffness)
+        constant = self.damping_matrix.constant
+
+        def damping(harmonic: int) -> NDArray[np.float64] | float:
+            factor, frequency = self._damping_of_harmonic(harmonic, 0.0)
+            return factor * constant.at(frequency)
+
+        self._add_damping(matrix, damping)
+        return matrix
+
+    def _add_damping(
+        self,
+        matrix: NDArray[np.float64],
+        damping: Callable[[int], NDArray[np.float64] | float],
+    ) -> None:
+        """Add the H of each harmonic to the linear part of the equations."""
+        n, modes = len(self.components), len(self.stiffness)
+        blocks = matrix.reshape(n, modes, n, modes)
+        parts = {parse_component(name): i for i, name in enumerate(self.components)}
+        for (part, harmonic), sin in parts.items():
+            if part == "sin":
+                cos, H = parts["cos", harmonic], damping(harmonic)
+                blocks[sin, :, cos, :] -= H
+                blocks[cos, :, sin, :] += H
+
+    def _varying_damping(self, harmonic: int, w: float) -> NDArray[np.float64]:
+        """The part of H of a harmonic that depends on the frequency."""
+        factor, frequency = self._damping_of_harmonic(harmonic, w)
+        return factor * self.damping_matrix.varying.at(frequency)
+
+    def _varying_damping_derivative(self, harmonic: int, w: float) -> NDArray[np.float64]:
+        """Derivative of H of a harmonic by w."""
+        frequency = self._damping_of_harmonic(harmonic, w)[1]
+        # either the factor or the frequency is the number of the harmonic, the other 1 or w
+        return harmonic * self.damping_matrix.varying.derivative(frequency)
+
+    def _damping_of_harmonic(self, harmonic: int, w: float) -> tuple[int, float]:
+        """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of a harmonic."""
+        return 1, harmonic * w
 
 
 def parse_component(name: str) -> tuple[str, int]:

@@ -56,13 +56,14 @@ def synthesise_response(
 
         |lambda - w^2| a |phi^T phi| = |phi^T e| F
 
+    with the damping of the structure at the frequency w of the response (``ModalState``),
     at two frequencies, one below and one above resonance, that coincide at the peak. The response
     of the other modes of the same state is added (quasi-static where they are far off resonance).
 
     Parameters
     ----------
     backbone
-        Of the joint, with its loss factor.
+        Of the joint, with its damping.
     force
         F [N].
     window
@@ -88,7 +89,9 @@ def synthesise_response(
         reason = ""
     elif curve.peak is None:
         reason = backbone.reason or (
-            "the backbone ends below the peak" if curve.balance.loss_factor else _UNLIMITED
+            "the backbone ends below the peak"
+            if curve.balance.damping_matrix.dissipates
+            else _UNLIMITED
         )
     else:
         reason = "the backbone begins above the response at an end of the window"
@@ -126,7 +129,7 @@ class _ResponseCurve:
         self.peak: ModalState | None = None
         if self.unreached:
             below, above = backbone.states[self.unreached - 1 : self.unreached + 1]
-            self.peak = backbone.solve_root(self._excess, below, above, above.eigenvalue.imag)
+            self.peak = backbone.solve_root(self._excess, below, above, above.least_distance)
             self.states[self.unreached :] = [self.peak]
 
     def points(self) -> list[_Point]:
@@ -211,9 +214,10 @@ class _ResponseCurve:
         mode = np.array([state.mode for state in states])
         phi = mode / np.sqrt(np.einsum("ij,ij->i", mode, mode))[:, None]
         modal_force = phi @ self.excitation
-        eigenvalue = np.array([state.eigenvalue for state in states])
+        eigenvalue = np.array([p.state.under_excitation(p.squared)[0] for p in points])
         dynamic = np.array([state.contact_stiffness for state in states])
-        dynamic += self.balance.complex_stiffness
+        frequency = np.sqrt(np.maximum(squared, 0.0))
+        dynamic += np.array([self.balance.complex_stiffness(w) for w in frequency])
         dynamic -= squared[:, None, None] * np.eye(modes)
         right = self.excitation - phi * modal_force[:, None]
         residual_modes = np.linalg.solve(dynamic, right[:, :, None])[:, :, 0]
@@ -223,7 +227,7 @@ class _ResponseCurve:
 
     def _excess(self, state: ModalState) -> float:
         """Excitation beyond that which balances the damping, in terms of lambda."""
-        return state.excited_distance(self.excitation) - state.eigenvalue.imag
+        return state.excited_distance(self.excitation) - state.least_distance
 
     def _phase(self, point: _Point) -> float:
         """Phase from the peak [rad], negative below resonance."""
@@ -232,5 +236,5 @@ class _ResponseCurve:
 
     def _point(self, state: ModalState, side: int) -> _Point:
         if side == 0:
-            return _Point(state, side, state.eigenvalue.real)
+            return _Point(state, side, state.squared_at_peak)
         return _Point(state, side, state.frequencies_under(self.excitation)[side > 0])

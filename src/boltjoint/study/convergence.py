@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import checks
+from boltjoint.damping import Damping, as_damping
 from boltjoint.dynamics.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.frequency_response import Branch, solve_branch
 from boltjoint.dynamics.modal_synthesis import synthesise_response
@@ -84,7 +85,7 @@ def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarr
 def peaks_near(
     joint: Joint,
     forces: Sequence[float],
-    loss_factor: float,
+    damping: Damping | float,
     resonance: int = 1,
     control: StepControl | None = None,
 ) -> pd.DataFrame:
@@ -96,8 +97,10 @@ def peaks_near(
 
     Parameters
     ----------
-    joint, loss_factor, resonance, control
+    joint, resonance, control
         As for ``response.solve_branch``.
+    damping
+        Of the structure; a number is a loss factor.
     forces
         Amplitudes of the excitation [N].
 
@@ -114,9 +117,9 @@ def peaks_near(
     """
     forces = checks.numbers("forces", forces)
     checks.instance("joint", joint, Joint)
-    of_mode = {"resonance": resonance, "control": control}
+    of_mode = {"damping": as_damping(damping), "resonance": resonance, "control": control}
     window = frequency_window(joint, resonance=resonance)
-    backbone = trace_for_forces(joint, forces, loss_factor=loss_factor, window=window, **of_mode)
+    backbone = trace_for_forces(joint, forces, window=window, **of_mode)
     rows = []
     for force in forces:
         branch = _near_peak(backbone, force, window, resonance, control)
@@ -125,7 +128,6 @@ def peaks_near(
             branch = solve_branch(
                 joint,
                 force,
-                loss_factor=loss_factor,
                 window=window,
                 **of_mode,
             )
@@ -161,7 +163,7 @@ def tabulate_divisions(
     preload: xr.Dataset,
     counts: Sequence[int],
     reference: pd.DataFrame,
-    loss_factor: float,
+    damping: Damping | float,
     division: Division = "equal-load",
     control: StepControl | None = None,
 ) -> pd.DataFrame:
@@ -178,7 +180,7 @@ def tabulate_divisions(
         Numbers of regions; one that a division cannot have is left out.
     reference
         Peaks of the joint, as from ``peaks_near``: the forces are its own.
-    loss_factor, control
+    damping, control
         As for ``peaks_near``.
     division
         As for ``partition.partition_regions``.
@@ -213,7 +215,7 @@ def tabulate_divisions(
                 "regions": count,
                 "region_error_percent": 100 * region_error(joint, regions),
             }
-            peaks = peaks_near(regions, reference["force_N"], loss_factor, control=control)
+            peaks = peaks_near(regions, reference["force_N"], damping, control=control)
             parts.append(pd.DataFrame({**made, **peaks}))
     if not parts:
         raise ValueError(f"counts are {counts}: no division has as many regions")
@@ -292,7 +294,7 @@ def _near_peak(
         branch = solve_branch(
             balance.joint,
             force,
-            loss_factor=balance.loss_factor,
+            damping=balance.damping,
             window=(predicted.frequency[first], predicted.frequency[last]),
             resonance=resonance,
             control=control,

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import dataset
+from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone import find_backbone
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import window_around
@@ -32,8 +33,8 @@ class CaseInBasis:
         Their names.
     forces
         Amplitudes of the excitation [N].
-    loss_factor
-        Structural damping [-].
+    damping
+        Of the structure.
     windows
         Frequencies [Hz] by resonance, None where they are chosen.
     sampling
@@ -45,7 +46,7 @@ class CaseInBasis:
     case: str
     basis: str
     forces: Sequence[float]
-    loss_factor: float
+    damping: Damping
     windows: Mapping[int, tuple[float, float] | None]
     sampling: Mapping[str, int] | None
     steps: Mapping[str, float]
@@ -114,7 +115,7 @@ class CaseInBasis:
         return {
             "resonance": response.resonance,
             "forces": self.forces,
-            "loss_factor": self.loss_factor,
+            "damping": self.damping,
         }
 
     def _parameters(self, response: "Response", given: Mapping[str, object]) -> dict[str, object]:

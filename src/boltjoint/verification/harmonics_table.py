@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import checks
+from boltjoint.damping import damping_of_attributes
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.verification.multi_harmonic import motion_at_peak, solve_periodic
@@ -85,13 +86,13 @@ def tabulate_time_integration(
     steps = checks.whole("steps", steps, at_least=3)
     if isinstance(joint.law, AlternatingFrequencyTime):
         joint = replace(joint, law=joint.law.elements)
-    loss_factor = response.attrs["loss_factor"]
+    damping = damping_of_attributes(response.attrs)
     rows = []
     for force in forces:
         if (peak := motion_at_peak(response, force)) is None:
             continue
         frequency, motion = peak
-        excitation = float(frequency), float(force), loss_factor
+        excitation = float(frequency), float(force), damping
         amplitudes = {}
         for highest in harmonics:
             solution = solve_periodic(

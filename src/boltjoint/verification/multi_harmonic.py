@@ -1,7 +1,8 @@
 """Multi-harmonic balance with alternating frequency/time (AFT) as a reference for one harmonic.
 
-For comparison with time integration, the loss factor eta is the viscous damping ``C = eta L / w``
-at the excitation frequency w: the same for the first harmonic, h times as much for the harmonic h.
+For comparison with time integration, the damping H of the structure is the viscous damping
+``C = H(w) / w`` at the excitation frequency w: the same for the first harmonic, ``h H(w)`` for the
+harmonic h. Damping that is viscous already stays what it is.
 """
 
 import logging
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from boltjoint import checks
+from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.dynamics.linear_modes import LinearModes
@@ -38,7 +40,7 @@ _TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class ViscousBalance(HarmonicBalance):
-    """``HarmonicBalance`` of sampled friction with viscous damping ``h eta L`` of the harmonic h.
+    """``HarmonicBalance`` of sampled friction with viscous damping ``h H(w)`` of the harmonic h.
 
     AFT sums the contact forces in modal coordinates, not point by point: hundreds of harmonics of a
     few modes stay affordable.
@@ -58,9 +60,9 @@ class ViscousBalance(HarmonicBalance):
         residual = linear @ x + force.ravel() - self.modal_force
         return residual, lambda: linear + tangent.reshape(x.size, x.size)
 
-    def _loss_factor_of(self, harmonic: int) -> float:
-        """Loss factor of a harmonic under viscous damping [-]."""
-        return harmonic * self.loss_factor
+    def _damping_of_harmonic(self, harmonic: int, w: float) -> tuple[int, float]:
+        """``h H(w)``: the damping of the harmonic h under ``C = H(w) / w``."""
+        return harmonic, w
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def solve_periodic(
     joint: Joint,
     frequency: float,
     force: float,
-    loss_factor: float,
+    damping: Damping | float,
     *,
     harmonics: int,
     samples: int = 1024,
@@ -135,8 +137,8 @@ def solve_periodic(
         With the law of its elements, constant or variable.
     frequency, force
         Of the excitation [Hz], [N].
-    loss_factor
-        eta, as viscous damping [-].
+    damping
+        Of the structure, as viscous damping; a number is a loss factor.
     harmonics
         Number of harmonics.
     samples
@@ -160,7 +162,7 @@ def solve_periodic(
     checks.instance("control", control, StepControl)
     w = 2 * np.pi * frequency
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
-    balance = ViscousBalance(replace(joint, law=law), loss_factor, force)
+    balance = ViscousBalance(replace(joint, law=law), damping, force)
     if start is None:
         x = balance.stuck_solution(w)
     else:
@@ -207,7 +209,7 @@ def find_peak(
     joint: Joint,
     frequency: float,
     force: float,
-    loss_factor: float,
+    damping: Damping | float,
     start: PeriodicMotion,
     *,
     harmonics: int,
@@ -217,7 +219,7 @@ def find_peak(
     """Peak of the first harmonic by multi-harmonic balance, near that with fewer harmonics.
 
     The derivative of the amplitude by the frequency, from the Jacobian of the balance, vanishes
-    there. The loss factor is the same for every harmonic.
+    there. The damping of the harmonic h is H(hw).
 
     Parameters
     ----------
@@ -225,8 +227,10 @@ def find_peak(
         With the law of its elements, constant or variable.
     frequency, start
         Peak frequency with fewer harmonics [Hz], and the motion there.
-    force, loss_factor
-        Of the excitation [N]; eta [-].
+    force
+        Amplitude of the excitation [N].
+    damping
+        Of the structure; a number is a loss factor.
     harmonics
         Number of harmonics.
     samples
@@ -248,7 +252,7 @@ def find_peak(
     checks.instance("start", start, PeriodicMotion)
     frequency = checks.number("frequency", frequency, above=0)
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
-    balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
+    balance = HarmonicBalance(replace(joint, law=law), damping, force)
     equations, output = LinearModes(balance), OutputPoint(balance)
     control = control or StepControl(tolerance=_TOLERANCE, maximum_iterations=50)
     solutions: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
@@ -329,7 +333,7 @@ def tabulate_peaks(
     forces = checks.numbers("forces", forces)
     if not np.isin(forces, response["force_level"]).all():
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
-    loss_factor = response.attrs["loss_factor"]
+    damping = damping_of_attributes(response.attrs)
     of_response = max(parse_component(str(name))[1] for name in response["component"].to_numpy())
     harmonics = [number for number in harmonics if number > of_response]
     if isinstance(joint.law, AlternatingFrequencyTime):
@@ -343,7 +347,7 @@ def tabulate_peaks(
             peaks[of_response] = peak
             for highest in harmonics:
                 frequency, motion = peak
-                found = find_peak(joint, frequency, force, loss_factor, motion, harmonics=highest)
+                found = find_peak(joint, frequency, force, damping, motion, harmonics=highest)
                 logger.info("%g N, %d harmonics: %s", force, highest, found and found[0])
                 if found is not None:
                     peaks[highest] = peak = found

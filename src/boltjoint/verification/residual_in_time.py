@@ -2,7 +2,7 @@
 
 The friction of every element is integrated from rest along its motion, sample by sample; harmonic
 coefficients of the forces follow by the trapezoidal rule. Neither the friction laws nor the
-equations of the harmonic balance are shared.
+equations of the harmonic balance are shared, only the definition of the damping model.
 """
 
 from math import ceil
@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.damping import Damping, ModalStructure, damping_of_attributes
 
 #: elements integrated side by side: many for the processor's vectors, few for its cache
 _LANES = 128
@@ -219,7 +220,7 @@ def residuals_in_time(
     further = [name for name in response["component"].to_numpy() if name not in components]
     if further:
         raise ValueError(f"the check knows the first harmonic only, not {', '.join(further)}")
-    equations = _ModalEquations(joint, response.attrs["loss_factor"])
+    equations = _ModalEquations(joint, damping_of_attributes(response.attrs))
     amplitude = response["modal_coordinate"].transpose("solution", "mode", "component")
     motion = amplitude.sel(component=components).to_numpy()
     frequency = response["frequency"].to_numpy()
@@ -238,10 +239,11 @@ def residuals_in_time(
 class _ModalEquations:
     """Modal equations of one joint, with contact forces integrated in time."""
 
-    def __init__(self, joint: xr.Dataset, loss_factor: float) -> None:
-        self.L = (2 * np.pi * joint["natural_frequency"].to_numpy()[:, None]) ** 2
+    def __init__(self, joint: xr.Dataset, damping: Damping) -> None:
+        natural = 2 * np.pi * joint["natural_frequency"].to_numpy()
+        self.L = natural[:, None] ** 2
         self.phi = joint["excitation_mode"].to_numpy()
-        self.loss_factor = loss_factor
+        self.damping = damping.matrix(ModalStructure(natural))
         self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
         on, k_u = joint["point_of_element"].to_numpy(), joint["tangential_stiffness"].to_numpy()
         if joint.attrs["law"] == "variable":
@@ -274,7 +276,7 @@ class _ModalEquations:
         terms = (
             self.L * motion,
             -((2 * np.pi * frequency) ** 2) * np.column_stack([zero, sine, cosine]),
-            self.loss_factor * self.L * np.column_stack([zero, -cosine, sine]),
+            self.damping.at(2 * np.pi * frequency) @ np.column_stack([zero, -cosine, sine]),
             self.R.T @ contact[:, :3] + self.N.T @ contact[:, 3:],
             -np.column_stack([zero, self.phi * excitation, zero]),
         )

@@ -5,9 +5,9 @@ modes are integrated by central differences, and every element keeps its slider 
 
     q'' + C q' + L q + R^T f + N^T (n - max(n0, 0)) = phi F sin(wt)
 
-with ``L = diag(w_r^2)``, friction force f and normal load n of the elements. The loss factor eta
-has no causal model in time: at the excitation frequency w it is the viscous damping
-``C = eta L / w``, which is the same for the first harmonic.
+with ``L = diag(w_r^2)``, friction force f and normal load n of the elements. Damping H that is not
+viscous has no causal model in time: at the excitation frequency w it is the viscous damping
+``C = H(w) / w``, which is the same for the first harmonic.
 
 References
 ----------
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.signal import resample
 
 from boltjoint import checks
+from boltjoint.damping import Damping, ModalStructure, as_damping
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
@@ -76,7 +77,7 @@ def steady_state(
     joint: Joint,
     frequency: float,
     force: float,
-    loss_factor: float,
+    damping: Damping | float,
     *,
     start: Array | None = None,
     ramp: int = 100,
@@ -97,8 +98,8 @@ def steady_state(
         With its elements' own law, constant or variable.
     frequency, force
         Of the excitation [Hz], [N].
-    loss_factor
-        eta [-].
+    damping
+        Of the structure; a number is a loss factor.
     start
         Initial period of motion, modal coordinates at equally spaced times [kg^1/2 m], shape
         (samples, modes); the sliders follow it for two periods. By default the joint starts at rest
@@ -124,7 +125,7 @@ def steady_state(
     checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
     frequency = checks.number("frequency", frequency, above=0)
     force = checks.number("force", force, above=0)
-    loss_factor = checks.number("loss_factor", loss_factor, at_least=0)
+    damping = as_damping(damping)
     ramp = checks.whole("ramp", ramp, at_least=0)
     steps = checks.whole("steps", steps, at_least=3)
     harmonics = checks.whole("harmonics", harmonics, at_least=1, at_most=steps)
@@ -134,7 +135,7 @@ def steady_state(
     if start is not None:
         start = checks.array("start", start, ("samples", joint.natural_frequency.size))
         checks.whole("length of start", len(start), at_least=1)
-    coarse = _Integration.of(joint, frequency, force, loss_factor, steps)
+    coarse = _Integration.of(joint, frequency, force, damping, steps)
     if start is None:
         for i in range(ramp):
             coarse.advance(i / ramp, (i + 1) / ramp)
@@ -166,6 +167,8 @@ class _Integration:
     steps: int
     modal: tuple[Array, Array, Array]
     """Stiffness and damping of the modes, and the force on them."""
+    coupled_damping: Array | None
+    """C where it couples the modes."""
     elements: tuple[Array | None, ...]
     """Rows k_u R and k_v N, rows R and N, n0 and mu of the elements.
 
@@ -180,10 +183,11 @@ class _Integration:
 
     @classmethod
     def of(
-        cls, joint: Joint, frequency: float, force: float, loss_factor: float, steps: int
+        cls, joint: Joint, frequency: float, force: float, damping: Damping, steps: int
     ) -> "_Integration":
         law, on = joint.law, joint.law.point_of_element
-        w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency) ** 2
+        w, natural = 2 * np.pi * frequency, 2 * np.pi * joint.natural_frequency
+        L, H = natural**2, damping.matrix(ModalStructure(natural)).at(w)
         R = np.ascontiguousarray(joint.tangential_mode[on].T)
         X = law.tangential_stiffness * R
         stuck = np.diag(L) + R @ X.T
@@ -200,8 +204,9 @@ class _Integration:
                 f"{steps} steps a period are unstable: more than {shortest:.0f} needed"
             )
         rest, z = np.zeros((2, L.size)), np.zeros(on.size)
-        modal = L, loss_factor * L / w, joint.excitation_mode * force
-        return cls(frequency, steps, modal, elements, *rest, z, np.zeros((steps, L.size)))
+        modal = L, np.diag(H) / w, joint.excitation_mode * force
+        C = H / w if np.any(H - np.diag(np.diag(H))) else None
+        return cls(frequency, steps, modal, C, elements, *rest, z, np.zeros((steps, L.size)))
 
     def halved(self) -> "_Integration":
         """The same state with half the step."""
@@ -211,14 +216,16 @@ class _Integration:
         steps = 2 * self.steps
         history = np.zeros((steps, self.q.size))
         state = self.q.copy(), self.q - between, self.z.copy()
-        return _Integration(self.frequency, steps, self.modal, self.elements, *state, history)
+        structure = self.modal, self.coupled_damping
+        return _Integration(self.frequency, steps, *structure, self.elements, *state, history)
 
     def advance(self, first_factor: float = 1.0, last_factor: float = 1.0) -> None:
         """Integrate a period over which the load factor changes linearly."""
         w = 2 * np.pi * self.frequency
         state = self.q, self.step, self.z
         factors = first_factor, last_factor
-        _integrate_period(*state, *self.elements, self.modal, w, factors, self.history)
+        structure = self.modal, self.coupled_damping
+        _integrate_period(*state, *self.elements, *structure, w, factors, self.history)
         self.periods += 1
 
     def follow(self, motion: Array) -> None:
@@ -318,6 +325,7 @@ def _integrate_period(
     normal_load: Array | None,
     mu: Array,
     modal: tuple[Array, Array, Array],
+    coupled_damping: Array | None,
     w: float,
     factors: tuple[float, float],
     history: Array,
@@ -328,6 +336,11 @@ def _integrate_period(
     dt = 2 * np.pi / w / steps
     x, x_before, friction = np.empty(z.size), np.empty(z.size), np.empty(z.size)
     contact = np.empty(modes)
+    if coupled_damping is not None:
+        # of all modes at once: (1 + C dt/2) step = (1 - C dt/2) step + dt^2 acceleration
+        after = np.linalg.inv(np.eye(modes) + 0.5 * dt * coupled_damping)
+        before = np.eye(modes) - 0.5 * dt * coupled_damping
+        change = np.empty(modes)
     if V is not None:
         normal = np.empty(modes)
         n, n_before, load = np.empty(z.size), np.empty(z.size), np.empty(z.size)
@@ -357,9 +370,15 @@ def _integrate_period(
         for r in range(modes):
             history[i, r] = q[r]
             acceleration = force[r] * excitation - stiffness[r] * q[r] - contact[r]
+            if coupled_damping is not None:
+                change[r] = dt * dt * acceleration
+                continue
             d = 0.5 * damping[r] * dt
             step[r] = ((1 - d) * step[r] + dt * dt * acceleration) / (1 + d)
             q[r] += step[r]
+        if coupled_damping is not None:
+            step[:] = after @ (before @ step + change)
+            q += step
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable, Iterator
 
+import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
+from boltjoint.damping import Damping, LossFactor
 from boltjoint.names import JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
@@ -75,7 +77,7 @@ def _quantities(
             yield words, str(value), _CONTACT.get(key)
     if elements := content.friction_elements(name, case.bases[0]):
         yield "friction elements, node to node", str(elements), "contact_nodes"
-    yield "loss factor", number(case.loss_factor), None
+    yield from _damping(case.structural_damping)
     yield "forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"
     friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
     yield "friction forces", friction, None
@@ -90,6 +92,15 @@ def _quantities(
     yield "motion of a region", _MOTIONS[case.regions.motion], None
     elements = _counts(joint.elements for joint in joints)
     yield "elements in a region", elements, "elements_per_region"
+
+
+def _damping(damping: Damping) -> Iterator[tuple[str, str, None]]:
+    """Parameters of the damping of the structure."""
+    for name, (unit, _) in damping.quantities.items():
+        words = name.replace("_", " ") + (f" ({unit})" if unit != "1" else "")
+        words = words if isinstance(damping, LossFactor) else f"{damping.name} damping: {words}"
+        values = np.atleast_1d(getattr(damping, name))
+        yield words, ", ".join(map(number, values.tolist())), None
 
 
 def _counts(counts: Iterable[int | str | None]) -> str:

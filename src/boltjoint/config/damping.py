@@ -1,0 +1,60 @@
+"""Damping of a case: the model of structural damping and its parameters."""
+
+import inspect
+from typing import Annotated, Any, Literal, Union, get_origin, get_type_hints
+
+import numpy as np
+from pydantic import Field, create_model
+
+from boltjoint.config.entries import Entry
+from boltjoint.config.types import Number, Problems
+from boltjoint.damping import MODELS, Damping, ModalStructure, make_damping
+
+#: what the key of a parameter ends in, by its unit
+_ENDINGS = {"1": "", "s": "_s", "1/s": "_1_per_s"}
+
+#: a parameter without a unit is a ratio of damping, and less than one
+_RATIO = Annotated[Number, Field(ge=0, lt=1)]
+_COEFFICIENT = Annotated[Number, Field(ge=0)]
+
+
+class DampingEntry(Entry):
+    """Damping of the structure by one model."""
+
+    model: str
+    """The damping model."""
+
+    @property
+    def damping(self) -> Damping:
+        """The model with its parameters."""
+        quantities = MODELS[self.model].quantities
+        values = (getattr(self, key) for key in self._keys())
+        return make_damping(self.model, **dict(zip(quantities, values, strict=True)))
+
+    def conflicts(self) -> Problems:
+        if not self.damping.matrix(ModalStructure(np.ones(1))).dissipates:
+            first, *others = self._keys()
+            yield (first,), f"must be greater than 0{''.join(f', or {key}' for key in others)}"
+
+    @classmethod
+    def _keys(cls) -> list[str]:
+        """The keys of the parameters, in the order of the model's quantities."""
+        return [key for key in cls.model_fields if key != "model"]
+
+
+def _entry(model: type[Damping]) -> type[DampingEntry]:
+    """The keys of a model."""
+    kinds = get_type_hints(model)
+    keys: dict[str, Any] = {"model": (Literal[model.name], Field(description="The damping model."))}
+    for name, (unit, meaning) in model.quantities.items():
+        value = _RATIO if unit == "1" else _COEFFICIENT
+        if get_origin(kinds[name]) is tuple:
+            value = Annotated[tuple[value, ...], Field(min_length=1)]
+        sentence = f"{meaning[0].upper()}{meaning[1:]}."
+        keys[f"{name}{_ENDINGS[unit]}"] = (value, Field(description=sentence))
+    name, text = f"{model.__name__}Entry", inspect.getdoc(model)
+    return create_model(name, __base__=DampingEntry, __doc__=text, __module__=__name__, **keys)
+
+
+ENTRIES = tuple(map(_entry, MODELS.values()))
+StructuralDamping = Annotated[Union[ENTRIES], Field(discriminator="model")]  # noqa: UP007
