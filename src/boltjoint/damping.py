@@ -193,8 +193,37 @@ class ModalDamping(Damping):
         return (Term(1, 1.0, structure.of_vectors(2 * ratio * w)),)
 
 
+@dataclass(frozen=True)
+class RayleighDamping(Damping):
+    """Viscous damping ``C = alpha M + beta K``, proportional to mass and stiffness."""
+
+    name: ClassVar[str] = "rayleigh"
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "mass_coefficient": ("1/s", "coefficient alpha of the mass"),
+        "stiffness_coefficient": ("s", "coefficient beta of the stiffness without contact"),
+    }
+
+    mass_coefficient: float
+    stiffness_coefficient: float
+
+    def __post_init__(self) -> None:
+        """Refuse negative coefficients."""
+        for name in self.quantities:
+            found = checks.number(name, getattr(self, name), at_least=0)
+            object.__setattr__(self, name, found)
+
+    def terms(self, structure: ModalStructure) -> tuple[Term, ...]:
+        """``w (alpha + beta L)``."""
+        return (
+            Term(1, self.mass_coefficient, structure.mass),
+            Term(1, self.stiffness_coefficient, structure.stiffness),
+        )
+
+
 #: the models by their name
-MODELS: Mapping[str, type[Damping]] = {model.name: model for model in (LossFactor, ModalDamping)}
+MODELS: Mapping[str, type[Damping]] = {
+    model.name: model for model in (LossFactor, ModalDamping, RayleighDamping)
+}
 
 
 def as_damping(damping: Damping | float) -> Damping:
