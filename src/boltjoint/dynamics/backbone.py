@@ -107,7 +107,7 @@ class Backbone:
         joint, states = self.equations.balance.joint, self.states
         amplitude = np.array([state.amplitude for state in states])
         mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
-        excitation = joint.excitation_mode
+        excitation = joint.excitation
         force = [state.least_distance / state.excited_distance(excitation) for state in states]
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
@@ -118,7 +118,13 @@ class Backbone:
             ("response_amplitude", "state", response, "m", "amplitude of the output point"),
             ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
             ("damping_ratio", "state", damping, "1", "modal damping ratio"),
-            ("peak_force", "state", force, "N", "excitation whose response has its peak here"),
+            (
+                "peak_force",
+                "state",
+                force,
+                joint.excitation_unit,
+                "excitation whose response has its peak here",
+            ),
             ("mode_shape", ("state", "mode", "part"), shape, "1", "in linear modes, phi^H phi = 1"),
             ("complete", (), np.int8(self.complete), "1", "1 where the last amplitude is reached"),
             ("reason", (), self.reason, "1", "why the backbone ends before"),
@@ -219,7 +225,7 @@ def trace_for_forces(
     joint.check_excitation(resonance)
     equations = EPMCEquations(joint, choose_damping(loss_factor, damping), resonance)
     low, high = equations.amplitudes_for(forces, window)
-    smallest = min(forces) * joint.excitation_mode
+    smallest = min(forces) * joint.excitation
     for first in _FIRST_AMPLITUDES:
         backbone = trace_backbone(equations, (first * low, high), control)
         if not backbone.states:

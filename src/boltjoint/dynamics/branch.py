@@ -223,7 +223,7 @@ def to_dataset(
     peak_error, largest = zip(*((error.of_peak, error.largest) for error in errors), strict=True)
     wrong = [error.exceeds(largest_error) for error in errors]
     of_solutions = (
-        ("excitation_force", excitation, "N", "excitation amplitude"),
+        ("excitation_force", excitation, joint.excitation_unit, "excitation amplitude"),
         ("frequency", along("frequency"), "Hz", "excitation frequency"),
         ("response_amplitude", amplitude, "m", "first-harmonic amplitude of the output point"),
         ("iterations", along("iterations"), "1", "corrector iterations"),
@@ -236,7 +236,7 @@ def to_dataset(
         ("energy_error", energy_errors, "1", "input less dissipation, over the larger of both"),
     )
     of_forces = (
-        ("force_level", force, "N", "excitation amplitude"),
+        ("force_level", force, joint.excitation_unit, "excitation amplitude"),
         ("peak_frequency", at_peak("frequency"), "Hz", "frequency of the largest maximum"),
         ("peak_amplitude", at_peak("amplitude"), "m", "largest maximum of response_amplitude"),
         ("peak_error_estimate", list(peak_error), "1", "error_estimate at the peak"),
@@ -253,6 +253,7 @@ def to_dataset(
         {name: quantity("solution", *row) for name, *row in of_solutions}
         | {"modal_coordinate": quantity(*modal_coordinate)}
         | {name: quantity("force", *row) for name, *row in of_forces}
+        | _of_sensors(joint, branches)
         | {
             "contact_state": xr.Variable(
                 ("force", "element"),
@@ -265,9 +266,36 @@ def to_dataset(
                 },
             ),
         },
-        coords={"component": components},
+        coords={"component": components, "sensor": list(joint.sensors)},
         attrs=as_damping(damping).attributes(),
     )
+
+
+def _of_sensors(joint: Joint, branches: Sequence[Branch]) -> dict[str, xr.Variable]:
+    """Amplitudes of the sensors, and the largest of each at every force level."""
+    mode = np.array(list(joint.sensors.values()))
+    sin, cos = (joint.law.components.index(name) for name in ("sin", "cos"))
+    amplitudes, peaks = [], np.full((len(branches), len(mode)), np.nan)
+    at_peak = np.full_like(peaks, np.nan)
+    for i, branch in enumerate(branches):
+        q = branch.modal_coordinate.reshape(-1, len(joint.law.components), mode.shape[1])
+        amplitude = np.hypot(q[:, sin] @ mode.T, q[:, cos] @ mode.T)
+        amplitudes.append(amplitude)
+        if branch.peak is not None:
+            highest = amplitude.argmax(axis=0)
+            peaks[i], at_peak[i] = amplitude.max(axis=0), branch.frequency[highest]
+    rows = (
+        (
+            "sensor_amplitude",
+            "solution",
+            np.concatenate(amplitudes),
+            "m",
+            "amplitude of the sensor",
+        ),
+        ("sensor_peak_amplitude", "force", peaks, "m", "largest amplitude of the solutions"),
+        ("sensor_peak_frequency", "force", at_peak, "Hz", "frequency of the largest amplitude"),
+    )
+    return {name: quantity((dim, "sensor"), *row) for name, dim, *row in rows}
 
 
 def _modal_coordinates(

@@ -150,7 +150,7 @@ class EPMCEquations(Equations):
         Damping that grows with the frequency counts as at the lower end of the window.
         """
         forces, window = checks.numbers("forces", forces), checks.interval("window", window)
-        excitation = self.balance.joint.excitation_mode
+        excitation = self.balance.joint.excitation
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
         stiffness, damping = self.balance.stiffness, self.balance.damping_matrix
@@ -210,11 +210,11 @@ class ModalState:
         """Modal damping ratio zeta [-]."""
         return self.eigenvalue.imag / (2 * self.eigenvalue.real)
 
-    def excited_distance(self, excitation: NDArray[np.float64]) -> float:
+    def excited_distance(self, excitation: NDArray) -> float:
         """Distance ``|lambda - w^2|`` at which an excitation causes the amplitude [rad2/s2]."""
         return abs(self.mode @ excitation / (self.mode @ self.mode)) / self.amplitude
 
-    def frequencies_under(self, excitation: NDArray[np.float64]) -> tuple[float, float]:
+    def frequencies_under(self, excitation: NDArray) -> tuple[float, float]:
         """Squares of the frequencies at which an excitation causes the amplitude [rad2/s2].
 
         Below and above that of the peak; that itself where the excitation does not suffice.

@@ -32,6 +32,8 @@ class HarmonicBalance:
         sin:   (L - (hw)^2) s_h - H(hw) c_h + f_sh  - phi_F F = 0   (F only at h = 1)
         cos:   (L - (hw)^2) c_h + H(hw) s_h + f_ch            = 0
 
+    Excitation whose points are not in phase has a part ``F cos(wt)`` too, with its own phi_F.
+
     The unknown x holds the components the joint's law needs (``sin`` and ``cos``, ``sin3`` of the
     third harmonic, ``bias`` where the force has one), one after another: shape
     (components * modes,) [kg^1/2 m]. The parameter is the frequency w [rad/s]. In a basis V of
@@ -44,7 +46,7 @@ class HarmonicBalance:
     damping
         Of the structure; a number is a loss factor.
     excitation_force
-        F [N].
+        F [N], or the acceleration of the clamp [m/s2].
     basis
         V, orthonormal combinations of the linear modes, shape (linear modes, modes); the linear
         modes themselves by default.
@@ -105,10 +107,11 @@ class HarmonicBalance:
     @cached_property
     def modal_force(self) -> NDArray[np.float64]:
         """Excitation in modal coordinates [kg^-1/2 N], shape (components * modes,)."""
-        mode = self.joint.excitation_mode
+        mode = self.joint.excitation
         mode = mode if self.basis is None else mode @ self.basis
         force = np.zeros((len(self.components), mode.size))
-        force[self.components.index("sin")] = mode * self.excitation_force
+        force[self.components.index("sin")] = mode.real * self.excitation_force
+        force[self.components.index("cos")] = mode.imag * self.excitation_force
         return force.ravel()
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:

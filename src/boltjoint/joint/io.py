@@ -57,12 +57,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
         "natural_frequency": quantity(
             "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
         ),
-        "excitation_mode": quantity(
-            "mode", joint.excitation_mode, "kg^-1/2", "mode at the excited point"
-        ),
-        "response_mode": quantity(
-            "mode", joint.response_mode, "kg^-1/2", "mode at the observed point"
-        ),
+        **_excitation_and_sensors(joint),
         "tangential_mode": quantity(
             ("point", "mode"),
             joint.tangential_mode,
@@ -83,6 +78,27 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", getattr(law, name), unit, meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
+
+
+def _excitation_and_sensors(joint: Joint) -> dict[str, xr.Variable]:
+    """Modes at the excitation, the output point and the sensors."""
+    unit = "kg^-1/2" if joint.excitation_unit == "N" else "kg^1/2"
+    parts = {"sine": joint.excitation_mode, "cosine": joint.excitation_mode_cos}
+    names = {"sine": "excitation_mode", "cosine": "excitation_mode_cos"}
+    stored = {
+        names[part]: quantity("mode", mode, unit, f"mode at the excitation, {part} part")
+        for part, mode in parts.items()
+        if mode is not None
+    }
+    stored["excitation_mode"].attrs["level_units"] = joint.excitation_unit
+    stored["response_mode"] = quantity(
+        "mode", joint.response_mode, "kg^-1/2", "mode at the observed point"
+    )
+    if joint.sensor_mode is not None:
+        at_sensors = ("sensor", "mode"), joint.sensor_mode, "kg^-1/2", "mode at the sensor"
+        stored["sensor_mode"] = quantity(*at_sensors)
+        stored["sensor"] = xr.Variable("sensor", list(joint.sensor_name))
+    return stored
 
 
 def load_joint(path: str | Path, sampling: Mapping[str, int] | None = None) -> Joint:
@@ -130,10 +146,19 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         "position": ("point", "axis"),
         "element_position": ("element", "axis"),
     }
+    optional = {}
+    if "sensor_mode" in stored:
+        optional["sensor_mode"] = values("sensor_mode", ("sensor", "mode"))
+        optional["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
+    if "excitation_mode_cos" in stored:
+        optional["excitation_mode_cos"] = values("excitation_mode_cos", ("mode",))
+    if "level_units" in stored["excitation_mode"].attrs:
+        optional["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
     elements = law(on, **{name: values(name, ("element",)) for name in law.quantities})
     for name in sampling or {}:
         checks.choice("sampling", name, ("harmonics", "samples"))
     return Joint(
         law=elements if sampling is None else AlternatingFrequencyTime(elements, **sampling),
         **{name: values(name, of_name) for name, of_name in dims.items()},
+        **optional,
     )

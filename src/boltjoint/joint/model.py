@@ -22,6 +22,12 @@ from boltjoint.friction.variable import VariableLoad
 
 Array = NDArray[np.float64]
 
+#: of the excitation level: a force, or an acceleration of the clamp
+EXCITATION_UNITS = ("N", "m/s2")
+
+#: name of the output point where no sensors are named
+OUTPUT_POINT = "output"
+
 #: relative difference of squared frequencies below which a frequency is a multiple one
 _SAME_FREQUENCY = 1e-9
 
@@ -48,6 +54,17 @@ class Joint:
     normal_mode
         As ``tangential_mode``, across the contact and positive when closing, where the law needs
         it: v = normal_mode @ q.
+    excitation_mode_cos
+        As ``excitation_mode``, of the part of the excitation that goes with the cosine, where its
+        points are not in phase: ``level (excitation_mode sin(wt) + excitation_mode_cos cos(wt))``.
+    excitation_unit
+        Unit of the excitation level: ``N``, or ``m/s2`` for an acceleration of the clamp, under
+        which the excitation modes are in kg^1/2 and motion is relative to the clamp.
+    sensor_mode
+        As ``response_mode``, of each sensor, shape (sensors, modes); by default the output point
+        alone.
+    sensor_name
+        Of each sensor.
 
     Raises
     ------
@@ -64,6 +81,10 @@ class Joint:
     law: ConstantLoad | VariableLoad | AlternatingFrequencyTime
     element_position: Array
     normal_mode: Array | None = None
+    excitation_mode_cos: Array | None = None
+    excitation_unit: str = "N"
+    sensor_mode: Array | None = None
+    sensor_name: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the shapes and convert all entries to arrays."""
@@ -90,12 +111,32 @@ class Joint:
             raise ValueError(f"the law {self.law.name!r} {verb} a normal mode")
         if needs_normal:
             expected["normal_mode"] = (points, modes)
+        if self.excitation_mode_cos is not None:
+            expected["excitation_mode_cos"] = (modes,)
+        checks.choice("excitation_unit", self.excitation_unit, EXCITATION_UNITS)
+        object.__setattr__(self, "sensor_name", tuple(self.sensor_name))
+        if self.sensor_mode is not None or self.sensor_name:
+            expected["sensor_mode"] = (len(self.sensor_name), modes)
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
         if elements == 0 or on.max() >= points:
             raise ValueError(
                 f"point_of_element of the law: elements must sit on points 0 to {points - 1}"
             )
+
+    @property
+    def excitation(self) -> NDArray:
+        """Modes at the excitation, sine part + i cosine part; real where all is in phase."""
+        if self.excitation_mode_cos is None:
+            return self.excitation_mode
+        return self.excitation_mode + 1j * self.excitation_mode_cos
+
+    @property
+    def sensors(self) -> dict[str, Array]:
+        """Modes at each sensor by its name: the output point alone where there is none."""
+        if self.sensor_mode is None:
+            return {OUTPUT_POINT: self.response_mode}
+        return dict(zip(self.sensor_name, self.sensor_mode, strict=True))
 
     @property
     def points(self) -> int:
@@ -125,11 +166,12 @@ class Joint:
         return checks.whole("resonance", resonance, at_least=1, at_most=self.natural_frequency.size)
 
     def check_excitation(self, resonance: int) -> None:
-        """Refuse a resonance that the force does not excite, and an output point at rest.
+        """Refuse a resonance that is not excited, and an output point at rest.
 
-        The participation ``phi . excitation_mode`` of the stuck mode phi is compared with the modes
-        at the excitation and the output point, whichever are larger: across the width of a
-        symmetric structure, or in its clamp, it is rounding error only.
+        The participation ``phi . excitation`` of the stuck mode phi is compared with the modes at
+        the excitation and the output point, whichever are larger: across the width of a symmetric
+        structure, or in its clamp, it is rounding error only. Under an acceleration of the clamp
+        the two have different units, and it is compared with the excitation alone.
 
         Parameters
         ----------
@@ -139,22 +181,24 @@ class Joint:
         Raises
         ------
         ValueError
-            If the force does not excite it, or the output point moves in no mode.
+            If the excitation has no part in it, or the output point moves in no mode.
         """
         resonance = self.check_resonance(resonance)
-        excited, observed = map(np.linalg.norm, (self.excitation_mode, self.response_mode))
-        rounding = checks.ROUNDING_OF_MODES * max(excited, observed)
+        excited, observed = map(np.linalg.norm, (self.excitation, self.response_mode))
+        by_force = self.excitation_unit == "N"
+        rounding = checks.ROUNDING_OF_MODES * (max(excited, observed) if by_force else excited)
         stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
         squared, vectors = np.linalg.eigh(stiffness)
         own = squared[resonance - 1]
         modes = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
-        participation = np.linalg.norm(self.excitation_mode @ modes)
+        participation = np.linalg.norm(self.excitation @ modes)
         if participation <= rounding:
+            what, unit = ("force", "kg^-1/2") if by_force else ("acceleration", "kg^1/2")
             raise ValueError(
-                "this force does not excite the selected modes: excitation_mode has a share of "
-                f"{participation:.1g} kg^-1/2 in resonance {resonance}"
+                f"this {what} does not excite the selected modes: excitation_mode has a share of "
+                f"{participation:.1g} {unit} in resonance {resonance}"
             )
-        if observed <= rounding:
+        if observed <= (rounding if by_force else 0):
             raise ValueError(
                 "the output point does not move in the selected modes: response_mode is at "
                 f"most {abs(self.response_mode).max():.1g} kg^-1/2"

@@ -243,6 +243,9 @@ class _ModalEquations:
         natural = 2 * np.pi * joint["natural_frequency"].to_numpy()
         self.L = natural[:, None] ** 2
         self.phi = joint["excitation_mode"].to_numpy()
+        self.phi_cos = np.zeros_like(self.phi)
+        if "excitation_mode_cos" in joint:
+            self.phi_cos = joint["excitation_mode_cos"].to_numpy()
         self.damping = damping.matrix(ModalStructure(natural))
         self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
         on, k_u = joint["point_of_element"].to_numpy(), joint["tangential_stiffness"].to_numpy()
@@ -278,7 +281,7 @@ class _ModalEquations:
             -((2 * np.pi * frequency) ** 2) * np.column_stack([zero, sine, cosine]),
             self.damping.at(2 * np.pi * frequency) @ np.column_stack([zero, -cosine, sine]),
             self.R.T @ contact[:, :3] + self.N.T @ contact[:, 3:],
-            -np.column_stack([zero, self.phi * excitation, zero]),
+            -np.column_stack([zero, self.phi * excitation, self.phi_cos * excitation]),
         )
         return sum(terms) / max(np.linalg.norm(term) for term in terms)
 

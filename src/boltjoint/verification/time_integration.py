@@ -165,8 +165,8 @@ class _Integration:
 
     frequency: float
     steps: int
-    modal: tuple[Array, Array, Array]
-    """Stiffness and damping of the modes, and the force on them."""
+    modal: tuple[Array, Array, NDArray[np.complex128]]
+    """Stiffness and damping of the modes, and the force on them, sine + i cosine."""
     coupled_damping: Array | None
     """C where it couples the modes."""
     elements: tuple[Array | None, ...]
@@ -204,7 +204,7 @@ class _Integration:
                 f"{steps} steps a period are unstable: more than {shortest:.0f} needed"
             )
         rest, z = np.zeros((2, L.size)), np.zeros(on.size)
-        modal = L, np.diag(H) / w, joint.excitation_mode * force
+        modal = L, np.diag(H) / w, joint.excitation * (force + 0j)
         C = H / w if np.any(H - np.diag(np.diag(H))) else None
         return cls(frequency, steps, modal, C, elements, *rest, z, np.zeros((steps, L.size)))
 
@@ -324,7 +324,7 @@ def _integrate_period(
     N: Array | None,
     normal_load: Array | None,
     mu: Array,
-    modal: tuple[Array, Array, Array],
+    modal: tuple[Array, Array, NDArray[np.complex128]],
     coupled_damping: Array | None,
     w: float,
     factors: tuple[float, float],
@@ -335,12 +335,11 @@ def _integrate_period(
     steps, modes = history.shape
     dt = 2 * np.pi / w / steps
     x, x_before, friction = np.empty(z.size), np.empty(z.size), np.empty(z.size)
-    contact = np.empty(modes)
+    contact, change = np.empty(modes), np.empty(modes)
     if coupled_damping is not None:
         # of all modes at once: (1 + C dt/2) step = (1 - C dt/2) step + dt^2 acceleration
         after = np.linalg.inv(np.eye(modes) + 0.5 * dt * coupled_damping)
         before = np.eye(modes) - 0.5 * dt * coupled_damping
-        change = np.empty(modes)
     if V is not None:
         normal = np.empty(modes)
         n, n_before, load = np.empty(z.size), np.empty(z.size), np.empty(z.size)
@@ -364,12 +363,13 @@ def _integrate_period(
         if V is not None:
             contact += normal
             x, x_before, n, n_before = x_before, x, n_before, n
-        time = i / steps
-        factor = factors[0] + (factors[1] - factors[0]) * time
-        excitation = factor * np.sin(2 * np.pi * time)
+        factor = factors[0] + (factors[1] - factors[0]) * (i / steps)
+        phase = 2 * np.pi * (i / steps)
+        sin, cos = factor * np.sin(phase), factor * np.cos(phase)
         for r in range(modes):
             history[i, r] = q[r]
-            acceleration = force[r] * excitation - stiffness[r] * q[r] - contact[r]
+            pull = force[r].real * sin + force[r].imag * cos
+            acceleration = pull - stiffness[r] * q[r] - contact[r]
             if coupled_damping is not None:
                 change[r] = dt * dt * acceleration
                 continue
