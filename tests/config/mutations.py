@@ -122,7 +122,12 @@ def whole_files():
     contents["config"] = defaults | contents["config"] | parse_mapping(text)
     contents["config"] |= {"assemblies": ["three_bolt", "four_bolt"]}
     point = {"x_mm": 100, "y_mm": 0, "z_mm": 10, "direction": "z"}
-    contents["assembly"] |= {"excitation": point, "response": point}
+    force = point | {"relative_amplitude": 0.5, "phase_deg": 90.0}
+    contents["constant"] |= {
+        "excitation": {"kind": "forces", "points": [force]},
+        "sensors": [point | {"name": "lap"}, point | {"name": "tip", "x_mm": 400}],
+    }
+    contents["variable"]["excitation"] = {"kind": "distributed", "surface": "top", "direction": "z"}
     contents["variable"]["regions"] |= {"motion": "mean", "tolerance": 0.02}
     contents["variable"]["solve"][0] |= {
         "modes": ["free-4"],

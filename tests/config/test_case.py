@@ -7,6 +7,7 @@ from pydantic import ValidationError
 from boltjoint.config.case import Case
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study
+from boltjoint.damping import LossFactor, RayleighDamping
 
 CASE = "config/cases/three_bolt_constant.yaml"
 
@@ -146,3 +147,28 @@ def test_the_window_of_a_resonance():
     case = changed(solve=[blocks[0], blocks[1] | {"window_Hz": [300, 5e2]}])
     assert case.window_around(1) is None
     assert case.window_around(2) == (300.0, 500.0)
+
+
+def test_levels_are_forces_or_accelerations_of_the_clamp():
+    case = changed()
+    assert case.levels == case.forces_N
+    text = parse_mapping((ROOT / CASE).read_text(encoding="utf-8"))
+    del text["forces_N"]
+    shaken = text | {
+        "excitation": {"kind": "base", "direction": "z"},
+        "accelerations_m_per_s2": [1, 5, 10, 50],
+    }
+    case = Case.model_validate(shaken)
+    assert case.is_base_excited and case.levels == (1, 5, 10, 50)
+    with pytest.raises(ValidationError, match="its levels are accelerations_m_per_s2"):
+        Case.model_validate(shaken | {"forces_N": [1, 5]})
+
+
+def test_damping_is_a_loss_factor_unless_a_model_is_given():
+    text = parse_mapping((ROOT / CASE).read_text(encoding="utf-8"))
+    assert changed(loss_factor=0.003).structural_damping == LossFactor(0.003)
+    del text["loss_factor"]
+    assert Case.model_validate(text).structural_damping == LossFactor(0.002)
+    rayleigh = {"model": "rayleigh", "mass_coefficient_1_per_s": 2, "stiffness_coefficient_s": 1e-6}
+    found = Case.model_validate(text | {"damping": rayleigh}).structural_damping
+    assert found == RayleighDamping(2.0, 1e-6)

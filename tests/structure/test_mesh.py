@@ -5,10 +5,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from examples import COARSE, coarse_assembly
+from examples import coarse_assembly
 from scipy.spatial import KDTree
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
 from boltjoint.structure.elasticity import smallest_jacobian
 from boltjoint.structure.half_lap.mesh import FIRST_BOLT, build_assembly, tributary_area
@@ -169,25 +168,8 @@ def test_named_nodes(assembly, coarse):
     assert np.linalg.norm(section[:, 0] - axis, axis=1).max() < 4.1e-3
 
 
-def test_observed_point_and_direction_can_be_chosen():
-    point = {"x_mm": 91, "y_mm": -10, "z_mm": -9, "direction": "y"}
-    assembly = build_assembly(Assembly.model_validate({**COARSE, "response": point}))
-    node = assembly["response_node"]
-    assert node.attrs["direction"] == "y"
-    np.testing.assert_allclose(
-        assembly["coordinate"][node.item()], [0.09, -0.01, -0.01], atol=1e-12
-    )
-
-
 def test_every_variable_has_units(assembly, tmp_path):
     save(assembly, tmp_path / "assembly.nc")
-
-
-def test_refuses_a_point_off_the_mesh(coarse):
-    far = coarse.response_point.model_copy(update={"x_mm": 400.0})
-    off = coarse.model_copy(update={"response": far})
-    with pytest.raises(ValueError, match=r"no node within 14 mm .* of the response point"):
-        build_assembly(off)
 
 
 def test_refuses_an_odd_number_of_cells_across(coarse):

@@ -36,6 +36,23 @@ def test_a_new_force_leaves_the_joints_and_a_new_stiffness_the_structure_alone(c
     assert among(found, STRUCTURE) == []
 
 
+def test_a_moved_shaker_and_other_damping_leave_the_structure_alone(copied):
+    point = {"x_mm": 100, "y_mm": 0, "z_mm": 10, "direction": "z"}
+    moved = {
+        "excitation": {"kind": "forces", "points": [point]},
+        "sensors": [point | {"name": "lap"}, point | {"name": "tip", "x_mm": 182}],
+    }
+    damped = {key: value for key, value in VARIABLE.items() if key != "loss_factor"}
+    damped |= {"damping": {"model": "modal", "damping_ratios": [0.001]}}
+    write_config(copied, {"small": CASE | moved, "variable": damped})
+    found = planned(copied)
+    assert among(found, STRUCTURE) == []
+    assert len(among(found, f"cases/small/*/{NODES}")) == len([FREE, ENRICHED])
+    assert len(among(found, "cases/small/*/response.nc")) == RESPONSES["small"]
+    assert among(found, "cases/variable/*/joint.nc") == []
+    assert len(among(found, "cases/variable/*/response.nc")) == RESPONSES["variable"]
+
+
 STIFFER_NORMAL = {"normal_stiffness_N_per_m": 5e7}
 
 

@@ -53,7 +53,7 @@ for case, basis in contents.cases_and_bases():
             artefacts=contents.select(form="figure", **of_basis),
             options={
                 "assembly": study.case(case).assembly,
-                "forces": study.case(case).forces_N,
+                "forces": study.case(case).levels,
                 "joints": {
                     resonance: contents.backbones(case, basis, resonance)
                     for resonance in study.case(case).resonances(basis)

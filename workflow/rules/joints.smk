@@ -1,5 +1,6 @@
 rule connect_nodes:
     input:
+        assembly=lambda w: layout.path("assembly", assembly=study.case(w.case).assembly),
         modes=lambda w: layout.path(
             "modes", assembly=study.case(w.case).assembly, basis=w.basis
         ),
@@ -15,6 +16,8 @@ rule connect_nodes:
     params:
         library=library("connect_nodes.py"),
         contact=lambda w: study.case(w.case).contact.model_dump(exclude={"law"}),
+        excitation=lambda w: study.case(w.case).excitation,
+        sensors=lambda w: study.case(w.case).sensors,
     script:
         "../scripts/connect_nodes.py"
 

@@ -111,7 +111,7 @@ rule find_peaks:
     params:
         library=library("find_peaks.py"),
         options=lambda w: {
-            "forces": study.case(w.case).forces_N,
+            "forces": study.case(w.case).levels,
             "damping": study.case(w.case).structural_damping,
         },
         steps=study.solver.steps,

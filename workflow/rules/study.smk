@@ -93,7 +93,7 @@ def problem(case, basis):
     return {
         "case": case,
         "basis": basis,
-        "forces": found.forces_N,
+        "forces": found.levels,
         "damping": found.structural_damping,
         "windows": {
             resonance: found.window_around(resonance)

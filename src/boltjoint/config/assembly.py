@@ -1,11 +1,12 @@
 """Assembly: bars, bolts, mesh, material, excitation and output point."""
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from boltjoint.config.entries import Entry
+from boltjoint.config.points import Point
 from boltjoint.config.types import (
     INTEGRAL,
     Count,
@@ -113,23 +114,6 @@ class StaticContact(Entry):
     """Coulomb friction between the bars during tightening."""
 
 
-class Point(Entry):
-    """A point in the assembly and a direction; the node nearest to the point is taken.
-
-    For example ``response: {x_mm: 403.5, y_mm: 0, z_mm: 10, direction: z}``.
-    """
-
-    x_mm: Number
-    """Distance from the clamp along the bar, more than half an element: nodes in the clamp do not
-    move."""
-    y_mm: Number
-    """Distance from the centre line across the width, at most half the width to each side."""
-    z_mm: Number
-    """Height above the plane of contact, at most half the height to each side."""
-    direction: Literal["x", "y", "z"]
-    """Direction of the force or of the displacement."""
-
-
 class Assembly(Entry):
     """Two bars with a half-lap joint, clamped at one end and held by a row of bolts.
 
@@ -146,21 +130,11 @@ class Assembly(Entry):
     contact: StaticContact = StaticContact()
     preload_N: Positive | None = None
     """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
-    excitation: Point | None = None
-    """Point where the harmonic force acts; by default the middle of the free end's top edge, along
-    z."""
-    response: Point | None = None
-    """Output point of the response; by default the middle of the free end's top edge, along z."""
 
     @property
-    def excitation_point(self) -> Point:
-        """Point where the harmonic force acts, the default filled in."""
-        return self.excitation or self._free_end()
-
-    @property
-    def response_point(self) -> Point:
-        """Output point of the response, the default filled in."""
-        return self.response or self._free_end()
+    def default_point(self) -> Point:
+        """Middle of the free end's top edge, along z: the default of excitation and sensors."""
+        return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
 
     @property
     def elements_outside_lap(self) -> tuple[float, float]:
@@ -195,16 +169,9 @@ class Assembly(Entry):
         between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
         return between + 2 * mesh.columns_at_each_lap_end
 
-    def _free_end(self) -> Point:
-        return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
-
     def conflicts(self) -> Problems:
         yield from self._conflicts_of_head()
         yield from self._conflicts_of_positions()
-        for key in ("excitation", "response"):
-            point = getattr(self, key)
-            if point is not None:
-                yield from self._conflicts_of_point(key, point)
 
     def _conflicts_of_head(self) -> Problems:
         for limit, what in (
@@ -234,7 +201,8 @@ class Assembly(Entry):
                     f"(half a bolt cell) from both ends of the lap of {self.bar.lap_mm:g} mm",
                 )
 
-    def _conflicts_of_point(self, key: str, point: Point) -> Problems:
+    def conflicts_of_point(self, point: Point) -> Problems:
+        """What is wrong with a point of a case on this assembly."""
         bar = self.bar
         for name, low, high in (
             ("x_mm", 0.0, bar.length_mm),
@@ -242,9 +210,9 @@ class Assembly(Entry):
             ("z_mm", -bar.height_mm / 2, bar.height_mm / 2),
         ):
             if not low <= round(getattr(point, name), 6) <= round(high, 6):
-                yield (key, name), f"must lie in the assembly, from {low:g} to {high:g} mm"
+                yield (name,), f"must lie in the assembly, from {low:g} to {high:g} mm"
         # half an element from the clamp the nearest node is as far in it as beyond it
         free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
         if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):
             sentence = f"is in the clamp, where no mode moves: must be more than {free_mm:g} mm"
-            yield (key, "x_mm"), sentence
+            yield ("x_mm",), sentence

@@ -7,6 +7,8 @@ from pydantic import Field
 from boltjoint.config.contact import Contact
 from boltjoint.config.damping import StructuralDamping
 from boltjoint.config.entries import Entry
+from boltjoint.config.excitation import Excitation
+from boltjoint.config.points import Point, Sensor
 from boltjoint.config.regions import Regions
 from boltjoint.config.types import (
     Description,
@@ -70,12 +72,22 @@ class Case(Entry):
     friction sticks."""
     damping: StructuralDamping | None = None
     """Another model of structural damping, in place of ``loss_factor``."""
-    forces_N: Several[Positive]
-    """Amplitudes of the harmonic excitation, in N; one frequency response for each."""
+    excitation: Excitation | None = None
+    """What excites the structure: forces at points, a load on a surface, or an acceleration of the
+    clamp; by default a force at the middle of the free end's top edge, along z."""
+    sensors: tuple[Sensor, ...] = ()
+    """Points where the displacement is read, the first being the output point; by default the
+    middle of the free end's top edge, along z."""
+    forces_N: Several[Positive] | None = None
+    """Amplitudes of the harmonic excitation, in N; one frequency response for each. Required but
+    with ``kind: base``."""
+    accelerations_m_per_s2: Several[Positive] | None = None
+    """Amplitudes of the acceleration of the clamp, which stand in place of ``forces_N`` with
+    ``kind: base``."""
     verification_forces_N: Distinct[tuple[Positive, ...]] = ()
-    """Forces of ``forces_N``, at which the peak of the node-to-node joint is found with up to
-    9 harmonics too, in every basis; in the first basis ``free-N`` it is also integrated in time,
-    and solved with up to 201 harmonics."""
+    """Forces of ``forces_N``, or accelerations of ``accelerations_m_per_s2``, at which the peak of
+    the node-to-node joint is found with up to 9 harmonics too, in every basis; in the first basis
+    ``free-N`` it is also integrated in time, and solved with up to 201 harmonics."""
     modes: Several[ModalBasis]
     """Bases of all blocks that give none: ``free-N``, the first N bending modes without contact, as
     in the source; ``enriched-N``, the first N vectors of the contact-adapted basis, which also hold
@@ -94,6 +106,24 @@ class Case(Entry):
     def structural_damping(self) -> Damping:
         """The model of structural damping with its parameters."""
         return LossFactor(self.loss_factor) if self.damping is None else self.damping.damping
+
+    @property
+    def is_base_excited(self) -> bool:
+        """Whether the clamp moves, and levels are accelerations."""
+        return self.excitation is not None and self.excitation.kind == "base"
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """Excitation levels: forces [N], or accelerations of the clamp [m/s2]."""
+        return (self.accelerations_m_per_s2 if self.is_base_excited else self.forces_N) or ()
+
+    @property
+    def points(self) -> dict[KeyPath, Point]:
+        """Points of the excitation and the sensors, by their key path."""
+        of_excitation = getattr(self.excitation, "points", ())
+        return {("excitation", "points", i): each for i, each in enumerate(of_excitation)} | {
+            ("sensors", i): each for i, each in enumerate(self.sensors)
+        }
 
     @property
     def blocks(self) -> tuple[SolveBlock, ...]:
@@ -154,10 +184,7 @@ class Case(Entry):
     def conflicts(self) -> Problems:
         if self.damping is not None and "loss_factor" in self.model_fields_set:
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
-        there = ", ".join(f"{force:g}" for force in self.forces_N)
-        for index, force in enumerate(self.verification_forces_N):
-            if force not in self.forces_N:
-                yield ("verification_forces_N", index), f"must be one of forces_N: {there}"
+        yield from self._conflicts_of_excitation()
         for index in range(len(self.solve)):
             yield from self._conflicts_in_block(index)
             yield from self._conflicts_between_blocks(index)
@@ -165,6 +192,24 @@ class Case(Entry):
     def place_of(self, key: str, index: int) -> KeyPath:
         """Where modes or coordinates of a block are given: in the block or in the case."""
         return (key,) if getattr(self.solve[index], key) is None else ("solve", index, key)
+
+    def _conflicts_of_excitation(self) -> Problems:
+        level, other = "forces_N", "accelerations_m_per_s2"
+        if self.is_base_excited:
+            level, other = other, level
+        if getattr(self, level) is None:
+            kind = " of the clamp" if self.is_base_excited else ""
+            yield (level,), f"is missing: amplitudes of the excitation{kind}"
+        if getattr(self, other) is not None:
+            yield (other,), f"must not be given with this excitation: its levels are {level}"
+        there = ", ".join(f"{each:g}" for each in self.levels)
+        for index, force in enumerate(self.verification_forces_N):
+            if self.levels and force not in self.levels:
+                yield ("verification_forces_N", index), f"must be one of {level}: {there}"
+        names = [sensor.name for sensor in self.sensors]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                yield ("sensors", index, "name"), "must not appear twice"
 
     def _conflicts_in_block(self, index: int) -> Problems:
         block, above = self.blocks[index], ("solve", index)

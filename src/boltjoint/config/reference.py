@@ -14,7 +14,14 @@ README = str(Path(CONFIG_FILE).with_name("README.md"))
 #: what stands before and after the generated part of the README
 BEGIN, END = "<!-- keys: made by `make reference` -->\n", "<!-- end of keys -->\n"
 _FILES = {"config": "config.yaml", "assembly": "assemblies/*.yaml", "case": "cases/*.yaml"}
-_UNITS = {"N_per_m3": "N/m³", "kg_per_m3": "kg/m³", "N_per_m": "N/m", "1_per_s": "1/s"}
+_UNITS = {
+    "N_per_m3": "N/m³",
+    "kg_per_m3": "kg/m³",
+    "N_per_m": "N/m",
+    "1_per_s": "1/s",
+    "m_per_s2": "m/s²",
+    "deg": "°",
+}
 _UNITS |= {unit: unit for unit in ("mm", "GPa", "Hz", "N", "s")}
 _KINDS = {
     "boolean": "`true`, `false`",

@@ -17,6 +17,11 @@ RENAMED_KEYS: Mapping[str, str] = {
     "timing.enough_s": "time_budget_s",
     "march_forces_N": "verification_forces_N",
 }
+#: where a key of the assembly is now
+MOVED_KEYS: Mapping[str, str] = {
+    "excitation": "a key of the case, with kind: forces",
+    "response": "the first of sensors in the case",
+}
 #: new value, by the dotted path of the key and the old value
 RENAMED_VALUES: Mapping[str, Mapping[str, str]] = {
     "solver.friction_force": {"exact": "analytic", "sampled": "aft"},

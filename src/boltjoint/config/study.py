@@ -120,6 +120,8 @@ def _conflicts(
     """What the assembly, the settings and the source do not allow in a case."""
     if assembly is not None:
         yield from _conflicts_of_joints(case, assembly)
+        for path, point in case.points.items():
+            yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
     if settings is not None:
         yield from _conflicts_of_options(case, settings)
         yield from _conflicts_of_bases(case, assembly, settings.contact_adapted_basis)

@@ -13,7 +13,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.model import Joint
+from boltjoint.joint.model import Joint, optional_fields
 
 #: the laws that a joint can have, by their name
 LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
@@ -146,19 +146,11 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         "position": ("point", "axis"),
         "element_position": ("element", "axis"),
     }
-    optional = {}
-    if "sensor_mode" in stored:
-        optional["sensor_mode"] = values("sensor_mode", ("sensor", "mode"))
-        optional["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
-    if "excitation_mode_cos" in stored:
-        optional["excitation_mode_cos"] = values("excitation_mode_cos", ("mode",))
-    if "level_units" in stored["excitation_mode"].attrs:
-        optional["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
     elements = law(on, **{name: values(name, ("element",)) for name in law.quantities})
     for name in sampling or {}:
         checks.choice("sampling", name, ("harmonics", "samples"))
     return Joint(
         law=elements if sampling is None else AlternatingFrequencyTime(elements, **sampling),
         **{name: values(name, of_name) for name, of_name in dims.items()},
-        **optional,
+        **optional_fields("stored", stored),
     )

@@ -10,6 +10,7 @@ University: eq. 3.1 and 3.2.
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.law import FrictionLaw
 from boltjoint.friction.variable import VariableLoad
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -203,6 +207,20 @@ class Joint:
                 "the output point does not move in the selected modes: response_mode is at "
                 f"most {abs(self.response_mode).max():.1g} kg^-1/2"
             )
+
+
+def optional_fields(name: str, stored: "xr.Dataset") -> dict[str, Any]:
+    """Fields of a joint for its excitation and sensors that a dataset of this name holds."""
+    found: dict[str, Any] = {}
+    if "excitation_mode_cos" in stored:
+        mode = checks.variable(name, stored, "excitation_mode_cos", ("mode",))
+        found["excitation_mode_cos"] = mode
+    if "sensor_mode" in stored:
+        found["sensor_mode"] = checks.variable(name, stored, "sensor_mode", ("sensor", "mode"))
+        found["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
+    if "level_units" in stored["excitation_mode"].attrs:
+        found["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
+    return found
 
 
 def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:

@@ -12,7 +12,7 @@ import xarray as xr
 from boltjoint import checks
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.model import Joint
+from boltjoint.joint.model import Joint, optional_fields
 
 
 def connect_nodes(
@@ -85,6 +85,7 @@ def connect_nodes(
             name: checks.variable("modes", modes, name, ("mode",))
             for name in ("natural_frequency", "excitation_mode", "response_mode")
         },
+        **optional_fields("modes", modes),
         tangential_mode=along_bar[pairs],
         position=position[pairs],
         law=law,

@@ -84,7 +84,8 @@ def find_modes(
     Dataset
         ``natural_frequency`` (mode) [Hz]; mass-normalised [kg^-1/2]: ``mode_shape`` (node, axis,
         mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
-        (mode), positive where it does not vanish, ``excitation_mode`` (mode); ``position`` (pair,
+        (mode), positive where it does not vanish, ``excitation_mode`` (mode), both where a
+        case gives no point; ``base_excitation_mode`` (axis, mode) [kg^1/2]; ``position`` (pair,
         axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode that was solved for, for
         large N symmetric ones only: ``candidate_frequency`` (candidate) [Hz], ``candidate_family``
         (candidate), and the shares of kinetic energy that decided it, ``energy_share`` (candidate,
@@ -141,6 +142,12 @@ def find_modes(
             ),
             "excitation_mode": quantity(
                 "mode", excitation * sign, per_mass, "mode where the force acts"
+            ),
+            "base_excitation_mode": quantity(
+                ("axis", "mode"),
+                _base_excitation(assembly, shape),
+                "kg^1/2",
+                "modal force of a unit acceleration of the clamp along the axis",
             ),
             "position": assembly["position"].variable,
             "area": assembly["area"].variable,
@@ -299,6 +306,16 @@ def _at_point(assembly: xr.Dataset, point: str, shape: Array) -> Array:
     node = assembly[f"{point}_node"]
     axis = assembly["axis"].to_numpy().tolist().index(node.attrs["direction"])
     return shape[node.item(), axis]
+
+
+def _base_excitation(assembly: xr.Dataset, shape: Array) -> Array:
+    """``-Phi^T M r`` for a unit acceleration r of the clamp along each axis, (axes, modes).
+
+    In the frame of the clamp its acceleration a is the inertia force ``-M r a`` on all nodes.
+    """
+    _, M = assemble_assembly(assembly)
+    r = np.tile(np.eye(3), (shape.shape[0], 1))
+    return -(M @ r).T @ shape.reshape(-1, shape.shape[-1])
 
 
 def _signs(response: Array, shape: Array) -> Array:

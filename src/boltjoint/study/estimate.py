@@ -292,7 +292,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )
-        seconds = _PER_RESPONSE + _PER_LEVEL * effort * len(case.forces_N) * pairs
+        seconds = _PER_RESPONSE + _PER_LEVEL * effort * len(case.levels) * pairs
         key = f"{CONFIG_FILE}: solver.harmonics"
         yield _Job("responses", name, memory, seconds, key, f"to solve responses of {name}")
     if response := contents.integrated(name):

@@ -130,8 +130,8 @@ def _peaks_and_errors(
     nodes = select(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
     linear = select(nodes, coordinates=REFERENCE[1])
     for which, extreme in (("lowest", min), ("highest", max)):
-        force = extreme(case.forces_N)
-        is_common = all(extreme(each.forces_N) == force for each in study.cases.values())
+        force = extreme(case.levels)
+        is_common = all(extreme(each.levels) == force for each in study.cases.values())
         span = f"peak at {force:g} N" if is_common else f"peak at the {which} force"
         # the largest response of a part of a branch need not be the peak
         complete = select(linear, force_N=force, complete=True)

@@ -70,9 +70,8 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
     Raises
     ------
     ValueError
-        If bolts, cells and lap do not fit together, if an odd number of elements across the width
-        leaves no nodes on the plane of symmetry, or if no node is near the excitation or the
-        output point.
+        If bolts, cells and lap do not fit together, or if an odd number of elements across the
+        width leaves no nodes on the plane of symmetry.
     """
     bar, mesh = assembly.bar, assembly.mesh
     if mesh.ring_cells_across_width % 2:
@@ -326,23 +325,13 @@ def _part_variable(part: NDArray[np.int8], bolts: int) -> xr.Variable:
 
 
 def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict[str, xr.Variable]:
-    """Nodes of the bars nearest to the excitation and the output point."""
-    candidates = np.unique(hexahedron)
-    size = assembly.mesh.element_length_free_mm
+    """Node of the bars at the default of the excitation and the output point."""
+    candidates, point = np.unique(hexahedron), assembly.default_point
+    wanted = _MM * np.array([point.x_mm, point.y_mm, point.z_mm])
+    nearest = candidates[np.argmin(np.linalg.norm(coordinate[candidates] - wanted, axis=1))]
     variables = {}
-    for name, point in (
-        ("excitation", assembly.excitation_point),
-        ("response", assembly.response_point),
-    ):
-        wanted = _MM * np.array([point.x_mm, point.y_mm, point.z_mm])
-        distance = np.linalg.norm(coordinate[candidates] - wanted, axis=1)
-        if distance.min() > _MM * size:
-            raise ValueError(
-                f"no node within {size:g} mm (one element) of the {name} point "
-                f"({point.x_mm:g}, {point.y_mm:g}, {point.z_mm:g}) mm: "
-                f"the nearest one is {distance.min() / _MM:.3g} mm away"
-            )
-        node = quantity((), candidates[np.argmin(distance)], "1", f"node of the {name}")
+    for name in ("excitation", "response"):
+        node = quantity((), nearest, "1", f"node of the {name}, where a case gives none")
         node.attrs["direction"] = point.direction
         variables[f"{name}_node"] = node
     return variables

@@ -78,7 +78,12 @@ def _quantities(
     if elements := content.friction_elements(name, case.bases[0]):
         yield "friction elements, node to node", str(elements), "contact_nodes"
     yield from _damping(case.structural_damping)
-    yield "forces (N)", ", ".join(map(number, case.forces_N)), "forces_N"
+    if case.is_base_excited:
+        yield "accelerations of the clamp (m/s²)", ", ".join(map(number, case.levels)), None
+    else:
+        yield "forces (N)", ", ".join(map(number, case.levels)), "forces_N"
+    if case.sensors:
+        yield "sensors", ", ".join(sensor.name for sensor in case.sensors), None
     friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
     yield "friction forces", friction, None
     yield "harmonics of the response", str(solver.harmonics), None
