@@ -28,6 +28,7 @@ docs: .venv/ready
 # schemas of the YAML files, and the tables of their keys in config/README.md
 reference: .venv/ready
 	$(BIN)/python -m boltjoint.config.reference
+	$(BIN)/python docs/options.py
 
 # modes and contact found by CalculiX too, another finite-element program
 verify: .venv/ready

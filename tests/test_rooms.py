@@ -10,7 +10,8 @@ PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
 #: highest first; a room imports from itself and from those after it
 ROOMS = (
     *("report", "study", "verification", "dynamics", "structure", "joint", "config"),
-    *("friction", "damping", "solvers", "workflow", "names", "dataset", "checks", "__init__"),
+    *("friction", "damping", "solvers", "workflow", "names", "dataset", "options"),
+    *("checks", "__init__"),
 )
 #: by the file, the syntax tree
 TREES = {

@@ -21,10 +21,6 @@ from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.equations import SolutionBranch, StepControl
 from boltjoint.solvers.newton import newton
 
-#: change of the logarithm of the amplitude that counts, in arc length, as much as doubling a mode:
-#: states decide where others are solved, and no other result depends on them
-_SCALE = 8.0
-
 #: amplitudes at which a backbone is started, over the lowest asked for
 _FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
 
@@ -139,6 +135,7 @@ class Backbone:
             attrs={
                 **self.equations.balance.damping.attributes(),
                 "resonance": self.equations.resonance,
+                "options": self.control.stored(),
             },
         )
 
@@ -200,7 +197,7 @@ def trace_backbone(
     for first in np.log(_FIRST_AMPLITUDES):
         # the stuck mode is an initial guess where little slips
         window = (low + first, high)
-        found = trace(equations, equations.start(), window, control, scale=_SCALE)
+        found = trace(equations, equations.start(), window, control, scale=control.amplitude_scale)
         if not branch.solutions or found.complete or len(branch.solutions) < 2:
             branch = found
         if branch.complete:

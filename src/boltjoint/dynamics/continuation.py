@@ -16,12 +16,6 @@ from boltjoint.solvers.equations import SolutionBranch, StepControl
 from boltjoint.solvers.lagged_basis import LaggedEquations
 from boltjoint.solvers.newton import newton
 
-#: part of the window that counts, in arc length, as much as doubling the response
-_WINDOW_PART = 1 / 15
-
-#: ... but no more than this part of the frequency itself, however wide the window is
-_LARGEST_PART = 0.1
-
 #: where in the window a branch is started that does not cross it from its ends
 _STARTS_INSIDE = (0.5, 0.25, 0.75)
 
@@ -54,7 +48,7 @@ class Continuation:
     ) -> None:
         self._equations, self._balance, self._control = equations, balance, control
         self._output = output
-        self._largest_scale = _WINDOW_PART * 2 * np.pi * (window[1] - window[0])
+        self._largest_scale = control.window_scale * 2 * np.pi * (window[1] - window[0])
         self._lagged = isinstance(equations, LaggedEquations)
 
     def across(
@@ -100,7 +94,7 @@ class Continuation:
         )
 
     def _scale(self, w: float) -> float:
-        return min(self._largest_scale, _LARGEST_PART * w)
+        return min(self._largest_scale, self._control.parameter_scale * w)
 
     def _start(self, w: float) -> NDArray[np.float64]:
         """An initial guess: the stuck linear solution, or the end of load stepping from it."""

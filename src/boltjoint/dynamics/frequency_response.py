@@ -217,6 +217,7 @@ def solve_response(
         window_Hz=window,
         largest_error=largest_error,
         fallback=fallback,
+        options=(control or StepControl()).stored(),
     )
 
 

@@ -25,9 +25,6 @@ _UNLIMITED = "friction alone does not limit the response to this force"
 #: phases from the peak [rad] at which a response is given beside the states of the backbone
 _PHASES = np.array([0.04, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4])
 
-#: width, over the phase, within which the peak of the output point is located
-_PHASE_WIDTH = 1e-5
-
 
 @dataclass(frozen=True)
 class SynthesisedResponse:
@@ -191,7 +188,7 @@ class _ResponseCurve:
             lambda phase: -self.output_amplitude([at(phase)])[0],
             bracket=phases,
             method="brent",
-            options={"xtol": _PHASE_WIDTH},
+            options={"xtol": self.backbone.control.peak_tolerance},
         )
         if -located.fun <= amplitude[highest]:
             return highest

@@ -10,6 +10,7 @@ R. Seydel: Practical Bifurcation and Stability Analysis. Springer, third edition
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +68,8 @@ def trace(
     corrector = Corrector(equations, control, scale if callable(scale) else lambda _: scale)
     branch, maxima = SolutionBranch(), None
     if maximise is not None:
-        maxima = Maxima(branch, maximise, lambda at, _: corrector.arc(maximise, at))
+        arc = partial(corrector.arc, maximise)
+        maxima = Maxima(branch, maximise, lambda at, _: arc(at), control.peak_tolerance)
     tracer = Tracer(corrector, window, branch, maxima)
     if tracer.start(start, window[0] if begin is None else begin):
         while tracer.advance():

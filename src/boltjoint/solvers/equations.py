@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.options import Options
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -52,15 +53,77 @@ class Quantity(Protocol):
 
 
 @dataclass(frozen=True)
-class StepControl:
-    """Tolerance of the corrector and step-length control.
+class LaggedControl(Options):
+    """Continuation in a basis that depends on the response, such as response-dependent modes.
+
+    Where the basis is implicit, or the full equations are known, located peaks solve the equations
+    themselves, and the options decide only how they are reached. A lagged basis has an error that
+    ``tolerance`` and the step length move: with the steps of the study by up to the error that the
+    result states (``error_estimate``).
+
+    Parameters
+    ----------
+    maximum_start_iterations, start_tolerance
+        Iterations on the basis of the first solution, and the relative change that ends them: a
+        thousandth of the tolerance of later ones, since all solutions follow from the first.
+    maximum_iterations, tolerance
+        Iterations on an implicit basis within a step, and the relative change of the solution, over
+        the step length, that ends them: the error of a basis is of second order in it.
+    maximum_iterations_at_peak, tolerance_at_peak
+        The same at a peak; the tolerance of the corrector.
+    smallest_relaxation, largest_relaxation
+        Limits of the relaxation factor of these iterations (Aitken): no extrapolation.
+    largest_residual
+        Residual of the full equations, relative to their scale, above which a solution in the basis
+        is rejected: beyond it the branch follows another one.
+    longest_secant
+        Arc length between two solutions above which the second is on another branch: three times
+        the largest step.
+    backtracking_distance
+        Arc length by which a basis update may move the branch back: a third of the largest step.
+    largest_correction
+        Relative correction by the full equations above which a solution is another one.
+    shortest_step, largest_reduction
+        Arc length, and reduction of a step, below which the full equations are followed instead,
+        since that costs less.
+    full_steps
+        Steps in the full equations before the basis is used again; doubled each time that fails.
+    """
+
+    maximum_start_iterations: int = 100
+    start_tolerance: float = 1e-6
+    maximum_iterations: int = 8
+    tolerance: float = 0.05
+    maximum_iterations_at_peak: int = 30
+    tolerance_at_peak: float = 1e-9
+    smallest_relaxation: float = 0.05
+    largest_relaxation: float = 1.0
+    largest_residual: float = 0.05
+    longest_secant: float = 0.2
+    backtracking_distance: float = 0.02
+    largest_correction: float = 0.05
+    shortest_step: float = 1e-3
+    largest_reduction: float = 4.0
+    full_steps: int = 5
+
+    def __post_init__(self) -> None:
+        """Refuse options that are not positive."""
+        for name, value in vars(self).items():
+            checks.number(name, value, above=0)
+
+
+@dataclass(frozen=True)
+class StepControl(Options):
+    """Tolerance of the corrector, step-length control and location of peaks.
 
     Parameters
     ----------
     tolerance
-        Relative to the residual's scale; a residual within rounding of its terms has converged too.
+        Residual at which a solution is accepted, relative to the residual's scale; a residual
+        within rounding of its terms is accepted too. A peak is as accurate over its damping ratio.
     first_step, smallest_step, largest_step
-        Arc lengths; the first step is no longer than the largest.
+        Arc lengths; the first step is no longer than the largest. They decide where a branch has
+        its solutions, and whether it is complete.
     target_iterations
         Corrector iterations at which the step length is kept; with fewer it grows, with more it
         shrinks.
@@ -68,6 +131,17 @@ class StepControl:
         Corrector iterations after which a step is retried at half the length.
     maximum_solutions
         Solutions after which the continuation of a branch stops.
+    peak_tolerance
+        Width within which a peak is located, over the step that it lies in: of some 1e-2 of the
+        frequency or less, so that frequencies are within 1e-8.
+    window_scale, parameter_scale
+        Change of the frequency that counts, in arc length, as much as doubling the response: this
+        part of the window, but no more than that part of the frequency itself, however wide the
+        window is.
+    amplitude_scale
+        Change of the logarithm of a backbone's amplitude that counts as much as doubling its mode.
+    lagged
+        Options in a basis that depends on the response.
 
     Raises
     ------
@@ -83,13 +157,19 @@ class StepControl:
     target_iterations: int = 4
     maximum_iterations: int = 12
     maximum_solutions: int = 5000
+    peak_tolerance: float = 1e-6
+    window_scale: float = 1 / 15
+    parameter_scale: float = 0.1
+    amplitude_scale: float = 8.0
+    lagged: LaggedControl = LaggedControl()
 
     def __post_init__(self) -> None:
         """Refuse options that allow no continuation."""
+        checks.instance("lagged", self.lagged, LaggedControl)
         for name, value in vars(self).items():
             if name in ("target_iterations", "maximum_iterations", "maximum_solutions"):
                 checks.whole(name, value, above=0)
-            else:
+            elif name != "lagged":
                 checks.number(name, value, above=0)
         begin = min(self.first_step, self.largest_step)
         if self.smallest_step >= begin:

@@ -21,24 +21,6 @@ from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, S
 from boltjoint.solvers.maxima import Arc, Maxima, Observation
 from boltjoint.solvers.newton import newton, smallest_residual, solve
 
-#: maximum iterations on the basis of the first solution, and the relative change that ends them
-_MAXIMUM_START_ITERATIONS = 100
-_START_TOLERANCE = 1e-6
-
-#: maximum iterations on the basis within a step, and at a maximum
-_MAXIMUM_ITERATIONS = 8
-_MAXIMUM_ITERATIONS_AT_MAXIMUM = 30
-
-#: tolerance of these iterations: relative change of a solution, over the step, and at a maximum
-_TOLERANCE = 0.05
-_TOLERANCE_AT_MAXIMUM = 1e-9
-
-#: smallest and largest relaxation factor
-_RELAXATION = 0.05, 1.0
-
-#: residual of the full equations, relative to its scale, above which a solution is rejected
-_LARGEST_RESIDUAL = 0.05
-
 
 class LaggedEquations(Equations):
     """Equations whose unknown is expressed in a basis that depends on the response."""
@@ -111,18 +93,18 @@ class LaggedCorrector:
 
     def start(self, guess: Vector, p: float, sense: float) -> Solution:
         """Solve at a fixed parameter, in a basis updated until the solution changes no more."""
-        equations = self.equations
+        equations, lagged = self.equations, self.control.lagged
         # a predictive basis is relaxed for the reason given in _iterate
         relaxation = 0.5 if equations.predictive else 1.0
         x, point = equations.from_fixed(guess), guess
-        for _ in range(_MAXIMUM_START_ITERATIONS):
+        for _ in range(lagged.maximum_start_iterations):
             solution, _ = newton(equations, x, p, self.control)
             q = equations.to_fixed(solution.x)
             point = point + relaxation * (q - point)
             equations.update(point, p)
             x = equations.from_fixed(q)
             change = np.linalg.norm(equations.to_fixed(x) - q)
-            if change <= _START_TOLERANCE * np.linalg.norm(q):
+            if change <= lagged.start_tolerance * np.linalg.norm(q):
                 break
         solution = self.solution_at(x, p)
         q = solution.x
@@ -143,13 +125,14 @@ class LaggedCorrector:
         """
         step = self.corrector.correct(self.predictor, length)
         if self.equations.implicit:
-            step = self._iterate(step, length, _TOLERANCE * length, _MAXIMUM_ITERATIONS)
+            tolerance = self.control.lagged.tolerance * length
+            step = self._iterate(step, length, tolerance, self.control.lagged.maximum_iterations)
         if step is None or self.full is None:
             return step
         full, solution = self.full.equations, step.solution
         residual, _ = full.evaluate(self.equations.to_fixed(solution.x), solution.p)
-        exceeds = np.linalg.norm(residual) > _LARGEST_RESIDUAL * full.residual_scale
-        return None if exceeds else step
+        limit = self.control.lagged.largest_residual * full.residual_scale
+        return None if np.linalg.norm(residual) > limit else step
 
     def _iterate(
         self, step: Step | None, length: float, tolerance: float, maximum_iterations: int
@@ -161,6 +144,7 @@ class LaggedCorrector:
         two iterations (Irons and Tuck 1969).
         """
         relaxation, last_gap = 0.5, None
+        limits = self.control.lagged.smallest_relaxation, self.control.lagged.largest_relaxation
         for _ in range(maximum_iterations):
             if step is None:
                 return None
@@ -170,7 +154,7 @@ class LaggedCorrector:
                 return step
             if last_gap is not None and (change := gap - last_gap).any():
                 factor = -relaxation * (last_gap @ change) / (change @ change)
-                relaxation = float(np.clip(factor, *_RELAXATION))
+                relaxation = float(np.clip(factor, *limits))
             last_gap = gap
             self.update(q + relaxation * gap, p + relaxation * (step.solution.p - p))
             step = self.corrector.correct(self.predictor, length)
@@ -253,8 +237,8 @@ class LaggedCorrector:
             step = self._iterate(
                 self.corrector.correct(self.predictor, distance),
                 distance,
-                _TOLERANCE_AT_MAXIMUM,
-                _MAXIMUM_ITERATIONS_AT_MAXIMUM,
+                self.control.lagged.tolerance_at_peak,
+                self.control.lagged.maximum_iterations_at_peak,
             )
             observation = None if step is None else self._observation(quantity, step)
             self.equations.restore(state)

@@ -16,24 +16,6 @@ from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Ori
 from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
 
-#: a longer secant [arc length] between two solutions is a jump to another branch
-_LONGEST_SECANT = 0.2
-
-#: backtracking distance [arc length] above which a branch in a lagged basis has turned back
-_BACKTRACKING_DISTANCE = 0.02
-
-#: relative correction above which a sample is not that of the full equations but another solution
-_LARGEST_CORRECTION = 0.05
-
-#: a shorter step [arc length] costs more in a basis than in the full equations
-_SHORTEST_STEP = 1e-3
-
-#: largest reduction of a step before the full equations are followed
-_LARGEST_REDUCTION = 4
-
-#: steps in the full equations before the basis is used again; doubled each time that fails
-_FULL_STEPS = 5
-
 
 def trace(
     equations: LaggedEquations,
@@ -81,11 +63,14 @@ class _LaggedTracer:
         self.branch, self.maxima = SolutionBranch(), None
         if maximise is not None:
             self.maxima = Maxima(
-                self.branch, maximise, lambda *ends: corrector.arc_between(maximise, *ends)
+                self.branch,
+                maximise,
+                lambda *ends: corrector.arc_between(maximise, *ends),
+                self.control.peak_tolerance,
             )
         self.sense = float(np.sign(window[1] - window[0]))
         self.step_length = min(self.control.first_step, self.control.largest_step)
-        self.full_steps = _FULL_STEPS
+        self.full_steps = self.control.lagged.full_steps
         self.secant: Vector | None = None
         #: from the farthest solution back to the last one
         self.backtracking_distance = 0.0
@@ -115,15 +100,16 @@ class _LaggedTracer:
     def _next(self) -> tuple[Step | None, str]:
         """The next step, halved until it is accepted; else the reason why none is."""
         corrector, projected, reason = self.corrector, False, ""
+        lagged = self.control.lagged
         shortest = self.control.smallest_step
         if corrector.full is not None:
-            shortest = max(_SHORTEST_STEP, self.step_length / _LARGEST_REDUCTION)
+            shortest = max(lagged.shortest_step, self.step_length / lagged.largest_reduction)
         while self.step_length >= shortest:
             step = corrector.correct(self.step_length)
             if step is not None:
                 secant = corrector.secant(step)
-                continuous = np.linalg.norm(secant) <= _LONGEST_SECANT
-                if continuous and self._backtracking(secant) <= _BACKTRACKING_DISTANCE:
+                continuous = np.linalg.norm(secant) <= lagged.longest_secant
+                if continuous and self._backtracking(secant) <= lagged.backtracking_distance:
                     return step, ""
                 reason = "the branch would jump or turn back"
             else:
@@ -159,7 +145,7 @@ class _LaggedTracer:
         self.branch.solutions.append(solution._replace(x=origin.q, reduced=True))
         self.corrector.advance(origin, self.step_length / length)
         self._sample(length)
-        self.full_steps = max(_FULL_STEPS, self.full_steps // 2)
+        self.full_steps = max(control.lagged.full_steps, self.full_steps // 2)
 
     def _follow_full_equations(self) -> bool:
         """Take steps in the full equations; whether the continuation has not ended in these."""
@@ -178,7 +164,8 @@ class _LaggedTracer:
             if not tracer.advance():
                 return False
         self.full_steps *= 2
-        last, self.step_length = tracer.predictor, max(tracer.step_length, 2 * _SHORTEST_STEP)
+        shortest = 2 * self.control.lagged.shortest_step
+        last, self.step_length = tracer.predictor, max(tracer.step_length, shortest)
         direction = np.append(last.x - before.x, last.p - before.p)
         self.corrector.origin = Origin(before.x, before.p, direction)
         self.corrector.advance(Origin(last.x, last.p, direction), 1.0)
@@ -232,7 +219,8 @@ def _polish_maxima(
                 continue
             corrected, _ = newton(equations, solution.x, solution.p, control)
             change = np.linalg.norm(corrected.x - solution.x)
-            if corrected.converged and change <= _LARGEST_CORRECTION * np.linalg.norm(solution.x):
+            limit = control.lagged.largest_correction * np.linalg.norm(solution.x)
+            if corrected.converged and change <= limit:
                 solutions[i] = corrected._replace(iterations=solution.iterations)
     for i in highs:
         solutions[i] = solutions[i]._replace(located=True)

@@ -7,9 +7,6 @@ from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint.solvers.equations import Quantity, Solution, SolutionBranch
 
-#: tolerance of the location of a maximum, relative to the step length
-_TOLERANCE = 1e-6
-
 #: minimised in place of the negative value where there is no solution; it grows with the distance
 _NO_VALUE = 1e150
 
@@ -42,17 +39,25 @@ class Maxima:
     arc_between
         The branch by the distance from one solution towards the next, each given by the origin
         passed to ``sample``.
+    tolerance
+        Of the location, relative to the step length.
     """
 
     def __init__(
-        self, branch: SolutionBranch, quantity: Quantity, arc_between: Callable[[Any, Any], Arc]
+        self,
+        branch: SolutionBranch,
+        quantity: Quantity,
+        arc_between: Callable[[Any, Any], Arc],
+        tolerance: float,
     ) -> None:
+        self.tolerance = tolerance
         self.branch, self.quantity, self._arc_between = branch, quantity, arc_between
         self._samples: list[_Sample] = []
 
     def locate(self, arc: Arc, slope: float, length: float) -> Solution | None:
         """The maximum within a step at whose start the slope is positive."""
-        highest = _by_slope(arc, slope, length) or _by_value(arc, length)
+        width = self.tolerance * length
+        highest = _by_slope(arc, slope, length, width) or _by_value(arc, length, width)
         return highest and highest.solution._replace(located=True)
 
     def sample(self, origin: Any, length: float) -> None:  # noqa: ANN401 - of the tracer
@@ -77,7 +82,7 @@ class Maxima:
         ]
         highest, at = None, middle.index
         for arc, end in steps:
-            located = _highest(arc, end.length)
+            located = _highest(arc, end.length, self.tolerance * end.length)
             if located is not None and (highest is None or located.value > highest.value):
                 highest, at = located, end.index
         for arc, end in steps:
@@ -107,14 +112,15 @@ class _Sample(NamedTuple):
     length: float
 
 
-def _highest(arc: Arc, length: float) -> Observation | None:
+def _highest(arc: Arc, length: float, width: float) -> Observation | None:
     """The highest solution of a step: at a zero of the slope, or by value alone."""
-    start = arc(_TOLERANCE * length)
-    highest = _by_slope(arc, start.slope, length) if start is not None and start.slope > 0 else None
-    return highest or _by_value(arc, length)
+    start, highest = arc(width), None
+    if start is not None and start.slope > 0:
+        highest = _by_slope(arc, start.slope, length, width)
+    return highest or _by_value(arc, length, width)
 
 
-def _by_slope(arc: Arc, slope: float, length: float) -> Observation | None:
+def _by_slope(arc: Arc, slope: float, length: float, width: float) -> Observation | None:
     """The zero of a slope that is positive at the start of a step.
 
     None where the slope is still positive at the end, or a solution is not found.
@@ -131,13 +137,13 @@ def _by_slope(arc: Arc, slope: float, length: float) -> Observation | None:
         return observation.slope
 
     try:
-        zero = brentq(slope_at, 0.0, length, xtol=_TOLERANCE * length, rtol=1e-9)
+        zero = brentq(slope_at, 0.0, length, xtol=width, rtol=1e-9)
         return observations.get(zero)
     except ValueError:
         return None
 
 
-def _by_value(arc: Arc, length: float) -> Observation | None:
+def _by_value(arc: Arc, length: float, width: float) -> Observation | None:
     """The highest solution of a step, whatever its slope.
 
     Beyond a corner of the branch there may be none on the spheres around the start of the step.
@@ -153,6 +159,6 @@ def _by_value(arc: Arc, length: float) -> Observation | None:
             highest = observation
         return -observation.value
 
-    options = {"xatol": _TOLERANCE * length}
+    options = {"xatol": width}
     minimize_scalar(negative_value, bounds=(0.0, length), method="bounded", options=options)
     return highest

@@ -1,0 +1,29 @@
+"""Numerical options: numbers that can move a result, each with the reason of its default.
+
+Their docstrings say what each number does, and where it comes from; the page ``docs/options.md`` is
+made from them. Results store those that they were computed with.
+"""
+
+import inspect
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import asdict
+
+
+class Options:
+    """Base of frozen dataclasses of options."""
+
+    def stored(self) -> str:
+        """All options as JSON, for the attributes of a result."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def descriptions(cls) -> Iterator[tuple[list[str], str]]:
+        """Options and their description, one after another as in the docstring."""
+        docstring = inspect.getdoc(cls) or ""
+        section = re.search(
+            r"^Parameters\n-+\n(.*?)(?:\n\n\w+\n-+\n|\Z)", docstring, re.DOTALL | re.MULTILINE
+        )
+        for names, text in re.findall(r"^(\w[\w, ]*)\n((?:    .*\n?)+)", section[1], re.MULTILINE):
+            yield names.split(", "), " ".join(text.split())
