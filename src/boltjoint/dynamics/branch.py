@@ -18,14 +18,11 @@ from boltjoint.dynamics.folds import find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
+from boltjoint.options import Options
 from boltjoint.solvers.newton import solve
 
 #: harmonic components that the result files begin with; further ones follow in the law's order
 _COMPONENTS = ("bias", "sin", "cos")
-
-#: ratio of the errors allowed on the flanks, over the peak amplitude, to that allowed at the peak:
-#: on the flanks a small error of the frequency is a large one of the amplitude
-_FLANKS = 10.0
 
 _TINY = np.finfo(float).tiny
 
@@ -118,6 +115,25 @@ def estimate_solution_error(balance: HarmonicBalance, x: NDArray[np.float64], w:
 
 
 @dataclass(frozen=True)
+class ErrorLimits(Options):
+    """Estimated errors beyond which a branch in other coordinates than ``linear`` is wrong.
+
+    No result depends on them but the flag ``wrong`` and, where asked for, the fallback.
+
+    Parameters
+    ----------
+    of_peak
+        Relative error of the amplitude of the peak: ``solver.largest_error`` of a study.
+    on_flanks
+        Errors elsewhere, over the amplitude of the peak, that are allowed for each error allowed at
+        the peak: on a flank a small error of the frequency is a large one of the amplitude.
+    """
+
+    of_peak: float = 0.05
+    on_flanks: float = 10.0
+
+
+@dataclass(frozen=True)
 class BranchError:
     """Estimated errors of a branch in other coordinates than all linear modes.
 
@@ -130,9 +146,9 @@ class BranchError:
     of_peak: float
     largest: float
 
-    def exceeds(self, largest_error: float) -> bool:
-        """Whether the error of the peak is larger, or any other more than ten times as large."""
-        return self.of_peak > largest_error or self.largest > _FLANKS * largest_error
+    def exceeds(self, limits: ErrorLimits) -> bool:
+        """Whether the error of the peak, or that of any other solution, is beyond its limit."""
+        return self.of_peak > limits.of_peak or self.largest > limits.on_flanks * limits.of_peak
 
 
 def estimate_branch_error(joint: Joint, branch: Branch, damping: Damping | float) -> BranchError:
@@ -155,7 +171,7 @@ def to_dataset(
     branches: Sequence[Branch],
     damping: Damping | float,
     errors: Sequence[BranchError] | None = None,
-    largest_error: float = np.inf,
+    limits: ErrorLimits = ErrorLimits(),
 ) -> xr.Dataset:
     """Branches of one joint over force levels as ``response.nc`` holds them.
 
@@ -169,8 +185,8 @@ def to_dataset(
         Of the structure; a number is a loss factor.
     errors
         Of each branch; None where the branches are in linear modes.
-    largest_error
-        Estimated error of a peak beyond which a branch is marked as wrong.
+    limits
+        Estimated errors beyond which a branch is marked as wrong.
 
     Raises
     ------
@@ -221,7 +237,7 @@ def to_dataset(
     folded_from, folded_to = zip(*(fold.frequency_range for fold in folds), strict=True)
     turning_points = np.array([fold.turning_points for fold in folds])
     peak_error, largest = zip(*((error.of_peak, error.largest) for error in errors), strict=True)
-    wrong = [error.exceeds(largest_error) for error in errors]
+    wrong = [error.exceeds(limits) for error in errors]
     of_solutions = (
         ("excitation_force", excitation, joint.excitation_unit, "excitation amplitude"),
         ("frequency", along("frequency"), "Hz", "excitation frequency"),

@@ -20,6 +20,7 @@ from boltjoint.dynamics.backbone import Backbone, backbone_from_dataset, trace_f
 from boltjoint.dynamics.branch import (
     Branch,
     BranchError,
+    ErrorLimits,
     OutputPoint,
     estimate_branch_error,
     to_dataset,
@@ -141,7 +142,8 @@ def solve_response(
     basis_update: BasisUpdate = "implicit",
     quasi_static_correction: bool = True,
     control: StepControl | None = None,
-    largest_error: float = 0.05,
+    largest_error: float = ErrorLimits.of_peak,
+    flank_error_ratio: float = ErrorLimits.on_flanks,
     fallback: Fallback = "none",
     backbone: xr.Dataset | None = None,
     damping: Damping | None = None,
@@ -155,9 +157,9 @@ def solve_response(
         As for ``solve_branch``.
     forces
         Amplitudes of the excitation [N].
-    largest_error
-        Estimated relative error of a peak beyond which a warning reports a branch in other
-        coordinates than ``linear`` as wrong; elsewhere ten times as much of the peak.
+    largest_error, flank_error_ratio
+        Estimated errors beyond which a warning reports a branch in other coordinates than
+        ``linear`` as wrong (``ErrorLimits``).
     fallback
         ``linear`` solves such branches, and those that are not complete, again in linear modes;
         ``none`` keeps them.
@@ -177,7 +179,10 @@ def solve_response(
         As for ``solve_branch``.
     """
     forces = checks.numbers("forces", forces)
-    largest_error = checks.number("largest_error", largest_error, above=0)
+    limits = ErrorLimits(
+        of_peak=checks.number("largest_error", largest_error, above=0),
+        on_flanks=checks.number("flank_error_ratio", flank_error_ratio, above=0),
+    )
     checks.choice("fallback", fallback, get_args(Fallback))
     if window is None:
         window = frequency_window(joint, resonance=resonance)
@@ -194,7 +199,7 @@ def solve_response(
         branch = solve(force)
         if coordinates != "linear":
             error = estimate_branch_error(joint, branch, damping)
-            wrong = _is_wrong(branch, error, largest_error)
+            wrong = _is_wrong(branch, error, limits)
             if fallback == "linear" and (wrong or not branch.complete):
                 branch = replace(solve_branch(joint, force, **linear), fell_back=True)
                 error = estimate_branch_error(joint, branch, damping)
@@ -210,12 +215,13 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    return to_dataset(joint, branches, damping, errors or None, largest_error).assign_attrs(
+    return to_dataset(joint, branches, damping, errors or None, limits).assign_attrs(
         coordinates=coordinates,
         resonance=resonance,
         jacobian=jacobian,
         window_Hz=window,
         largest_error=largest_error,
+        flank_error_ratio=flank_error_ratio,
         fallback=fallback,
         options=(control or StepControl()).stored(),
     )
@@ -274,9 +280,9 @@ def branch_solver(
     return partial(synthesise_branch, known, window=window)
 
 
-def _is_wrong(branch: Branch, error: BranchError, largest_error: float) -> bool:
+def _is_wrong(branch: Branch, error: BranchError, limits: ErrorLimits) -> bool:
     """Whether the estimated errors of a branch are larger than allowed; warns if so."""
-    wrong = error.exceeds(largest_error)
+    wrong = error.exceeds(limits)
     if wrong:
         at_peak = "" if branch.peak is None else f"{100 * error.of_peak:.2g} % at the peak, "
         logger.warning(

@@ -22,20 +22,35 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
+from boltjoint.options import Options
 from boltjoint.solvers.equations import LazyJacobian, StepControl
 from boltjoint.solvers.newton import newton, solve
 
 logger = logging.getLogger(__name__)
 
-#: longest and shortest step in which a peak is bracketed, and the largest distance from the peak
-#: with fewer harmonics, over its frequency
-_STEP, _SHORTEST_STEP, _LARGEST_DISTANCE = 2e-3, 1e-5, 0.1
 
-#: relative width within which the frequency of a peak is located
-_WIDTH = 1e-6
+@dataclass(frozen=True)
+class PeakSearch(Options):
+    """Search of a peak with more harmonics, near that with fewer.
 
-#: ... and residual of the equations there, over the force: the error of the samples is larger
-_TOLERANCE = 1e-6
+    Parameters
+    ----------
+    first_step, smallest_step
+        Steps in which the peak is bracketed, over its frequency: of the width of a resonance with
+        a damping ratio of 1e-3, and a hundredth of that.
+    largest_distance
+        From the peak with fewer harmonics, over its frequency: beyond it lies another resonance.
+    width
+        Within which the frequency is located, relative.
+    tolerance
+        Residual of the equations, over the force. The error of 256 samples is 1e-5 and more.
+    """
+
+    first_step: float = 2e-3
+    smallest_step: float = 1e-5
+    largest_distance: float = 0.1
+    width: float = 1e-6
+    tolerance: float = 1e-6
 
 
 @dataclass(frozen=True)
@@ -214,7 +229,7 @@ def find_peak(
     *,
     harmonics: int,
     samples: int = 256,
-    control: StepControl | None = None,
+    search: PeakSearch = PeakSearch(),
 ) -> tuple[float, PeriodicMotion] | None:
     """Peak of the first harmonic by multi-harmonic balance, near that with fewer harmonics.
 
@@ -235,13 +250,13 @@ def find_peak(
         Number of harmonics.
     samples
         Time samples a period.
-    control
-        Tolerance and maximum iterations.
+    search
+        Steps and tolerances.
 
     Returns
     -------
     tuple of float and PeriodicMotion, or None
-        Frequency [Hz] and motion of the peak; None without one within a tenth of the frequency.
+        Frequency [Hz] and motion of the peak; None without one within the largest distance.
 
     Raises
     ------
@@ -254,7 +269,7 @@ def find_peak(
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
     equations, output = LinearModes(balance), OutputPoint(balance)
-    control = control or StepControl(tolerance=_TOLERANCE, maximum_iterations=50)
+    control = StepControl(tolerance=search.tolerance, maximum_iterations=50)
     solutions: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
     begin = 2 * np.pi * frequency
 
@@ -276,9 +291,11 @@ def find_peak(
 
     try:
         low = high = begin
-        step = np.copysign(_STEP * begin, slope(begin))
+        step = np.copysign(search.first_step * begin, slope(begin))
         while np.sign(output.slope(*solutions[high])) == np.sign(step):
-            if abs(high - begin) > _LARGEST_DISTANCE * begin or abs(step) < _SHORTEST_STEP * begin:
+            if abs(high - begin) > search.largest_distance * begin:
+                return None
+            if abs(step) < search.smallest_step * begin:
                 return None
             try:
                 slope(high + step)
@@ -286,7 +303,7 @@ def find_peak(
                 step /= 2
             else:
                 low, high = high, high + step
-        peak = brentq(slope, low, high, xtol=_WIDTH * begin)
+        peak = brentq(slope, low, high, xtol=search.width * begin)
         slope(float(peak))
     except _NotConverged:
         return None
