@@ -148,7 +148,7 @@ def artefacts(tmp_path, monkeypatch):
         Artefact("regions", "figure", **of_case, joint=regions),
         Artefact("loops", "figure", **of_case, joint=few),
         Artefact("states", "figure", **of_case, joint=REFERENCE[0], **linear),
-        Artefact("surprise", "figure", **of_case),
+        Artefact("bases", "figure", **of_case),
     ]
     solved = pd.DataFrame(
         [

@@ -41,7 +41,7 @@ def test_another_process_writes_the_same_bytes(response, reference, tmp_path):
 def test_figures_import_no_compiler():
     program = (
         "import sys\n"
-        "from boltjoint.report.figures import collection, contact, convergence\n"
+        "from boltjoint.report.figures import contact, convergence\n"
         "from boltjoint.report.figures import responses, structure, times\n"
         "assert not {'numba', 'scipy'} & set(sys.modules)\n"
     )

@@ -105,7 +105,8 @@ def test_what_comes_from_results_is_escaped(artefacts):
 
 
 def test_what_no_section_expects_is_shown_at_the_end(page):
-    assert page.index('id="further"') < page.index('id="surprise_mine_free-4"')
+    assert page.index('id="times-free-4"') < page.index('<section id="bases">')
+    assert page.index('<section id="bases">') < page.index('id="bases_mine_free-4"')
 
 
 def test_what_a_case_lacks_is_left_out(artefacts):

@@ -3,7 +3,13 @@ from page_examples import ROOT, SOURCE
 
 from boltjoint.config.study import load_study
 from boltjoint.names import PAGES, Basis, JointName
-from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source
+from boltjoint.report.displays import DISPLAYS
+from boltjoint.report.pages.references import (
+    address_of,
+    anchor_of,
+    figures_in_source,
+    page_of,
+)
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.published import Published
 
@@ -15,7 +21,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def figures_and_tables(study):
-    contents = Contents(study)
+    contents = Contents(study, DISPLAYS)
     return contents.select(form="figure") + contents.select(form="table")
 
 
@@ -36,12 +42,12 @@ def figures_and_tables(study):
     ],
 )
 def test_the_page_follows_from_what_a_figure_or_table_is_of(artefact, page):
-    assert artefact.page == page
+    assert page_of(artefact) == page
 
 
 def test_every_figure_and_table_of_the_study_has_a_target_on_a_page(study, figures_and_tables):
-    assert {each.page for each in figures_and_tables} == {*PAGES, *study.cases}
-    targets = [(each.page, anchor_of(each)) for each in figures_and_tables]
+    assert {page_of(each) for each in figures_and_tables} == {*PAGES, *study.cases}
+    targets = [(page_of(each), anchor_of(each)) for each in figures_and_tables]
     assert len(set(targets)) == len(targets)
 
 

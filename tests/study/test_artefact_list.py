@@ -7,6 +7,7 @@ import pytest
 
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact, Contents, Response
 
@@ -16,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def contents():
     """The default study with the convergence of bases and regions."""
-    return Contents(load_study(ROOT, {"study": "config/convergence.yaml"}))
+    return Contents(load_study(ROOT, {"study": "config/convergence.yaml"}), DISPLAYS)
 
 
 def test_every_file_has_one_artefact(contents):
@@ -55,12 +56,16 @@ def test_data_are_found_by_the_wildcards_of_their_kind(contents):
         )
 
 
-def test_every_table_has_a_label_and_every_figure_a_page(contents):
+def test_every_table_has_a_title_and_every_figure_a_page(contents):
     for artefact in contents.select(form="table"):
-        assert artefact.label
+        assert DISPLAYS.of(artefact).title_of(artefact)
         assert artefact.paths[1] == artefact.path.removesuffix("csv") + "html"
     pages = {artefact.kind for artefact in contents.select(form="page")}
-    assert {each.page for each in contents.select(form="figure")} == pages
+    figures = contents.select(form="figure")
+    assert {DISPLAYS.of(each).page_of(each) for each in figures} == pages
+    assert {each.case for each in DISPLAYS.on_page(contents, "three_bolt_variable")} == {
+        "three_bolt_variable"
+    }
 
 
 def test_the_converged_response_is_that_of_the_largest_contact_adapted_basis(contents):
@@ -74,7 +79,7 @@ def test_forward_differences_are_timed_of_what_the_source_solves(contents):
             for each in contents.responses("three_bolt_constant", basis)
             if each == (basis, joint, coordinates, 1)
         )
-        return contents.jacobians(which)
+        return contents.jacobians("three_bolt_constant", which)
 
     both = ["analytic", "forward-difference"]
     assert jacobians("regions=6/elements=7", "rdnm-1") == both
@@ -99,11 +104,11 @@ def test_a_file_is_named_by_all_that_it_is_of():
 
 def shipped(name):
     """Contents of the study with the keys of another file of ``config/`` in place of its own."""
-    return Contents(load_study(ROOT, {"study": f"config/{name}.yaml"}))
+    return Contents(load_study(ROOT, {"study": f"config/{name}.yaml"}), DISPLAYS)
 
 
 def test_every_basis_is_found_once_and_for_every_assembly():
-    contents = Contents(load_study(ROOT))
+    contents = Contents(load_study(ROOT), DISPLAYS)
     assert contents.bases() == ["free-4", "enriched-40"]
     files = contents.files()
     assert len(files) == len(set(files))
@@ -113,7 +118,7 @@ def test_every_basis_is_found_once_and_for_every_assembly():
 
 
 def test_what_is_solved_is_shown_in_its_own_basis():
-    files = set(Contents(load_study(ROOT)).files())
+    files = set(Contents(load_study(ROOT), DISPLAYS).files())
     where = "three_bolt_constant_enriched-40"
     for path in (
         f"tables/accuracy_{where}.csv",
@@ -148,7 +153,7 @@ def test_frequencies_and_shapes_are_shown_of_modes_not_of_vectors_that_hold_the_
 
 
 def test_bases_and_regions_are_compared_with_converged_ones_only_where_asked_for():
-    usual = Contents(load_study(ROOT)).files()
+    usual = Contents(load_study(ROOT), DISPLAYS).files()
     assert "results/tables/models_three_bolt_constant.csv" in usual
     for kind in ("bases", "divisions", "patterns"):
         assert not [path for path in usual if f"/{kind}_" in path]
@@ -176,11 +181,11 @@ def test_the_short_study_has_both_laws_and_all_but_times_and_checks():
 
 
 def test_the_residual_in_time_is_found_of_responses_in_all_modes_of_the_basis():
-    found = Contents(load_study(ROOT))
+    found = Contents(load_study(ROOT), DISPLAYS)
     for case in found.study.cases:
         kinds = {response.coordinates.kind for response in found.checked(case)}
         assert kinds == {"linear"}
-        aft = Contents(load_study(ROOT, {"solver": {"friction_force": "aft"}}))
+        aft = Contents(load_study(ROOT, {"solver": {"friction_force": "aft"}}), DISPLAYS)
         assert aft.checked(case) == []
 
 
@@ -188,8 +193,8 @@ def test_parts_can_be_left_out():
     left = {}
     for part in ("timing", "checks", "harmonics"):
         study = load_study(ROOT, {"omit": [part]})
-        left[part] = {each.kind for each in Contents(study).artefacts}
-    kinds = {each.kind for each in Contents(load_study(ROOT)).artefacts}
+        left[part] = {each.kind for each in Contents(study, DISPLAYS).artefacts}
+    kinds = {each.kind for each in Contents(load_study(ROOT), DISPLAYS).artefacts}
     assert kinds - left["timing"] == {"timing", "times", "models"}
     assert kinds - left["checks"] == {"check"}
     assert kinds - left["harmonics"] == {"harmonics", "harmonic_peaks"}

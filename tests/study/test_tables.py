@@ -441,7 +441,7 @@ def test_times_of_a_case_that_was_not_published_stand_alone(study):
     found, _ = study
     times = time_solver(found["node-to-node"], [1.0], **ONCE, loss_factor=0.01)
     table = tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
-    assert table["published_s"].isna().all()
+    assert not [name for name in table if "published" in name or "source" in name]
     assert table["cpu_s"].item() > 0
 
 

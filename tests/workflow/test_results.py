@@ -6,6 +6,7 @@ import xarray as xr
 from small_study import CASES, CHECKS, RESPONSES
 
 from boltjoint.config.study import load_study
+from boltjoint.report.displays import DISPLAYS
 from boltjoint.study.artefact_list import Contents
 
 
@@ -40,7 +41,7 @@ def test_whatever_is_written_is_asked_for_so_that_it_is_made_again_once_lost(fin
         for path in (finished / "results").rglob("*")
         if path.is_file() and path.relative_to(finished).parts[1] not in ("logs", "benchmarks")
     }
-    assert written == set(Contents(load_study(finished)).files())
+    assert written == set(Contents(load_study(finished), DISPLAYS).files())
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -19,10 +19,10 @@ rule write_overview:
     resources:
         **SMALL,
     params:
-        library=library("write_overview.py"),
+        library=library("write_overview.py", CAPTIONS),
         study=study.model_dump(),
         artefacts=on_overview,
-        all_artefacts=figures_and_tables(),
+        all_artefacts=contents.select(form="figure") + contents.select(form="table"),
     script:
         "../scripts/write_overview.py"
 
@@ -46,7 +46,7 @@ rule write_page_of_accuracy:
     resources:
         **SMALL,
     params:
-        library=library("write_page_of_accuracy.py"),
+        library=library("write_page_of_accuracy.py", CAPTIONS),
         artefacts=on_accuracy,
         cases=list(study.cases),
     script:
@@ -55,7 +55,7 @@ rule write_page_of_accuracy:
 
 rule write_page_of_structure:
     input:
-        artefacts=[each.path for each in figures_and_tables(page="structure")],
+        artefacts=[each.path for each in DISPLAYS.on_page(contents, "structure")],
         meshes=data("assembly"),
         published=published,
     output:
@@ -73,8 +73,8 @@ rule write_page_of_structure:
     resources:
         **SMALL,
     params:
-        library=library("write_page_of_structure.py"),
-        artefacts=figures_and_tables(page="structure"),
+        library=library("write_page_of_structure.py", CAPTIONS),
+        artefacts=DISPLAYS.on_page(contents, "structure"),
         assemblies={
             name: found.model_dump() for name, found in study.assemblies.items()
         },
@@ -85,7 +85,7 @@ rule write_page_of_structure:
 
 rule write_page_of_case:
     input:
-        artefacts=lambda w: [each.path for each in figures_and_tables(page=w.case)],
+        artefacts=lambda w: [each.path for each in DISPLAYS.on_page(contents, w.case)],
         joints=lambda w: [
             node_to_node(w.case, basis) for basis in study.case(w.case).bases
         ],
@@ -105,8 +105,8 @@ rule write_page_of_case:
     resources:
         **SMALL,
     params:
-        library=library("write_page_of_case.py"),
-        artefacts=lambda w: figures_and_tables(page=w.case),
+        library=library("write_page_of_case.py", CAPTIONS),
+        artefacts=lambda w: DISPLAYS.on_page(contents, w.case),
         case=lambda w: study.case(w.case).model_dump(),
         # no more of it: other options do not stand on the page
         solver=study.solver.model_dump(

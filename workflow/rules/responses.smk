@@ -57,7 +57,8 @@ for case, basis in contents.cases_and_bases():
             case=problem(case, basis),
             responses=contents.responses(case, basis),
             jacobians=[
-                contents.jacobians(each) for each in contents.responses(case, basis)
+                contents.jacobians(case, each)
+                for each in contents.responses(case, basis)
             ],
             options={
                 "basis_update": study.solver.basis_update,

@@ -4,6 +4,8 @@
 # which runs the code in a file that asks for it.
 
 import os
+import sys
+from functools import cache
 from pathlib import Path
 
 from snakemake.logging import logger
@@ -12,13 +14,15 @@ from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName
+from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
-from boltjoint.study.artefact_list import Artefact, Contents
+from boltjoint.study.artefact_list import Contents
 from boltjoint.study.published import Published
 from boltjoint.workflow import environment
 from boltjoint.workflow.code_dependencies import source_hash
 
 SOURCE = Path(workflow.basedir, "resources/source")
+CASE_STUDIES = Published(SOURCE).case_studies if SOURCE.is_dir() else []
 
 if workflow.overwrite_configfiles:
     raise WorkflowError(
@@ -27,7 +31,7 @@ if workflow.overwrite_configfiles:
     )
 
 try:
-    study = load_study(Path.cwd(), config, Published(SOURCE).case_studies)
+    study = load_study(Path.cwd(), config, CASE_STUDIES)
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
 
@@ -39,7 +43,7 @@ if workflow.is_main_process:
     for line in estimate.overstrained(study):
         logger.warning(line)
 
-contents = Contents(study)
+contents = Contents(study, DISPLAYS)
 resources_of, SMALL = estimate.Resources(study).of, estimate.Resources.SMALL
 
 
@@ -51,13 +55,28 @@ wildcard_constraints:
     joint=JointName.wildcard(),
 
 
-def library(script):
-    """Hash of a script and the modules it uses: another content makes what it wrote stale."""
-    return source_hash(Path(workflow.basedir, "workflow/scripts", script))
+hash_of = cache(source_hash)
 
 
-# the tables of the source study
-published = sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
+def library(script, modules=()):
+    """Hashes of a script, of further modules, and of all that they use.
+
+    Another content makes what the script wrote stale.
+    """
+    files = [Path(workflow.basedir, "workflow/scripts", script)]
+    files += [Path(sys.modules[name].__file__) for name in modules]
+    return [hash_of(file) for file in files]
+
+
+# a page has the captions of figures and tables
+CAPTIONS = sorted({display.make.__module__ for display in DISPLAYS})
+
+# the tables of the source study, if any case is compared with it
+published = (
+    sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
+    if contents.is_compared()
+    else []
+)
 
 
 def data(kind, **which):
@@ -104,53 +123,23 @@ def problem(case, basis):
     }
 
 
-def reported(artefacts, subcategory):
+def reported(artefacts):
     """CSV files of tables, as the report of the workflow lists them."""
     flagged = []
     for each in artefacts:
-        how = {"labels": {"table": each.label}, "subcategory": subcategory}
+        display = DISPLAYS.of(each)
+        of_structure = each.assembly or display.page == "structure"
+        how = {
+            "labels": {"table": display.title_of(each)},
+            "subcategory": each.case or ("Structure" if of_structure else "All cases"),
+        }
         flagged.append(report(each.path, category="4. Tables", **how))
     return flagged
 
 
-def html_of(artefacts):
-    return [artefact.paths[1] for artefact in artefacts]
-
-
-def table(kind, subcategory, **which):
-    """CSV and HTML file of a table."""
-    artefact = Artefact(kind, "table", **which)
-    (csv,) = reported([artefact], subcategory)
-    return {"csv": csv, "html": artefact.paths[1]}
-
-
-def tables_of(*kinds, **which):
-    return contents.select(*kinds, form="table", **which)
-
-
-TABLES_OF_BASIS = ("accuracy", "states", "times", "fits", "regions", "elements")
-references = {
-    case: found[0] for case in study.cases if (found := contents.references(case))
-}
-drawn = contents.select(form="figure", page="accuracy") + contents.select(
-    "sampling", form="figure"
+on_accuracy = DISPLAYS.on_page(contents, "accuracy") + contents.select(
+    "harmonic_peaks", form="table"
 )
-drawn_tables = [
-    artefact for figure in drawn for artefact in tables_of(figure.kind, **figure.which)
-]
-
-
-def published_of(case):
-    """The source's tables and figures that a case is compared with."""
-    return Published(SOURCE, study.case(case).published)
-
-
-def figures_and_tables(**which):
-    """Figures and tables, as those of a page of the report."""
-    return contents.select(form="figure", **which) + tables_of(**which)
-
-
-on_accuracy = figures_and_tables(page="accuracy") + tables_of("harmonic_peaks")
-on_overview = figures_and_tables(page="overview") + tables_of(
-    "accuracy", "times", "harmonic_peaks"
+on_overview = DISPLAYS.on_page(contents, "overview") + contents.select(
+    "accuracy", "times", "harmonic_peaks", form="table"
 )

@@ -3,12 +3,11 @@
 from boltjoint.config.study import Study
 from boltjoint.report.pages.document import save_page
 from boltjoint.report.pages.overview import overview_page
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
-study, source = Study.model_validate(params.study), Published.beside(snakemake.input.published[0])
+study, source = Study.model_validate(params.study), results.published()
 page = overview_page(study, params.artefacts, params.all_artefacts, results, source)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -2,12 +2,11 @@
 
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.report.pages.document import save_page
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
-source = Published.beside(snakemake.input.published[0])
+source = results.published()
 page = accuracy_page(params.artefacts, results, source, params.cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

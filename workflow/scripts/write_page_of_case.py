@@ -4,14 +4,13 @@ from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.document import save_page
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
 case, solver = Case.model_validate(params.case), Solver.model_validate(params.solver)
-source = Published.beside(snakemake.input.published[0], case.published)
+source = results.published(case.published)
 content = (params.artefacts, results, source)
 page = case_page(snakemake.wildcards.case, case, solver, *content, params.cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -3,13 +3,12 @@
 from boltjoint.config.assembly import Assembly
 from boltjoint.report.pages.document import save_page
 from boltjoint.report.pages.structure import structure_page
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
 assemblies = {name: Assembly.model_validate(one) for name, one in params.assemblies.items()}
-source = Published.beside(snakemake.input.published[0])
+source = results.published()
 page = structure_page(assemblies, params.artefacts, results, source, params.cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -1,6 +1,6 @@
 """The contents of a study: its responses, and one list of all files that it makes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -9,28 +9,7 @@ from boltjoint.study import layout
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
-
-#: kinds about how far models, bases and regions are from converged
-_OF_ACCURACY = ("bases", "divisions", "models", "patterns")
-
-#: what a table is, beside the case or assembly
-_LABELS = {
-    "accuracy": "accuracy in {basis}",
-    "bases": "peaks by basis",
-    "contact": "contact under preload",
-    "divisions": "regions, by division and number",
-    "elements": "elements of {joint} in {basis}",
-    "fits": "fits of elements in {basis}",
-    "harmonic_peaks": "peaks with more harmonics, in {basis}",
-    "harmonics": "more harmonics, and time integration, in {basis}",
-    "models": "all models against the converged response",
-    "natural_frequencies": "natural frequencies of {basis}",
-    "patterns": "resonances of {assembly} by basis",
-    "regions": "{joint} in {basis}",
-    "sampling": "forces by AFT",
-    "states": "states in {basis}",
-    "times": "times in {basis}",
-}
+    from boltjoint.study.display import Display
 
 
 class Response(NamedTuple):
@@ -84,24 +63,6 @@ class Artefact:
             return self.path, layout.page(self.kind, packed=True)
         return (self.path,)
 
-    @property
-    def label(self) -> str:
-        """What a table is, beside the case or assembly."""
-        return _LABELS[self.kind].format(**self.which)
-
-    @property
-    def page(self) -> str:
-        """The page that shows it: of a case, or one of ``names.PAGES``.
-
-        The structure has what is about assemblies, the overview what is about all cases, accuracy
-        how far models are from converged.
-        """
-        if self.kind in _OF_ACCURACY:
-            return "accuracy"
-        if self.case is not None:
-            return self.case
-        return "overview" if self.kind == "sampling" else "structure"
-
 
 class Contents:
     """Everything that a study makes.
@@ -110,10 +71,13 @@ class Contents:
     ----------
     study
         The study, as it is configured.
+    displays
+        The figures and tables that studies have.
     """
 
-    def __init__(self, study: "Study") -> None:
+    def __init__(self, study: "Study", displays: "Iterable[Display]" = ()) -> None:
         self.study = study
+        self._displays = tuple(displays)
         self.artefacts = tuple(dict.fromkeys([*self._data(), *self._shown(), *self._pages()]))
 
     def select(self, *kinds: str, **which: object) -> list[Artefact]:
@@ -188,10 +152,16 @@ class Contents:
         resonance = self.converged(case).resonance
         return [one for one in self.responses(case) if one.resonance == resonance]
 
-    def jacobians(self, response: Response) -> list[str]:
+    def is_compared(self, case: str | None = None) -> bool:
+        """Whether a case, or any of them, is compared with a published one."""
+        cases = self.study.cases.values() if case is None else [self.study.case(case)]
+        return any(each.published is not None for each in cases)
+
+    def jacobians(self, case: str, response: Response) -> list[str]:
         """The Jacobians that are timed: forward differences too for what the source solves."""
         in_source = (
-            not response.basis.is_contact_adapted
+            self.is_compared(case)
+            and not response.basis.is_contact_adapted
             and response.joint.division in (None, "regions")
             and response.joint.reduction in (None, "elements")
             and response.coordinates.kind in ("linear", "real")
@@ -281,62 +251,8 @@ class Contents:
                 yield Artefact("backbone", **which)
 
     def _shown(self) -> Iterator[Artefact]:
-        yield Artefact("contact", "table")
-        if any(map(self.references, self.study.cases)):
-            yield from _table_and_figure("sampling")
-        for name in self.compared_assemblies():
-            yield from _table_and_figure("patterns", assembly=name)
-        for basis in self.bases():
-            if not basis.is_contact_adapted:  # its vectors are no modes of the structure
-                yield Artefact("natural_frequencies", "table", basis=basis)
-                for name in self.study.assemblies:
-                    yield Artefact("modes", "figure", assembly=name, basis=basis)
-        for name in self.study.assemblies:
-            yield Artefact("mesh", "figure", assembly=name)
-        for name, preload in self.preloads():
-            for kind in ("contact", "deformation"):
-                yield Artefact(kind, "figure", assembly=name, preload_N=preload)
-        for case in self.study.cases:
-            yield from self._shown_of_accuracy(case)
-            for basis in self.study.case(case).bases:
-                yield from self._shown_of_basis(case, basis)
-            if response := self.integrated(case):
-                yield Artefact("harmonics", "table", case=case, basis=response.basis)
-            for basis in self.in_harmonics(case):
-                yield Artefact("harmonic_peaks", "table", case=case, basis=basis)
-            for response in self.responses(case):
-                which = {"case": case, **response._asdict()}
-                yield Artefact("response", "figure", **which)
-                if response.joint == REFERENCE[0] and response.coordinates.kind != "backbone":
-                    yield Artefact("states", "figure", **which)
-
-    def _shown_of_accuracy(self, case: str) -> Iterator[Artefact]:
-        if converged := self.converged(case):
-            if "timing" not in self.study.omit:
-                yield from _table_and_figure("models", case=case)
-            if self.study.convergence.regions:
-                yield from _table_and_figure("divisions", case=case, basis=converged.basis)
-        if self.study.convergence.bases:
-            yield from _table_and_figure("bases", case=case)
-
-    def _shown_of_basis(self, case: str, basis: Basis) -> Iterator[Artefact]:
-        which = {"case": case, "basis": basis}
-        timed = ("times",) if "timing" not in self.study.omit else ()
-        for kind in ("accuracy", "states", *timed):
-            yield Artefact(kind, "table", **which)
-        for resonance in self.study.case(case).resonances(basis):
-            for kind in timed:
-                yield Artefact(kind, "figure", **which, resonance=resonance)
-            if self.backbones(case, basis, resonance):
-                yield Artefact("backbone", "figure", **which, resonance=resonance)
-        if self.fitted(case, basis):
-            yield Artefact("fits", "table", **which)
-        for joint in self.joints(case, basis):
-            if joint.elements is not None:
-                yield Artefact("elements", "table", **which, joint=joint)
-                yield Artefact("loops", "figure", **which, joint=joint)
-            if joint.division is not None and joint.reduction is None:
-                yield from _table_and_figure("regions", **which, joint=joint)
+        for display in self._displays:
+            yield from display.artefacts(self)
 
     def backbones(self, case: str, basis: str, resonance: int) -> list[JointName]:
         """The joints of a case whose backbone of a resonance is traced."""
@@ -349,7 +265,3 @@ class Contents:
     def _pages(self) -> Iterator[Artefact]:
         for name in (*PAGES, *self.study.cases):
             yield Artefact(name, "page")
-
-
-def _table_and_figure(kind: str, **which: object) -> Sequence[Artefact]:
-    return Artefact(kind, "table", **which), Artefact(kind, "figure", **which)

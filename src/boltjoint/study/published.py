@@ -6,6 +6,7 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +23,7 @@ class Published:
     Parameters
     ----------
     folder
-        With the tables and their index ``tables.csv``.
+        With the tables and their index ``tables.csv``; without one there are none.
     case
         Name of the case study in the source; without one there is nothing to compare with.
 
@@ -32,7 +33,7 @@ class Published:
         If the source has no such case study.
     """
 
-    folder: Path
+    folder: Path | None = None
     case: str | None = None
 
     def __post_init__(self) -> None:
@@ -44,20 +45,21 @@ class Published:
             )
 
     @classmethod
-    def beside(cls, table: str | Path, case: str | None = None) -> "Published":
-        """The tables in the folder of one of them."""
-        return cls(Path(table).parent, case)
+    def among(cls, paths: Iterable[str], case: str | None = None) -> "Published":
+        """The tables in the folder of which the index is among some files; none if it is not."""
+        found = (Path(path).parent for path in paths if Path(path).name == _CASE_STUDIES)
+        folder = next(found, None)
+        return cls(folder, case if folder else None)
 
     @property
     def case_studies(self) -> list[str]:
         """Names of the source's case studies."""
-        return list(pd.read_csv(self.folder / "case_studies.csv")["case"])
+        return list(self._read(_CASE_STUDIES)["case"])
 
     @property
     def assemblies(self) -> list[str]:
         """Names of the source's assemblies."""
-        cases = pd.read_csv(self.folder / "case_studies.csv")
-        return list(dict.fromkeys(cases["assembly"]))
+        return list(dict.fromkeys(self._read(_CASE_STUDIES)["assembly"]))
 
     def material(self) -> dict[str, float]:
         """The material of the source's assemblies, by the keys of an assembly's configuration."""
@@ -66,11 +68,11 @@ class Published:
 
     def natural_frequencies(self) -> pd.DataFrame:
         """Columns ``assembly, bending_mode, frequency_Hz``, of all assemblies."""
-        return pd.read_csv(self.folder / "natural_frequencies.csv").drop(columns="figure")
+        return self._read("natural_frequencies.csv").drop(columns="figure")
 
     def contact_nodes(self) -> pd.DataFrame:
         """Columns ``assembly, contact_law, contact_nodes``, of all case studies."""
-        cases = pd.read_csv(self.folder / "case_studies.csv")
+        cases = self._read(_CASE_STUDIES)
         return cases[["assembly", "contact_law", "contact_nodes"]].drop_duplicates()
 
     def time_reductions(self) -> pd.DataFrame:
@@ -128,7 +130,7 @@ class Published:
 
     def case_study(self) -> dict[str, str]:
         """What the source says of the case study, as in ``case_studies.csv``; empty for none."""
-        cases = pd.read_csv(self.folder / "case_studies.csv", dtype=str, keep_default_na=False)
+        cases = self._index(_CASE_STUDIES)
         return next(iter(cases[cases["case"] == self.case].to_dict("records")), {})
 
     def tables(self) -> pd.DataFrame:
@@ -187,8 +189,25 @@ class Published:
 
     def _index(self, file: str) -> pd.DataFrame:
         # as text: 3.1 and 3.10 are two tables
-        return pd.read_csv(self.folder / file, dtype=str, keep_default_na=False)
+        return self._read(file, dtype=str, keep_default_na=False)
 
+    def _read(self, file: str, **options: object) -> pd.DataFrame:
+        if self.folder is None:
+            return pd.DataFrame(columns=_COLUMNS[file], dtype=str)
+        return pd.read_csv(self.folder / file, **options)
+
+
+_CASE_STUDIES = "case_studies.csv"
+#: columns of the files that are asked of where there is no source
+_COLUMNS = {
+    _CASE_STUDIES: ["case", "assembly", "contact_law", "contact_nodes"],
+    "natural_frequencies.csv": ["assembly", "bending_mode", "frequency_Hz", "figure"],
+    "tables.csv": ["table", "case", "kind", "joint", "file"],
+    "figures.csv": [
+        *("figure", "case", "assembly", "kind", "joint", "coordinates", "resonance", "region"),
+        *("preload_N", "shows", "not_made"),
+    ],
+}
 
 _NO_TIMES = pd.DataFrame(
     {

@@ -10,6 +10,7 @@ import xarray as xr
 
 from boltjoint import dataset
 from boltjoint.study import layout
+from boltjoint.study.published import Published
 from boltjoint.study.tables import files as tables
 
 
@@ -44,6 +45,10 @@ class Results:
     def table(self, kind: str, **which: object) -> pd.DataFrame:
         """A table (``layout.shown``)."""
         return self._read(self._permitted(layout.shown("table", kind, **which)))
+
+    def published(self, case: str | None = None) -> Published:
+        """The published tables, of one case study or of none; empty if they may not be read."""
+        return Published.among(self._paths, case)
 
     def has(self, kind: str, **which: object) -> bool:
         """Whether a file of data is among those that may be read."""

@@ -44,6 +44,8 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     forces = np.unique(times["force_N"])
     # forces are spread evenly: their logarithms would leave most of the width to the lowest
     times = times.assign(place=np.searchsorted(forces, times["force_N"]))
+    if "published_reduction_percent" not in times:
+        times = times.assign(published_reduction_percent=np.nan)
     colours = dict(
         zip(times["joint"].unique(), ("0.15", *REGION_COLOURS) * len(times), strict=False)
     )

@@ -61,8 +61,7 @@ def _patterns(content: PageContent) -> Markup:
     body = Markup()
     while table := content.table("patterns"):
         assembly = table.artefact.assembly
-        title = "Resonances of {assembly} in bases"
-        body += content.figures("patterns", title, _TEXT.patterns(), assembly=assembly)
+        body += content.figures("patterns", assembly=assembly)
         rows = []
         for (basis, vectors), of_basis in table.frame.groupby(["basis", "vectors"], sort=False):
             largest = of_basis.groupby(["springs", "resonance"])["error_percent"].max()
@@ -82,7 +81,7 @@ def _models(content: PageContent, case: str) -> Markup:
     if not (table := content.table("models", case=case)):
         return Markup()
     return (
-        content.figures("models", "Error against cost", _TEXT.models(), case=case)
+        content.figures("models", case=case)
         + table_with_caption(summary(table.frame), _LARGEST, groups=["basis"])
         + table.html("Every response", groups=_MODEL)
     )
@@ -96,7 +95,6 @@ def _bases(content: PageContent, case: str) -> Markup:
     return (
         content.figures(
             "bases",
-            "Error against the size of the basis",
             f"Peaks of the node-to-node joint in linear modes, against those in {last}.",
             case=case,
         )
@@ -111,12 +109,7 @@ def _divisions(content: PageContent, case: str) -> Markup:
     by = ["division", "motion", "regions"]
     errors = largest(table.frame, [*by, "region_error_percent"]).reset_index()
     return (
-        content.figures(
-            "divisions",
-            "Error against the number of regions",
-            _TEXT.divisions(table.artefact.basis),
-            case=case,
-        )
+        content.figures("divisions", case=case)
         + table_with_caption(errors, _LARGEST, [_TEXT.kinds_of_regions()], groups=by[:2])
         + table.html("Every peak", groups=by)
     )

@@ -7,6 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.names import REFERENCE
+from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.document import Section
 from boltjoint.report.pages.markup import (
     figure_with_caption,
@@ -14,7 +15,7 @@ from boltjoint.report.pages.markup import (
     source_reference,
     table_with_caption,
 )
-from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source, stem_of
+from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
@@ -29,14 +30,18 @@ class StudyTable:
 
     def html(
         self,
-        title: str,
+        title: str = "",
         notes: Iterable[str] = (),
         groups: Sequence[str] = (),
         *,
         frame: pd.DataFrame | None = None,
         anchor: str | None = None,
     ) -> Markup:
-        """The table with its caption, or what of it another frame holds; it links to the file."""
+        """The table with its caption, or what of it another frame holds; it links to the file.
+
+        The title is that which is declared with the table, unless one is given.
+        """
+        title = title or capitalize(DISPLAYS.of(self.artefact).title_of(self.artefact))
         anchor, frame = anchor or anchor_of(self.artefact), self.frame if frame is None else frame
         return table_with_caption(frame, title, notes, anchor, address_of(self.artefact), groups)
 
@@ -68,20 +73,31 @@ class PageContent:
             return None
         return self.results.dataset("joint", **which).sizes["element"]
 
-    def figures(self, kind: str, title: str, *notes: str, **values: object) -> Markup:
+    def figures(self, kind: str, *notes: str, title: str = "", **values: object) -> Markup:
         """All figures of a kind that are left, as HTML; often one or none.
 
         Parameters
         ----------
         kind
             Such as ``response``.
-        title, notes
-            Caption. Fields of the figure stand in the title as ``{assembly}``.
+        notes, title
+            Caption, where it is not that which is declared with the figure.
         values
-            Values of further fields: ``basis``, ``joint``, ``coordinates`` and so on.
+            Values of fields: ``basis``, ``joint``, ``coordinates`` and so on.
         """
         found = self._take("figure", kind, values)
         return joined(self._figure(each, title, notes) for each in found)
+
+    def section(self, anchor: str, **values: object) -> Markup:
+        """The figures and tables declared for a section that are left, with these values."""
+        found = [
+            each
+            for each in self._left
+            if DISPLAYS.of(each).section == anchor
+            and all(getattr(each, name) == value for name, value in values.items())
+        ]
+        self._left = [each for each in self._left if each not in found]
+        return self._as_declared(found)
 
     def table(self, kind: str, **values: object) -> StudyTable | None:
         """The first table of a kind that is left, with these values."""
@@ -89,15 +105,21 @@ class PageContent:
         return self._table(found[0]) if found else None
 
     def remainder(self) -> list[Section]:
-        """A section of the figures and tables that no other section has, if there are any."""
-        left, self._left = self._left, []
-        body = joined(
-            self._figure(each, stem_of(each).replace("_", " "), ())
-            if each.form == "figure"
-            else self._table(each).html(stem_of(each).replace("_", " "))
-            for each in left
+        """Sections of the figures and tables that no other section has, by where they belong."""
+        anchors = dict.fromkeys(DISPLAYS.of(each).section for each in self._left)
+        titles = {each: capitalize(each.replace("-", " ")) for each in anchors}
+        titles |= {"further": "Further figures and tables"}
+        return [Section(each, titles[each], self.section(each)) for each in anchors]
+
+    def _as_declared(self, artefacts: Sequence[Artefact]) -> Markup:
+        ordered = sorted(artefacts, key=lambda each: DISPLAYS.of(each).order)
+        return joined(
+            self._figure(each) if each.form == "figure" else self._declared_table(each)
+            for each in ordered
         )
-        return [Section("further", "Further figures and tables", body)] if body else []
+
+    def _declared_table(self, artefact: Artefact) -> Markup:
+        return self._table(artefact).html(notes=[DISPLAYS.of(artefact).caption_of(artefact)])
 
     def _take(
         self, form: str, kind: str, values: dict[str, object], count: int | None = None
@@ -114,10 +136,17 @@ class PageContent:
     def _table(self, artefact: Artefact) -> StudyTable:
         return StudyTable(artefact, self.results.table(artefact.kind, **artefact.which))
 
-    def _figure(self, artefact: Artefact, title: str, notes: Sequence[str]) -> Markup:
+    def _figure(self, artefact: Artefact, title: str = "", notes: Sequence[str] = ()) -> Markup:
         numbers = source_reference("Figure", figures_in_source(artefact, self.published))
-        title = title.format(**artefact.which)
+        display = DISPLAYS.of(artefact)
+        notes = notes or [display.caption_of(artefact)]
+        title = title or display.title_of(artefact)
         return figure_with_caption(artefact.path, title, [*notes, numbers], address_of(artefact))
+
+
+def capitalize(words: str) -> str:
+    """The same words, the first with a capital."""
+    return words[:1].upper() + words[1:]
 
 
 def select(frame: pd.DataFrame, **values: object) -> pd.DataFrame:

@@ -12,7 +12,7 @@ from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import link, prose, table_with_caption
-from boltjoint.report.pages.references import anchor_of, figures_in_source
+from boltjoint.report.pages.references import anchor_of, figures_in_source, page_of
 from boltjoint.report.pages.statements import format_residual_in_time, reference_statement
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
@@ -70,8 +70,7 @@ def overview_page(
 
 def _sampling(content: PageContent) -> Markup:
     """Error of forces by AFT against the closed forms."""
-    title = "Error of friction forces by alternating frequency/time (AFT)"
-    body = content.figures("sampling", title, _TEXT.sampling())
+    body = content.figures("sampling")
     if table := content.table("sampling"):
         body += table.html("Error of forces by AFT", groups=["case", "law", "samples"])
     return body
@@ -236,7 +235,7 @@ def _index_of_figures(study: Study, artefacts: Sequence[Artefact], published: Pu
         case = study.cases.get(each.case)
         of_case = Published(published.folder, case.published if case else None)
         for figure in figures_in_source(each, of_case):
-            links.setdefault(figure, []).append(_link(each.page, anchor_of(each)))
+            links.setdefault(figure, []).append(_link(page_of(each), anchor_of(each)))
     rows = [
         {
             "figure": printed.figure,

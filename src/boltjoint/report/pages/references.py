@@ -3,21 +3,10 @@
 import posixpath
 from pathlib import PurePosixPath
 
+from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
-
-#: by kind of figure, the columns of the source's index that identify the same figure
-_COLUMNS_IN_SOURCE = {
-    "mesh": ("assembly",),
-    "modes": ("assembly",),
-    "contact": ("assembly", "preload_N"),
-    "deformation": ("assembly", "preload_N"),
-    "regions": ("joint",),
-    "loops": ("joint",),
-    "response": ("joint", "coordinates", "resonance"),
-    "states": ("joint", "coordinates", "resonance"),
-}
 
 
 def stem_of(artefact: Artefact) -> str:
@@ -30,14 +19,19 @@ def anchor_of(artefact: Artefact) -> str:
     return stem_of(artefact) if artefact.form == "figure" else f"{stem_of(artefact)}-table"
 
 
+def page_of(artefact: Artefact) -> str:
+    """The page that shows a figure or table: of a case, or one of ``names.PAGES``."""
+    return DISPLAYS.of(artefact).page_of(artefact)
+
+
 def address_of(artefact: Artefact) -> str:
     """The file, seen from a page."""
-    return posixpath.relpath(artefact.path, posixpath.dirname(layout.page(artefact.page)))
+    return posixpath.relpath(artefact.path, posixpath.dirname(layout.page(page_of(artefact))))
 
 
 def figures_in_source(artefact: Artefact, published: Published) -> list[str]:
     """Numbers of the source's figures that show the same, in its one basis."""
-    columns = _COLUMNS_IN_SOURCE.get(artefact.kind, ())
+    columns = DISPLAYS.of(artefact).printed_by
     if artefact.form != "figure" or artefact.basis not in (None, BASIS) or not columns:
         return []
     which = {name: getattr(artefact, name) for name in columns}

@@ -92,31 +92,26 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
     described = table_with_caption(
         frame, "Dimensions, material and mesh", notes, anchor="dimensions-table", verbatim=True
     )
-    return described + content.figures("mesh", "Mesh of {assembly}", _TEXT.mesh())
+    return described + content.section("dimensions")
 
 
 def _modes(content: PageContent) -> Markup:
     body = _TEXT.modes()
     while table := content.table("natural_frequencies"):
-        largest = table.frame["difference_percent"].abs().max()
+        differences = table.frame.get("difference_percent", pd.Series(dtype=float))
+        largest = differences.abs().max()
         note = "" if pd.isna(largest) else f"Within {largest:.2f} % of the published frequencies."
-        title = f"Natural frequencies of the basis {table.artefact.basis}"
-        body += table.html(title, [note], groups=["assembly"])
-    return body + content.figures("modes", "Bending modes of {assembly}", _TEXT.modes_figure())
+        body += table.html(notes=[note], groups=["assembly"])
+    return body + content.section("modes")
 
 
 def _contact(content: PageContent) -> Markup:
     body = _TEXT.contact()
     if table := content.table("contact"):
-        published = table.frame["published_pairs"].notna().any()
+        published = table.frame.get("published_pairs", pd.Series(dtype=float)).notna().any()
         note = _TEXT.published_pairs() if published else ""
-        body += table.html("Contact of every assembly and preload", [note], groups=["assembly"])
-    title = "{assembly} with {preload_N:.15g} N per bolt"
-    return (
-        body
-        + content.figures("contact", title, _TEXT.contact_figure())
-        + content.figures("deformation", f"Shape of {title}", _TEXT.deformation())
-    )
+        body += table.html(notes=[note], groups=["assembly"])
+    return body + content.section("contact")
 
 
 def _listed(values: Sequence[float]) -> str:

@@ -1,52 +1,12 @@
-"""Tables of natural frequencies and contact beside the published ones."""
+"""Tables of natural frequencies and contact, beside the published ones."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from boltjoint.study.published import Published
-from boltjoint.study.results import Results
-
-if TYPE_CHECKING:
-    from boltjoint.study.artefact_list import Artefact
-
-
-def tabulate_structure(
-    artefacts: "Sequence[Artefact]",
-    results: Results,
-    assemblies: Sequence[str],
-    preloads: Sequence[tuple[str, float]],
-    published: Published,
-) -> Iterator[tuple[pd.DataFrame, str]]:
-    """The tables of natural frequencies and contact, each with its title.
-
-    Parameters
-    ----------
-    artefacts
-        The tables, of the kinds ``natural_frequencies`` and ``contact``.
-    results
-        ``modes.nc`` of the assemblies in the bases of the tables, and ``preload.nc``.
-    assemblies, preloads
-        Names of the assemblies; assemblies with preloads per bolt [N].
-    published
-        The source's tables.
-    """
-    for artefact in artefacts:
-        if artefact.kind == "contact":
-            loads = {
-                (name, preload): results.dataset("preload", assembly=name, preload_N=preload)
-                for name, preload in preloads
-            }
-            yield tabulate_contact(loads, published), "Contact under bolt preload"
-        else:
-            modes = {
-                name: results.dataset("modes", assembly=name, basis=artefact.basis)
-                for name in assemblies
-            }
-            yield tabulate_frequencies(modes, published), "Natural frequencies without contact"
 
 
 def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) -> pd.DataFrame:
@@ -57,7 +17,7 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
     modes
         ``modes.nc`` of each assembly by its name.
     published
-        The source's tables.
+        The source's tables; without any there are no columns for them.
     """
     ours = pd.concat(
         pd.DataFrame(
@@ -69,6 +29,8 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
         )
         for name, dataset in modes.items()
     )
+    if published.folder is None:
+        return ours
     printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
     table = ours.merge(printed, how="left", on=["assembly", "bending_mode"])
     table["difference_percent"] = 100 * (table["frequency_Hz"] / table["published_Hz"] - 1)
@@ -85,7 +47,7 @@ def tabulate_contact(
     preloads
         ``preload.nc`` of each pair of assembly name and preload.
     published
-        The source's tables.
+        The source's tables; without any there are no columns for them.
     """
     printed = published.contact_nodes().set_index(["assembly", "contact_law"])["contact_nodes"]
     rows = []
@@ -111,4 +73,7 @@ def tabulate_contact(
                 "newton_iterations": int(dataset["iterations"]),
             }
         )
-    return pd.DataFrame(rows)
+    table = pd.DataFrame(rows)
+    if published.folder is None:
+        table = table.drop(columns=["published_pairs", "published_loaded_pairs"])
+    return table

@@ -24,8 +24,9 @@ def tabulate_times(
     Returns
     -------
     DataFrame
-        A row for each response and force level, with columns for both ways to the Jacobian. A path
-        that broke off has no reduction: it did less than the others.
+        A row for each response and force level, with columns for both ways to the Jacobian, and for
+        the published times if they are of a case study. A path that broke off has no reduction: it
+        did less than the others.
     """
     parts = []
     for (joint, coordinates, resonance), timing in timings.items():
@@ -59,6 +60,8 @@ def tabulate_times(
     ):
         reduction = 100 * (1 - joined[column] / joined[f"{column}_of_reference"])
         table[name] = reduction.where(joined["complete"])
+    if published.case is None:
+        return table
     printed = published.time_reductions().assign(resonance=1)
     on = ["joint", "coordinates", "resonance", "force_N"]
     table = table.merge(printed, how="left", on=on)

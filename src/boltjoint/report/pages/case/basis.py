@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import pandas as pd
-from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.report.pages.content import PageContent, StudyTable
-from boltjoint.report.pages.markup import joined
 from boltjoint.study.published import BASIS
 
 #: columns beside those called ``published_...`` that hold or compare published values
@@ -54,13 +52,6 @@ class CaseBasis:
             if (basis, at) == (self.name, resonance):
                 found.setdefault(joint, []).append(coordinates)
         return found
-
-    def figures_by_resonance(self, kind: str, title: str, note: str) -> Markup:
-        """Figures of a kind in this basis, with the resonance in their titles."""
-        return joined(
-            self.content.figures(kind, f"{title} {each}", note, basis=self.name, resonance=each)
-            for each in self.case.resonances(self.name)
-        )
 
     def without_published(self, frame: pd.DataFrame) -> pd.DataFrame:
         """A table without published values, unless this is the basis of the source."""

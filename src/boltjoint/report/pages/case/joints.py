@@ -5,7 +5,7 @@ from markupsafe import Markup
 
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
-from boltjoint.report.pages.content import StudyTable, select
+from boltjoint.report.pages.content import StudyTable, capitalize, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.tables.html import number
 
@@ -19,19 +19,13 @@ def joint_figures(basis: CaseBasis, joint: str) -> Markup:
     body = Markup()
     if name.division is not None:
         values = {"basis": basis.name, "joint": name.regions}
-        words = capitalize(name.regions.label)
-        body += content.figures("regions", f"{words} on the contact", _TEXT.map(), **values)
+        body += content.figures("regions", **values)
         if table := content.table("regions", **values):
-            body += table.html(words)
+            body += table.html(capitalize(name.regions.label))
     if name.elements is not None:
         values = {"basis": basis.name, "joint": joint}
         region = content.published.region_of_loops(joint)
-        body += content.figures(
-            "loops",
-            f"Hysteresis loops of region {region}",
-            _TEXT.loops(name.elements, name.reduction == "elements"),
-            **values,
-        )
+        body += content.figures("loops", title=f"Hysteresis loops of region {region}", **values)
         if table := content.table("elements", **values):
             body += _elements(table, basis.without_published(table.frame))
     return body
@@ -52,15 +46,11 @@ def _elements(table: StudyTable, frame: pd.DataFrame) -> Markup:
 def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
     """Responses of a joint around a resonance, and the contact states at their peaks."""
     body = Markup()
-    around = f" around resonance {resonance}" if resonance > 1 else ""
     for coordinates in basis.coordinates_by_joint(resonance)[joint]:
         values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
-        words = f"{JointName(joint).label}, {Coordinates(coordinates).label}{around}"
-        for kind, title, note in (
-            ("response", capitalize(words), _statement(basis, **values)),
-            ("states", f"Contact at the peaks: {words}", _TEXT.states_figure()),
-        ):
-            body += basis.content.figures(kind, title, note, basis=basis.name, **values)
+        note = _statement(basis, **values)
+        body += basis.content.figures("response", note, basis=basis.name, **values)
+        body += basis.content.figures("states", basis=basis.name, **values)
     return body
 
 
@@ -89,11 +79,6 @@ def side_by_side(parts: dict[str, pd.DataFrame]) -> pd.DataFrame:
     frame = pd.concat(parts, axis=1)
     frame.insert(0, ("", "force_N"), frame.index)
     return frame
-
-
-def capitalize(words: str) -> str:
-    """The same words, the first with a capital."""
-    return words[:1].upper() + words[1:]
 
 
 def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -> str:

@@ -9,7 +9,7 @@ from boltjoint.config.solver import Solver
 from boltjoint.names import JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.facts import LAWS, facts
-from boltjoint.report.pages.case.joints import capitalize, joint_figures, peaks, responses
+from boltjoint.report.pages.case.joints import joint_figures, peaks, responses
 from boltjoint.report.pages.case.tables import (
     accuracy,
     contact_states,
@@ -18,7 +18,7 @@ from boltjoint.report.pages.case.tables import (
     published_times,
     solution_times,
 )
-from boltjoint.report.pages.content import PageContent
+from boltjoint.report.pages.content import PageContent, capitalize
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, prose
 from boltjoint.study.artefact_list import Artefact
@@ -74,21 +74,20 @@ def _sections(basis: CaseBasis) -> Iterator[Section]:
     where = "" if len(basis.case.bases) == 1 else f" in {basis.name}"
     first, *others = basis.case.resonances(basis.name)
     yield from _stages(basis, first, where)
-    title = "Backbones of resonance"
     bodies = {
         **{
             f"resonance-{resonance}": (f"Resonance {resonance}", _joints(basis, resonance))
             for resonance in others
         },
         "fits": ("Fits of elements", fits(basis)),
-        "backbones": ("Backbones", basis.figures_by_resonance("backbone", title, _TEXT.backbone())),
+        "backbones": ("Backbones", Markup()),
         "harmonics": higher_harmonics(basis),
         "states": ("Contact at the peaks", contact_states(basis)),
         "accuracy": ("Accuracy", accuracy(basis)),
         "times": ("Solution times", solution_times(basis)),
     }
-    for anchor, (title, body) in bodies.items():
-        if body:
+    for anchor, (title, of_anchor) in bodies.items():
+        if body := of_anchor + basis.content.section(anchor, basis=basis.name):
             yield Section(f"{anchor}-{basis.name}", title + where, body)
 
 

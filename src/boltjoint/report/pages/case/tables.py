@@ -133,8 +133,7 @@ def solution_times(basis: CaseBasis) -> Markup:
     """Times of all responses, as figures and as a table."""
     if basis.times is None:
         return Markup()
-    title = "Solution times around resonance"
-    figures = basis.figures_by_resonance("times", title, _TEXT.times_figure())
+    figures = basis.content.figures("times", basis=basis.name)
     frame = basis.without_published(basis.times.frame)
     table = basis.times.html("Every response", groups=_GROUPS, frame=frame)
     return _TEXT.times() + figures + table

@@ -1,0 +1,44 @@
+"""Figures of backbones."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from boltjoint.names import JointName
+from boltjoint.study.artefact_list import Artefact, Contents
+from boltjoint.study.display import data_of, figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from boltjoint.study.results import Results
+
+
+def _resonances(contents: Contents) -> Iterator[dict[str, object]]:
+    for case, basis in contents.cases_and_bases():
+        for resonance in contents.study.case(case).resonances(basis):
+            if contents.backbones(case, basis, resonance):
+                yield {"case": case, "basis": basis, "resonance": resonance}
+
+
+@figure(
+    "backbone",
+    of=_resonances,
+    reads=(data_of("backbone", by=["case", "basis", "resonance"]),),
+    job="responses_{case}_{basis}",
+    section="backbones",
+    title="Backbones of resonance {resonance}",
+    caption="Natural frequency and damping ratio of the nonlinear mode over the amplitude of the "
+    "output point, from full stick to full slip; a dot is the peak under a force of this case.",
+    options=lambda contents, artefact: {
+        "joints": contents.backbones(artefact.case, artefact.basis, artefact.resonance),
+        "forces": contents.study.case(artefact.case).levels,
+    },
+)
+def backbone(
+    artefact: Artefact, results: "Results", joints: list[JointName], forces: list[float]
+) -> "Figure":
+    """Natural frequency and damping ratio over amplitude."""
+    from boltjoint.report.figures.responses import plot_backbones
+
+    found = {joint: results.dataset("backbone", **artefact.which, joint=joint) for joint in joints}
+    return plot_backbones(found, forces)

@@ -1,0 +1,174 @@
+"""Tables of convergence: errors of forces, bases and regions."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from boltjoint.names import REFERENCE, Basis
+from boltjoint.study.artefact_list import Artefact, Contents, Response
+from boltjoint.study.display import data_of, table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from boltjoint.study.results import Results
+
+
+def solved_in_linear_modes(contents: Contents) -> list[dict[str, object]]:
+    """One, if the node-to-node joint of any case is solved in linear modes."""
+    return [{}] if _references(contents) else []
+
+
+def compared_assemblies(contents: Contents) -> list[dict[str, object]]:
+    """The assemblies in whose resonances bases are compared."""
+    return [{"assembly": name} for name in contents.compared_assemblies()]
+
+
+def cases_in_several_bases(contents: Contents) -> list[dict[str, object]]:
+    """The cases whose peaks are found in several bases."""
+    return [{"case": case} for case in contents.study.cases if contents.study.convergence.bases]
+
+
+def divided_cases(contents: Contents) -> Iterator[dict[str, object]]:
+    """The cases whose contact is divided into several numbers of regions."""
+    for case in contents.study.cases:
+        converged = contents.converged(case)
+        if converged and contents.study.convergence.regions:
+            yield {"case": case, "basis": converged.basis}
+
+
+def _references(contents: Contents) -> dict[str, Response]:
+    """By case, the first response of the node-to-node joint in linear modes."""
+    found = {case: contents.references(case) for case in contents.study.cases}
+    return {case: responses[0] for case, responses in found.items() if responses}
+
+
+def _joints_and_responses(contents: Contents, _: Artefact) -> Iterator[Artefact]:
+    for case, each in _references(contents).items():
+        yield from contents.select("joint", case=case, basis=each.basis, joint=each.joint)
+        yield from contents.select("response", form="data", case=case, **each._asdict())
+
+
+@table(
+    "sampling",
+    of=solved_in_linear_modes,
+    reads=(_joints_and_responses,),
+    job="sampling",
+    page="overview",
+    section="validity",
+    title="forces by AFT against the closed form",
+    options=lambda contents, _: {"references": _references(contents)},
+)
+def sampling(_: Artefact, results: "Results", references: Mapping[str, Response]) -> "pd.DataFrame":
+    """Errors of forces by AFT."""
+    from boltjoint.joint.io import joint_from_dataset
+    from boltjoint.study.convergence import tabulate_sampling
+
+    solved = {}
+    for case, each in references.items():
+        joint = results.dataset("joint", case=case, basis=each.basis, joint=each.joint)
+        response = results.dataset("response", case=case, **each._asdict())
+        solved[case] = joint_from_dataset(joint), response
+    return tabulate_sampling(solved)
+
+
+@table(
+    "patterns",
+    of=compared_assemblies,
+    reads=(
+        lambda contents, artefact: [
+            found
+            for basis in contents.study.convergence.bases
+            for found in contents.select(
+                "modes", form="data", assembly=artefact.assembly, basis=basis
+            )
+        ],
+        data_of("patterns", by=["assembly"]),
+    ),
+    job="patterns_{assembly}",
+    page="accuracy",
+    section="patterns",
+    title="resonances of {assembly} while parts of the contact stick",
+    options=lambda contents, _: {"bases": contents.study.convergence.bases},
+)
+def patterns(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> "pd.DataFrame":
+    """Errors of resonances by basis."""
+    from boltjoint.study.convergence import tabulate_patterns
+
+    modes = {basis: results.dataset("modes", **artefact.which, basis=basis) for basis in bases}
+    return tabulate_patterns(modes, results.dataset("patterns", **artefact.which))
+
+
+@table(
+    "bases",
+    of=cases_in_several_bases,
+    reads=(
+        lambda contents, artefact: [
+            found
+            for basis in contents.study.convergence.bases
+            for found in contents.select("peaks", case=artefact.case, basis=basis)
+        ],
+    ),
+    job="bases_{case}",
+    page="accuracy",
+    section="bases",
+    title="peaks by basis",
+    options=lambda contents, _: {"bases": contents.study.convergence.bases},
+)
+def bases(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> "pd.DataFrame":
+    """Errors of peaks by basis."""
+    from boltjoint.study.convergence import tabulate_basis_peaks
+
+    which = artefact.which | {"joint": REFERENCE[0]}
+    return tabulate_basis_peaks(
+        {each: results.data("peaks", **which, basis=each) for each in bases}
+    )
+
+
+@table(
+    "divisions",
+    of=divided_cases,
+    reads=(
+        lambda contents, artefact: [
+            found
+            for kind in ("joint", "peaks")
+            for found in contents.select(kind, **artefact.which, joint=REFERENCE[0])
+        ],
+        lambda contents, artefact: contents.select("preload", **_preload_of(contents, artefact)),
+    ),
+    job="divisions_{case}_{basis}",
+    page="accuracy",
+    section="divisions",
+    title="regions, by division and number",
+    options=lambda contents, artefact: {
+        "preload": _preload_of(contents, artefact),
+        "steps": contents.study.solver.steps,
+        "counts": contents.study.convergence.regions,
+        "damping": contents.study.case(artefact.case).structural_damping,
+        "division": contents.study.case(artefact.case).regions.division,
+    },
+)
+def divisions(
+    artefact: Artefact,
+    results: "Results",
+    preload: Mapping[str, object],
+    steps: Mapping[str, float],
+    **options: object,
+) -> "pd.DataFrame":
+    """Errors of peaks by division and number of regions."""
+    from boltjoint.joint.io import joint_from_dataset
+    from boltjoint.solvers.equations import StepControl
+    from boltjoint.study.convergence import tabulate_divisions
+
+    which = artefact.which | {"joint": REFERENCE[0]}
+    return tabulate_divisions(
+        joint_from_dataset(results.dataset("joint", **which)),
+        results.dataset("preload", **preload),
+        reference=results.data("peaks", **which),
+        control=StepControl(**steps),
+        **options,
+    )
+
+
+def _preload_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
+    case = contents.study.case(artefact.case)
+    return {"assembly": case.assembly, "preload_N": case.preload_N}

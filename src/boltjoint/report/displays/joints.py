@@ -1,0 +1,163 @@
+"""Figures and tables of reduced joints: regions, fitted elements and their loops."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from boltjoint.names import REFERENCE, JointName
+from boltjoint.study.artefact_list import Artefact, Contents, Response
+from boltjoint.study.display import assembly_of_case, data_of, figure, table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from boltjoint.study.results import Results
+
+_OF_BASIS = ("case", "basis")
+
+
+def _divided(contents: Contents) -> Iterator[dict[str, object]]:
+    """Joints of regions that keep all their elements."""
+    for case, basis in contents.cases_and_bases():
+        for joint in contents.joints(case, basis):
+            if joint.division is not None and joint.reduction is None:
+                yield {"case": case, "basis": basis, "joint": joint}
+
+
+def _fitted(contents: Contents) -> Iterator[dict[str, object]]:
+    """Joints whose elements are fitted."""
+    for case, basis in contents.cases_and_bases():
+        for joint in contents.fitted(case, basis):
+            yield {"case": case, "basis": basis, "joint": joint}
+
+
+def _with_fits(contents: Contents) -> Iterator[dict[str, object]]:
+    for case, basis in contents.cases_and_bases():
+        if contents.fitted(case, basis):
+            yield {"case": case, "basis": basis}
+
+
+def _published_case(contents: Contents, artefact: Artefact) -> dict[str, object]:
+    return {"published": contents.study.case(artefact.case).published}
+
+
+def _regions_of(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    """The joint of the same regions with all their elements."""
+    which = artefact.which | {"joint": artefact.joint.regions}
+    return contents.select("joint", form="data", **which)
+
+
+@figure(
+    "regions",
+    of=_divided,
+    reads=(assembly_of_case, data_of("joint", by=[*_OF_BASIS, "joint"])),
+    job="responses_{case}_{basis}",
+    section="regions",
+    title=lambda artefact: f"{_label(artefact)} on the contact",
+    caption="With the number of elements and the share of the normal load of each. Grey pairs have "
+    "no element.",
+    options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
+    printed_by=("joint",),
+)
+def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
+    """The regions of a joint on the contact surface."""
+    from boltjoint.report.figures.contact import plot_regions
+
+    mesh = results.dataset("assembly", assembly=assembly)
+    return plot_regions(mesh, results.dataset("joint", **artefact.which))
+
+
+@figure(
+    "loops",
+    of=_fitted,
+    reads=(data_of("joint", by=[*_OF_BASIS, "joint"]), _regions_of),
+    job="responses_{case}_{basis}",
+    section="elements",
+    title="Hysteresis loops of a region",
+    caption=lambda artefact: (
+        f"Over one period, at three amplitudes"
+        f"{' of the fit' if artefact.joint.reduction == 'elements' else ''}. Where the thin line "
+        f"leaves the broad one, {artefact.joint.elements} elements do not represent all. Both have "
+        "the same stiffness while nothing slips, and the same force in full slip."
+    ),
+    options=_published_case,
+    is_compared=True,
+    printed_by=("joint",),
+)
+def loops(artefact: Artefact, results: "Results", published: str | None) -> "Figure":
+    """Hysteresis loops of a region with fitted elements and with all."""
+    from boltjoint.report.figures.contact import plot_loops
+
+    every = artefact.which | {"joint": artefact.joint.regions}
+    return plot_loops(
+        results.dataset("joint", **artefact.which),
+        results.dataset("joint", **every),
+        results.published(published).region_of_loops(artefact.joint),
+    )
+
+
+@table(
+    "regions",
+    of=_divided,
+    reads=(data_of("joint", by=[*_OF_BASIS, "joint"]),),
+    job="basis_{case}_{basis}",
+    section="regions",
+    title="{joint} in {basis}",
+)
+def elements_of_regions(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Elements, load and stiffness of the regions of a joint."""
+    from boltjoint.study.tables.joints import tabulate_regions
+
+    return tabulate_regions(results.dataset("joint", **artefact.which))
+
+
+@table(
+    "elements",
+    of=_fitted,
+    reads=(data_of("joint", by=[*_OF_BASIS, "joint"]),),
+    job="basis_{case}_{basis}",
+    section="elements",
+    title="elements of {joint} in {basis}",
+    options=_published_case,
+    is_compared=True,
+)
+def elements(artefact: Artefact, results: "Results", published: str | None) -> "pd.DataFrame":
+    """Fitted elements, beside the published ones."""
+    from boltjoint.study.tables.joints import tabulate_elements
+
+    joint = results.dataset("joint", **artefact.which)
+    return tabulate_elements(joint, artefact.joint, results.published(published))
+
+
+@table(
+    "fits",
+    of=_with_fits,
+    reads=(data_of("joint", "fit_timing", "response", by=_OF_BASIS),),
+    job="basis_{case}_{basis}",
+    section="fits",
+    title="fits of elements in {basis}",
+    options=lambda contents, artefact: {
+        "responses": contents.responses(artefact.case, artefact.basis)
+    },
+)
+def fits(artefact: Artefact, results: "Results", responses: list[Response]) -> "pd.DataFrame":
+    """Cost and errors of fitted elements."""
+    from boltjoint.study.tables.joints import tabulate_fits
+
+    which = artefact.which
+    linear = [each for each in responses if each[2:] == (REFERENCE[1], 1)]
+    joints = dict.fromkeys(each.joint for each in responses)
+    fitted = [joint for joint in joints if joint.elements is not None]
+    return tabulate_fits(
+        {joint: results.dataset("joint", **which, joint=joint) for joint in fitted},
+        {joint: results.data("fit_timing", **which, joint=joint) for joint in fitted},
+        {
+            each.joint: results.dataset("response", case=artefact.case, **each._asdict())
+            for each in linear
+        },
+    )
+
+
+def _label(artefact: Artefact) -> str:
+    words = JointName(artefact.joint.regions).label
+    return words[:1].upper() + words[1:]

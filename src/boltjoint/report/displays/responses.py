@@ -1,0 +1,214 @@
+"""Figures and tables of frequency responses: curves, contact states, errors, times."""
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from boltjoint.names import REFERENCE
+from boltjoint.study.artefact_list import Artefact, Contents, Response
+from boltjoint.study.display import assembly_of_case, data_of, figure, table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from boltjoint.study.results import Results
+
+_OF_JOINT = ("case", "basis", "joint")
+_OF_RESPONSE = (*_OF_JOINT, "coordinates", "resonance")
+
+
+def _bases(contents: Contents) -> list[dict[str, object]]:
+    return [{"case": case, "basis": basis} for case, basis in contents.cases_and_bases()]
+
+
+def _timed_bases(contents: Contents) -> list[dict[str, object]]:
+    return [] if "timing" in contents.study.omit else _bases(contents)
+
+
+def _timed_resonances(contents: Contents) -> Iterator[dict[str, object]]:
+    for which in _timed_bases(contents):
+        for resonance in contents.study.case(which["case"]).resonances(which["basis"]):
+            yield which | {"resonance": resonance}
+
+
+def _responses(contents: Contents) -> Iterator[dict[str, object]]:
+    for case in contents.study.cases:
+        for response in contents.responses(case):
+            yield {"case": case, **response._asdict()}
+
+
+def _node_to_node(contents: Contents) -> Iterator[dict[str, object]]:
+    """Responses that have contact states of every pair."""
+    for which in _responses(contents):
+        if which["joint"] == REFERENCE[0] and which["coordinates"].kind != "backbone":
+            yield which
+
+
+def _reference(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    """The response that others around the same resonance are compared with."""
+    which = artefact.which | dict(zip(("joint", "coordinates"), REFERENCE, strict=True))
+    return contents.select("response", form="data", **which)
+
+
+def _responses_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
+    return {"responses": contents.responses(artefact.case, artefact.basis)}
+
+
+def _in_words(artefact: Artefact) -> str:
+    words = f"{artefact.joint.label}, {artefact.coordinates.label}"
+    return words + (f" around resonance {artefact.resonance}" if artefact.resonance > 1 else "")
+
+
+@figure(
+    "response",
+    of=_responses,
+    reads=(data_of("response", by=_OF_RESPONSE), _reference),
+    job="responses_{case}_{basis}",
+    section="responses",
+    title=lambda artefact: _in_words(artefact)[:1].upper() + _in_words(artefact)[1:],
+    printed_by=("joint", "coordinates", "resonance"),
+)
+def response(artefact: Artefact, results: "Results") -> "Figure":
+    """Frequency responses of a joint, over those of the node-to-node joint in linear modes."""
+    from boltjoint.report.figures.responses import plot_response
+
+    reference = artefact.which | dict(zip(("joint", "coordinates"), REFERENCE, strict=True))
+    has_reference = reference != artefact.which and results.has("response", **reference)
+    return plot_response(
+        results.dataset("response", **artefact.which),
+        artefact.joint,
+        artefact.coordinates,
+        reference=results.dataset("response", **reference) if has_reference else None,
+    )
+
+
+@figure(
+    "states",
+    of=_node_to_node,
+    reads=(
+        assembly_of_case,
+        data_of("joint", by=_OF_JOINT),
+        data_of("response", by=_OF_RESPONSE),
+    ),
+    job="responses_{case}_{basis}",
+    section="responses",
+    title=lambda artefact: f"Contact at the peaks: {_in_words(artefact)}",
+    caption="Contact state of every pair over one period, at the peak of each response.",
+    options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
+    printed_by=("joint", "coordinates", "resonance"),
+)
+def states(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
+    """Contact states at the peaks, on the contact surface."""
+    from boltjoint.report.figures.contact import plot_states
+
+    joint = {name: getattr(artefact, name) for name in _OF_JOINT}
+    return plot_states(
+        results.dataset("assembly", assembly=assembly),
+        results.dataset("joint", **joint),
+        results.dataset("response", **artefact.which),
+    )
+
+
+@figure(
+    "times",
+    of=_timed_resonances,
+    reads=(
+        lambda contents, artefact: contents.select(
+            "times", form="table", case=artefact.case, basis=artefact.basis
+        ),
+    ),
+    job="responses_{case}_{basis}",
+    section="times",
+    title="Solution times around resonance {resonance}",
+    caption="Above, the times; below, their ratios to those of the node-to-node joint in linear "
+    "modes.",
+)
+def times(artefact: Artefact, results: "Results") -> "Figure":
+    """Solution times over force."""
+    from boltjoint.report.figures.times import plot_times
+
+    table = results.table("times", case=artefact.case, basis=artefact.basis)
+    return plot_times(table, artefact.resonance)
+
+
+@table(
+    "accuracy",
+    of=_bases,
+    reads=(data_of("response", "check", by=["case", "basis"]),),
+    job="basis_{case}_{basis}",
+    section="accuracy",
+    title="accuracy in {basis}",
+    options=_responses_of,
+)
+def accuracy(
+    artefact: Artefact, results: "Results", responses: Iterable[Response]
+) -> "pd.DataFrame":
+    """Errors of all responses, with the residuals in time where they were found."""
+    from boltjoint.study.tables.accuracy import tabulate_accuracy
+
+    checks = {
+        each[1:]: results.data("check", case=artefact.case, **each._asdict())
+        for each in responses
+        if results.has("check", case=artefact.case, **each._asdict())
+    }
+    return tabulate_accuracy(_load(artefact, results, responses), checks)
+
+
+@table(
+    "states",
+    of=_bases,
+    reads=(data_of("joint", "response", by=["case", "basis"]),),
+    job="basis_{case}_{basis}",
+    section="states",
+    title="contact states at the peaks in {basis}",
+    options=_responses_of,
+)
+def shares_of_states(
+    artefact: Artefact, results: "Results", responses: Iterable[Response]
+) -> "pd.DataFrame":
+    """Contact states at the peaks of all responses."""
+    from boltjoint.study.tables.joints import tabulate_states
+
+    joints = {
+        joint: results.dataset("joint", **artefact.which, joint=joint)
+        for joint in dict.fromkeys(each.joint for each in responses)
+    }
+    return tabulate_states(_load(artefact, results, responses), joints)
+
+
+@table(
+    "times",
+    of=_timed_bases,
+    reads=(data_of("timing", by=["case", "basis"]),),
+    job="basis_{case}_{basis}",
+    section="times",
+    title="solution times in {basis}",
+    options=lambda contents, artefact: (
+        _responses_of(contents, artefact)
+        | {"published": contents.study.case(artefact.case).published}
+    ),
+    is_compared=True,
+)
+def medians_of_times(
+    artefact: Artefact,
+    results: "Results",
+    responses: Iterable[Response],
+    published: str | None,
+) -> "pd.DataFrame":
+    """Solution times of all responses, beside the published ones."""
+    from boltjoint.study.tables.times import tabulate_times
+
+    timings = {
+        each[1:]: results.data("timing", case=artefact.case, **each._asdict()) for each in responses
+    }
+    return tabulate_times(timings, results.published(published))
+
+
+def _load(
+    artefact: Artefact, results: "Results", responses: Iterable[Response]
+) -> "dict[tuple, xr.Dataset]":
+    return {
+        each[1:]: results.dataset("response", case=artefact.case, **each._asdict())
+        for each in responses
+    }

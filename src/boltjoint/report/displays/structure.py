@@ -1,0 +1,163 @@
+"""Figures and tables of the assemblies: meshes, modes, contact under preload."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from boltjoint.study.artefact_list import Artefact, Contents
+from boltjoint.study.display import data_of, figure, table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from boltjoint.study.results import Results
+
+_UNDER_PRELOAD = "{assembly} with {preload_N:.15g} N per bolt"
+
+
+def _assemblies(contents: Contents) -> list[dict[str, object]]:
+    return [{"assembly": name} for name in contents.study.assemblies]
+
+
+def _preloads(contents: Contents) -> list[dict[str, object]]:
+    return [{"assembly": name, "preload_N": preload} for name, preload in contents.preloads()]
+
+
+def _free_bases(contents: Contents) -> list[dict[str, object]]:
+    """Bases whose vectors are modes of the structure."""
+    return [{"basis": basis} for basis in contents.bases() if not basis.is_contact_adapted]
+
+
+def _assemblies_in_free_bases(contents: Contents) -> Iterator[dict[str, object]]:
+    for of_basis in _free_bases(contents):
+        for of_assembly in _assemblies(contents):
+            yield of_assembly | of_basis
+
+
+@figure(
+    "mesh",
+    of=_assemblies,
+    reads=(data_of("assembly", by=["assembly"]),),
+    job="structure_{assembly}",
+    page="structure",
+    section="dimensions",
+    title="Mesh of {assembly}",
+    caption="From above at an angle, the contact surface from above, and a cut along the middle of "
+    "the width. The bolts are tied to the bars under head and nut.",
+    printed_by=("assembly",),
+)
+def mesh(artefact: Artefact, results: "Results") -> "Figure":
+    """The mesh of an assembly."""
+    from boltjoint.report.figures.structure import plot_mesh
+
+    return plot_mesh(results.dataset("assembly", **artefact.which))
+
+
+@figure(
+    "modes",
+    of=_assemblies_in_free_bases,
+    reads=(data_of("assembly", by=["assembly"]), data_of("modes", by=["assembly", "basis"])),
+    job="structure_{assembly}",
+    page="structure",
+    section="modes",
+    title="Bending modes of {assembly}",
+    caption="Cut along the middle of the width; displacements are enlarged.",
+    printed_by=("assembly",),
+)
+def modes(artefact: Artefact, results: "Results") -> "Figure":
+    """The modes of an assembly without contact."""
+    from boltjoint.report.figures.structure import plot_modes
+
+    assembly = results.dataset("assembly", assembly=artefact.assembly)
+    return plot_modes(assembly, results.dataset("modes", **artefact.which))
+
+
+_OF_PRELOAD = {
+    "of": _preloads,
+    "reads": (
+        data_of("assembly", by=["assembly"]),
+        data_of("preload", by=["assembly", "preload_N"]),
+    ),
+    "job": "structure_{assembly}",
+    "page": "structure",
+    "section": "contact",
+    "printed_by": ("assembly", "preload_N"),
+}
+
+
+@figure(
+    "contact",
+    **_OF_PRELOAD,
+    title=_UNDER_PRELOAD,
+    caption="Every pair is drawn as the area that belongs to it. The load of a pair depends on "
+    "that area as much as on the pressure: pairs on the edge of a hole have about half the area of "
+    "their neighbours, and therefore half the slip force.",
+)
+def contact(artefact: Artefact, results: "Results") -> "Figure":
+    """The contact of an assembly under preload."""
+    from boltjoint.report.figures.contact import plot_contact
+
+    assembly = results.dataset("assembly", assembly=artefact.assembly)
+    return plot_contact(assembly, results.dataset("preload", **artefact.which))
+
+
+@figure(
+    "deformation",
+    **_OF_PRELOAD,
+    title=f"Shape of {_UNDER_PRELOAD}",
+    caption="Cut along the middle of the width; displacements are enlarged. The overlap at the cut "
+    "through every shank is the shortening by which the bolt is tightened.",
+)
+def deformation(artefact: Artefact, results: "Results") -> "Figure":
+    """The shape of an assembly under preload."""
+    from boltjoint.report.figures.structure import plot_deformation
+
+    assembly = results.dataset("assembly", assembly=artefact.assembly)
+    return plot_deformation(assembly, results.dataset("preload", **artefact.which))
+
+
+@table(
+    "natural_frequencies",
+    of=_free_bases,
+    reads=(data_of("modes", by=["basis"]),),
+    job="structure",
+    page="structure",
+    section="modes",
+    title="natural frequencies of the basis {basis}",
+    options=lambda contents, _: {"assemblies": list(contents.study.assemblies)},
+    is_compared=True,
+)
+def natural_frequencies(
+    artefact: Artefact, results: "Results", assemblies: list[str]
+) -> "pd.DataFrame":
+    """Natural frequencies of all assemblies without contact."""
+    from boltjoint.study.tables.structure import tabulate_frequencies
+
+    found = {
+        name: results.dataset("modes", assembly=name, basis=artefact.basis) for name in assemblies
+    }
+    return tabulate_frequencies(found, results.published())
+
+
+@table(
+    "contact",
+    of=lambda _: [{}],
+    reads=(data_of("preload"),),
+    job="structure",
+    page="structure",
+    section="contact",
+    title="contact of every assembly and preload",
+    options=lambda contents, _: {"preloads": contents.preloads()},
+    is_compared=True,
+)
+def contact_of_preloads(
+    _: Artefact, results: "Results", preloads: list[tuple[str, float]]
+) -> "pd.DataFrame":
+    """Loads and gaps of the contact of all assemblies."""
+    from boltjoint.study.tables.structure import tabulate_contact
+
+    found = {
+        (name, preload): results.dataset("preload", assembly=name, preload_N=preload)
+        for name, preload in preloads
+    }
+    return tabulate_contact(found, results.published())
