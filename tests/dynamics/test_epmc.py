@@ -171,6 +171,33 @@ def test_when_all_slips_friction_is_a_constant_force(joint):
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.01)
 
 
+def test_friction_dissipation_is_the_area_of_the_loop():
+    """Of one element of amplitude A: 4 mu N (A - mu N / k), and nothing while it sticks."""
+    joint = cantilever(2)
+    found = find_backbone(joint, [0.5, 100.0], loss_factor=LOSS, window=(40.0, 90.0))
+    mode = found["mode_shape"].sel(part="real") + 1j * found["mode_shape"].sel(part="imaginary")
+    amplitude = found["modal_amplitude"] * abs(mode.to_numpy() @ joint.tangential_mode[0])
+    slipped = np.maximum(amplitude - SLIP / K, 0)
+    assert (slipped == 0).any() and (slipped > SLIP / K).any()
+    # rounding of the strain energy of the element
+    np.testing.assert_allclose(
+        found["friction_dissipation"], 4 * SLIP * slipped, rtol=1e-9, atol=1e-15 * SLIP**2 / K
+    )
+
+
+def test_dissipation_of_friction_and_structure_is_the_damping_of_the_mode(any_joint):
+    found = find_backbone(any_joint, [0.01, 50.0], loss_factor=LOSS, window=(60.0, 90.0))
+    w, a = 2 * np.pi * found["natural_frequency"], found["modal_amplitude"]
+    L = xr.DataArray((2 * np.pi * any_joint.natural_frequency) ** 2, dims="mode")
+    structural = LOSS * (L * (found["mode_shape"] ** 2).sum("part")).sum("mode")
+    total = 2 * found["damping_ratio"] * w**2
+    expected = np.pi * a**2 * (total - structural)
+    # the tolerance of the solver, on the residual over the stiffness of the stuck mode
+    scale = np.pi * a**2 * w**2
+    assert float(abs(found["friction_dissipation"] - expected).max() / scale.max()) < 1e-8
+    assert float((abs(found["friction_dissipation"] - expected) / scale).max()) < 1e-6
+
+
 def test_damping_is_what_is_lost_in_a_period(joint):
     """Im lambda is the loss over pi a^2 phi^H phi: loops of the elements, and the structure's."""
     backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-6, 1e-2), EXACT)
@@ -340,6 +367,7 @@ def test_forces_of_a_backbone_rise_and_cover_what_was_asked_for(any_joint, tmp_p
         "response_amplitude": "m",
         "natural_frequency": "Hz",
         "damping_ratio": "1",
+        "friction_dissipation": "J",
         "peak_force": "N",
         "mode_shape": "1",
         "complete": "1",

@@ -107,6 +107,12 @@ class Backbone:
         force = [state.least_distance / state.excited_distance(excitation) for state in states]
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
+        # of the forces of the contact, not the total less the structure's: exact where little slips
+        energy = self.equations.balance.energy_per_period
+        friction = [
+            energy(state.amplitude * state.unknown[:-2], 2 * np.pi * state.frequency)[2]
+            for state in states
+        ]
         response = amplitude * abs(mode @ joint.response_mode)
         shape = np.stack([mode.real, mode.imag], axis=-1)
         quantities = [
@@ -114,6 +120,7 @@ class Backbone:
             ("response_amplitude", "state", response, "m", "amplitude of the output point"),
             ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
             ("damping_ratio", "state", damping, "1", "modal damping ratio"),
+            ("friction_dissipation", "state", friction, "J", "friction dissipation in a period"),
             (
                 "peak_force",
                 "state",
@@ -266,9 +273,9 @@ def find_backbone(
     -------
     Dataset
         By state: ``modal_amplitude`` [kg^1/2 m], ``response_amplitude`` of the output point [m],
-        ``natural_frequency`` [Hz], ``damping_ratio``, ``peak_force`` [N] whose response has its
-        peak at that state, ``mode_shape`` (state, mode, part), under variable load ``bias`` (state,
-        mode) [kg^1/2 m]; ``complete`` and ``reason``.
+        ``natural_frequency`` [Hz], ``damping_ratio``, ``friction_dissipation`` in a period [J],
+        ``peak_force`` [N] whose response has its peak at that state, ``mode_shape`` (state, mode,
+        part), under variable load ``bias`` (state, mode) [kg^1/2 m]; ``complete`` and ``reason``.
 
     Raises
     ------
