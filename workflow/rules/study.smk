@@ -102,10 +102,6 @@ def regions_of_joint(wildcards):
     )
 
 
-def response(case, which):
-    return layout.path("response", case=case, **which._asdict())
-
-
 def problem(case, basis):
     """A case in a basis, as ``study.solution.CaseInBasis`` takes it."""
     found = study.case(case)

@@ -52,6 +52,11 @@ class Published:
         return cls(folder, case if folder else None)
 
     @property
+    def is_empty(self) -> bool:
+        """Whether there are no tables at all."""
+        return self.folder is None
+
+    @property
     def case_studies(self) -> list[str]:
         """Names of the source's case studies."""
         return list(self._read(_CASE_STUDIES)["case"])

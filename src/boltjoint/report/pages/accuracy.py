@@ -31,12 +31,12 @@ def accuracy_page(
     results
         The content of the tables.
     published
-        The source.
+        The source; empty where no case is compared with it.
     cases
         Names of the study's cases, to which the page links.
     """
     content = PageContent(artefacts, results, published)
-    sections = [Section("reading", "Reading the results", _TEXT.reading())]
+    sections = [Section("reading", "Reading the results", _TEXT.reading(not published.is_empty))]
     if body := _patterns(content):
         sections.append(Section("patterns", "Bases against the finite-element model", body))
     for name in cases:

@@ -1,4 +1,4 @@
-"""The overview: main results, validity, and an index of the source's tables and figures."""
+"""The overview: main results, validity, and an index of the source if any case is compared."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,6 +20,9 @@ from boltjoint.study.results import Results
 
 _TEXT = prose("overview")
 
+#: time saved with numeric Jacobians, as in the source
+_NUMERIC = ("time saved", "numeric_percent")
+
 _TABLES = {
     "material": "Material",
     "stiffness": "Stiffness and friction of a contact element",
@@ -36,7 +39,7 @@ def overview_page(
     results: Results,
     published: Published,
 ) -> str:
-    """The main results of all cases, and an index of the source's tables and figures.
+    """The main results of all cases, and an index of the source if any is compared with it.
 
     Parameters
     ----------
@@ -51,16 +54,23 @@ def overview_page(
         The content of the tables, the node-to-node joint (``joint.nc``) of every case and basis,
         and the record of the machine (``environment.json``).
     published
-        The source's tables.
+        The source's tables; empty where no case is compared with them.
     """
     content = PageContent(artefacts, results, published)
     index = (study, all_artefacts, published)
-    lead = reference_statement(content) + _TEXT.lead()
+    is_compared = not published.is_empty
+    lead = reference_statement(content) + _TEXT.lead(is_compared)
+    validity = _TEXT.validity_of_source() if is_compared else _TEXT.validity()
     sections = [
         Section("results", "Results at a glance", _results(study, content)),
-        Section("validity", "Validity", _TEXT.validity() + _sampling(content)),
-        Section("tables", "Tables of the source", _index_of_tables(*index)),
-        Section("figures", "Figures of the source", _index_of_figures(*index)),
+        Section("validity", "Validity", validity + _sampling(content)),
+    ]
+    if is_compared:
+        sections += [
+            Section("tables", "Tables of the source", _index_of_tables(*index)),
+            Section("figures", "Figures of the source", _index_of_figures(*index)),
+        ]
+    sections += [
         Section("machine", "Computer and software", _machine(content)),
         *content.remainder(),
     ]
@@ -97,8 +107,10 @@ def _results(study: Study, content: PageContent) -> Markup:
     names = [column for column in peaks if column[1] in ("case", "basis")]
     errors = names + [column for column in frame if column not in peaks]
     body = table_with_caption(frame[peaks], "The cases", [_TEXT.cases(response)])
+    if not (numeric := not content.published.is_empty):
+        errors = [column for column in errors if column != _NUMERIC]
     body += table_with_caption(
-        frame[errors], "Errors of reduced models and time saved", [_TEXT.reduced_models()]
+        frame[errors], "Errors of reduced models and time saved", [_TEXT.reduced_models(numeric)]
     )
     beside = pd.concat([pd.DataFrame(), *published])
     if len(beside):
@@ -162,7 +174,7 @@ def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str,
     saved = select(times, joint=smallest, coordinates=REFERENCE[1], resonance=first)
     return {
         ("time saved", "analytic_percent"): saved["reduction_percent"].median(),
-        ("time saved", "numeric_percent"): saved["reduction_forward_difference_percent"].median(),
+        _NUMERIC: saved["reduction_forward_difference_percent"].median(),
     }
 
 

@@ -29,7 +29,7 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
         )
         for name, dataset in modes.items()
     )
-    if published.folder is None:
+    if published.is_empty:
         return ours
     printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
     table = ours.merge(printed, how="left", on=["assembly", "bending_mode"])
@@ -74,6 +74,6 @@ def tabulate_contact(
             }
         )
     table = pd.DataFrame(rows)
-    if published.folder is None:
+    if published.is_empty:
         table = table.drop(columns=["published_pairs", "published_loaded_pairs"])
     return table

@@ -41,6 +41,11 @@ class CaseBasis:
         return cls(case, name, content, accuracy, times)
 
     @property
+    def is_compared(self) -> bool:
+        """Whether the case is compared with one of the source."""
+        return self.content.published.case is not None
+
+    @property
     def is_published(self) -> bool:
         """Whether it is the basis of the source."""
         return self.name == BASIS

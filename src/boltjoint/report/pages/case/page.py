@@ -103,7 +103,7 @@ def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
         }
         if not bodies:
             continue
-        body = getattr(_TEXT, stage)()
+        body = getattr(_TEXT, stage)(basis.is_compared)
         if stage == "nodes":
             body += peaks(basis, resonance) + joined(bodies.values())
         yield Section(f"{stage}-{basis.name}", title + where, body)

@@ -85,7 +85,7 @@ def fits(basis: CaseBasis) -> Markup:
     if not (table := basis.content.table("fits", basis=basis.name)):
         return Markup()
     frame = table.frame.assign(joint=table.frame["joint"].map(lambda name: JointName(name).label))
-    return _TEXT.fits() + table.html("Fits of elements", frame=frame)
+    return _TEXT.fits(basis.is_compared) + table.html("Fits of elements", frame=frame)
 
 
 def contact_states(basis: CaseBasis) -> Markup:
@@ -136,4 +136,4 @@ def solution_times(basis: CaseBasis) -> Markup:
     figures = basis.content.figures("times", basis=basis.name)
     frame = basis.without_published(basis.times.frame)
     table = basis.times.html("Every response", groups=_GROUPS, frame=frame)
-    return _TEXT.times() + figures + table
+    return _TEXT.times(basis.is_compared) + figures + table
