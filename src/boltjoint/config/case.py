@@ -58,7 +58,7 @@ class Case(Entry):
     """Description of the case in one line; no result depends on it."""
     published: Name | None = None
     """Case study of the source whose tables stand beside those of this case: a case of
-    ``resources/source/case_studies.csv``."""
+    ``resources/source/case_studies.csv``. By default the case is compared with none."""
     assembly: Name
     """The assembly: a file of ``assemblies/`` without ``.yaml``."""
     preload_N: Positive
