@@ -172,3 +172,20 @@ def test_damping_is_a_loss_factor_unless_a_model_is_given():
     rayleigh = {"model": "rayleigh", "mass_coefficient_1_per_s": 2, "stiffness_coefficient_s": 1e-6}
     found = Case.model_validate(text | {"damping": rayleigh}).structural_damping
     assert found == RayleighDamping(2.0, 1e-6)
+
+
+def test_a_dump_of_a_case_is_the_same_case():
+    """Jobs of the workflow get dumps."""
+    text = parse_mapping((ROOT / CASE).read_text(encoding="utf-8"))
+    del text["loss_factor"], text["forces_N"]
+    point = {"x_mm": 100, "y_mm": 0, "z_mm": 10, "direction": "z", "name": "lap"}
+    text |= {
+        "damping": {"model": "modal", "damping_ratios": [0.001]},
+        "excitation": {"kind": "base", "direction": "z"},
+        "accelerations_m_per_s2": [1, 5, 10, 50],
+        "sensors": [point],
+    }
+    case = Case.model_validate(text)
+    again = Case.model_validate(case.model_dump())
+    assert again.model_dump() == case.model_dump()
+    assert again.structural_damping == case.structural_damping

@@ -27,6 +27,9 @@ from boltjoint.config.types import (
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.names import Basis, Coordinates, JointName
 
+#: loss factor of a case that says nothing of damping; the published study does not give it
+_LOSS_FACTOR = 0.002
+
 
 class SolveBlock(Entry):
     """A resonance, the joint models whose response is computed around it, bases and coordinates."""
@@ -67,9 +70,9 @@ class Case(Entry):
     contact: Contact
     """Friction law of the contact pairs, and its coefficients."""
     regions: Regions = Regions()
-    loss_factor: Fraction = 0.002
-    """Structural loss factor, the same for all motion; without damping a peak has no bound where
-    friction sticks."""
+    loss_factor: Fraction | None = None
+    """Structural loss factor, the same for all motion; 0.002 where no ``damping`` is given, since
+    without damping a peak has no bound where friction sticks."""
     damping: StructuralDamping | None = None
     """Another model of structural damping, in place of ``loss_factor``. Viscous ratios of
     ``model: modal`` are those of the bending modes in ``free-N``; in ``enriched-N`` there is one
@@ -107,7 +110,9 @@ class Case(Entry):
     @property
     def structural_damping(self) -> Damping:
         """The model of structural damping with its parameters."""
-        return LossFactor(self.loss_factor) if self.damping is None else self.damping.damping
+        if self.damping is not None:
+            return self.damping.damping
+        return LossFactor(_LOSS_FACTOR if self.loss_factor is None else self.loss_factor)
 
     @property
     def is_base_excited(self) -> bool:
@@ -184,7 +189,7 @@ class Case(Entry):
         return next(filter(None, given), None)
 
     def conflicts(self) -> Problems:
-        if self.damping is not None and "loss_factor" in self.model_fields_set:
+        if self.damping is not None and self.loss_factor is not None:
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
         ratios = getattr(self.structural_damping, "damping_ratios", ())
         if len(ratios) > 1 and any(basis.is_contact_adapted for basis in self.bases):
