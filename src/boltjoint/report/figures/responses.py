@@ -22,6 +22,11 @@ from boltjoint.report.figures.style import (
     method_label,
 )
 
+#: response over the excitation level, by the unit of the level
+_RATIOS = {
+    "N": "response / force (mm/N)",
+    "m/s2": "response / acceleration of the clamp (mm per m/s²)",
+}
 _PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
 _OFF_SWEEPS_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
 #: response over its peak down to which a curve is in the axes
@@ -65,7 +70,8 @@ def plot_response(
     layers = {method_label(joint, coordinates): (response, line)}
     if reference is not None:
         layers = {method_label("node-to-node", "linear"): (reference, REFERENCE_LINE)} | layers
-    levels = [f"{force:g} N" for force in forces]
+    unit = response["force_level"].attrs["units"]
+    levels = [f"{force:g} {unit}" for force in forces]
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.subplots()
     drawn, marks = [], {"peak": _PEAK_MARK}
@@ -76,7 +82,7 @@ def plot_response(
             zip(curves, level_colours(forces.size), strict=True)
         ):
             x, y = curve.frequency, curve.amplitude
-            label = f"{name}, {forces[index]:g} N"
+            label = f"{name}, {forces[index]:g} {unit}"
             on_sweeps = np.where(curve.off_sweeps, np.nan, y)
             axes.semilogy(x, on_sweeps, color=colour, label=label, **style)
             if curve.off_sweeps.any():
@@ -94,7 +100,7 @@ def plot_response(
                 levels[index] += "\nreplaced by linear modes"
         drawn += curves
     _set_limits(axes, drawn)
-    axes.set(xlabel="frequency (Hz)", ylabel="response / force (mm/N)")
+    axes.set(xlabel="frequency (Hz)", ylabel=_RATIOS[unit])
     axes.grid(True)
     add_legends(axes, {name: style for name, (_, style) in layers.items()}, "force", levels, marks)
     return figure
