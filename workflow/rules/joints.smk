@@ -15,7 +15,7 @@ rule connect_nodes:
         **SMALL,
     params:
         library=library("connect_nodes.py"),
-        contact=lambda w: study.case(w.case).contact.model_dump(exclude={"law"}),
+        contact=lambda w: study.case(w.case).contact.options,
         excitation=lambda w: study.case(w.case).excitation,
         sensors=lambda w: study.case(w.case).sensors,
     script:

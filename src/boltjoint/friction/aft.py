@@ -19,15 +19,13 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.aft_kernels import add_forces, add_modal_forces
-from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.friction.law import Array, FrictionLaw
-from boltjoint.friction.variable import VariableLoad
+from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
 
 
 @dataclass(frozen=True)
 class AlternatingFrequencyTime(FrictionLaw):
-    """Friction elements of either law by AFT instead of their analytic describing function.
+    """Friction elements of a law by AFT instead of their analytic describing function.
 
     Parameters
     ----------
@@ -41,17 +39,17 @@ class AlternatingFrequencyTime(FrictionLaw):
     Raises
     ------
     ValueError
-        If the elements are of neither law, there is no harmonic, or there are too few samples to
-        tell the harmonics apart.
+        If the elements are not those of a law, there is no harmonic, or there are too few samples
+        to tell the harmonics apart.
     """
 
-    elements: ConstantLoad | VariableLoad
+    elements: ElementLaw
     harmonics: int = 1
     samples: int = 256
 
     def __post_init__(self) -> None:
         """Refuse impossible harmonics and samples."""
-        checks.instance("elements", self.elements, ConstantLoad, VariableLoad)
+        checks.instance("elements", self.elements, ElementLaw)
         checks.whole("harmonics", self.harmonics, at_least=1)
         checks.whole("samples", self.samples, at_least=2 * self.harmonics + 1)
 
@@ -140,7 +138,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
         if min(map(len, rows)) < self._points:
             raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
-        on, k_u, k_v, normal_load, mu = self._arrays()
+        on, k_u, k_v, normal_load, mu = self._arrays
         R = np.ascontiguousarray(rows[0][on])
         N = np.ascontiguousarray(rows[1][on]) if len(rows) == 2 else np.zeros_like(R)
         count, modes = amplitude.shape
@@ -163,7 +161,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         return contribution @ total.T, tangent.transpose(2, 0, 3, 1)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
-        on, k_u, k_v, normal_load, mu = self._arrays()
+        on, k_u, k_v, normal_load, mu = self._arrays
         displacement = self._displacement(motion)[on]
         x = k_u[:, None] * displacement[:, 0]
         n = np.broadcast_to(normal_load[:, None], x.shape)
@@ -175,18 +173,23 @@ class AlternatingFrequencyTime(FrictionLaw):
         state = np.where(slips, STICK_SLIP, STICK)
         state[n.min(axis=1) <= 0] = STICK_SLIP_SEPARATION
         state[n.max(axis=1) <= 0] = SEPARATION
-        return state.astype(np.int8)
+        # an element of several sliders slips with the first of them
+        of_element = np.full(self.point_of_element.size, STICK, dtype=np.int8)
+        np.maximum.at(of_element, self.elements.sliders().element, state.astype(np.int8))
+        return of_element
 
+    @cached_property
     def _arrays(self) -> tuple[NDArray, ...]:
-        """Point, k_u, k_v, n0 and mu of each element."""
-        law = self.elements
-        if "normal" in law.directions:
-            of_load = law.normal_stiffness, law.normal_load, law.friction_coefficient
-        else:
-            # only mu n is needed where n is constant
-            count = law.slip_force.size
-            of_load = np.zeros(count), np.ones(count), law.slip_force
-        return law.point_of_element, law.tangential_stiffness, *of_load
+        """Point, k_u, k_v, n0 and mu of each slider."""
+        found = self.elements.sliders()
+        k_v = found.normal_stiffness
+        return (
+            found.point,
+            found.tangential_stiffness,
+            np.zeros_like(found.tangential_stiffness) if k_v is None else k_v,
+            found.normal_load,
+            found.friction_coefficient,
+        )
 
     @cached_property
     def _synthesis(self) -> Array:
@@ -228,7 +231,7 @@ class AlternatingFrequencyTime(FrictionLaw):
 
     def _force(self, motion: Array, tangent: Array) -> Array:
         """Force, and tangent where its array is not empty."""
-        on, *of_element = self._arrays()
+        on, *of_element = self._arrays
         order = np.argsort(on, kind="stable")
         first = np.searchsorted(on[order], np.arange(len(motion) + 1))
         motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)

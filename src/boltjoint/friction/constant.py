@@ -13,7 +13,7 @@ University: section 2.2.1.
 
 from dataclasses import dataclass
 from math import atan2, hypot, pi, sqrt
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numba import njit
@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
-from boltjoint.friction.law import Array, FrictionLaw, check_elements
+from boltjoint.friction.declarations import CONSTANT, LawDeclaration
+from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
 
 
 @dataclass(frozen=True)
-class ConstantLoad(FrictionLaw):
+class ConstantLoad(ElementLaw):
     """Friction elements under constant normal load, any number of them on each contact point.
 
     Parameters
@@ -48,11 +49,7 @@ class ConstantLoad(FrictionLaw):
     tangential_stiffness: Array
     slip_force: Array
 
-    name: ClassVar[str] = "constant"
-    #: directions of motion that the law needs
-    directions: ClassVar[tuple[str, ...]] = ("tangential",)
-    #: harmonic coefficients of the motion that the law needs; without bias the force has none
-    components: ClassVar[tuple[str, ...]] = ("sin", "cos")
+    declaration: ClassVar[LawDeclaration] = CONSTANT
     #: what describes each element, with unit and meaning
     quantities: ClassVar[dict[str, tuple[str, str]]] = {
         "tangential_stiffness": ("N/m", "tangential contact stiffness"),
@@ -62,6 +59,18 @@ class ConstantLoad(FrictionLaw):
     def __post_init__(self) -> None:
         """Refuse impossible friction elements."""
         check_elements(self)
+
+    @classmethod
+    def from_contact(
+        cls, pairs: ContactPairs, *, tangential_stiffness: float, friction_coefficient: float
+    ) -> tuple[Self, NDArray[np.int64]]:
+        """Elements of the pairs that carry load: k [N/m] and mu of every pair."""
+        tangential_stiffness = checks.number("tangential_stiffness", tangential_stiffness, above=0)
+        friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
+        loaded = np.flatnonzero(pairs.normal_load > 0)
+        stiffness = tangential_stiffness * np.ones(loaded.size)
+        slip_force = friction_coefficient * pairs.normal_load[loaded]
+        return cls(np.arange(loaded.size), stiffness, slip_force), loaded
 
     def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""
@@ -81,6 +90,18 @@ class ConstantLoad(FrictionLaw):
         points = checks.whole("points", points, at_least=self._points)
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
         return total[:, None]
+
+    def sliders(self) -> Sliders:
+        """The elements themselves."""
+        return Sliders(
+            element=np.arange(self.slip_force.size),
+            point=self.point_of_element,
+            tangential_stiffness=self.tangential_stiffness,
+            normal_stiffness=None,
+            # only mu n is needed where n is constant
+            normal_load=np.ones_like(self.slip_force),
+            friction_coefficient=self.slip_force,
+        )
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         amplitude = np.hypot(motion[:, 0], motion[:, 1])[self.point_of_element]

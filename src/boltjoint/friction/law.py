@@ -1,14 +1,54 @@
-"""Protocol of a friction law: harmonic forces, tangents and contact states by the motion."""
+"""Protocol of a friction law: harmonic forces, tangents and contact states by the motion.
+
+A law that the contact pairs of a case or the regions of a joint can have is an ``ElementLaw``: it
+can also be made from the contact under preload, stored, and followed in time.
+"""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.friction.declarations import LawDeclaration
+from boltjoint.friction.sliders_in_time import integrate_friction
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ContactPairs:
+    """Contact pairs in the assembled state, of which a law makes its elements.
+
+    ``normal_load`` [N], 0 where open, ``gap`` [m], 0 where closed, and ``position`` [m] have the
+    shape (pairs,), the last (pairs, 3).
+    """
+
+    normal_load: Array
+    gap: Array
+    position: Array
+
+
+@dataclass(frozen=True)
+class Sliders:
+    """Springs in series with sliders, whose forces add up to those of the elements of a law.
+
+    They follow any motion, so they are what AFT and time integration know of a law. Each belongs to
+    an ``element``, acts on a ``point``, both counted from 0, and slips at the friction coefficient
+    times the normal load [N], which is constant where ``normal_stiffness`` is None; all have the
+    shape (sliders,).
+    """
+
+    element: NDArray[np.int64]
+    point: NDArray[np.int64]
+    tangential_stiffness: Array
+    normal_stiffness: Array | None
+    normal_load: Array
+    friction_coefficient: Array
 
 
 class FrictionLaw(ABC):
@@ -119,24 +159,111 @@ class FrictionLaw(ABC):
         return found
 
 
-def check_elements(law: FrictionLaw, signed: tuple[str, ...] = ()) -> None:
+class ElementLaw(FrictionLaw):
+    """Friction elements that can be made from a contact, stored, and followed in time."""
+
+    #: name, words, keys of a case and capabilities
+    declaration: ClassVar[LawDeclaration]
+    #: what describes each element beside its point, with unit and meaning
+    quantities: ClassVar[dict[str, tuple[str, str]]]
+    #: k of each element in stick, and the force at which all of it slips in the assembled state
+    tangential_stiffness: Array
+    slip_force: Array
+
+    @property
+    def name(self) -> str:
+        """The law in files."""
+        return self.declaration.name
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions of motion that the law needs."""
+        return self.declaration.directions
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Harmonic coefficients of the motion that the law needs; one harmonic."""
+        return self.declaration.components
+
+    @classmethod
+    @abstractmethod
+    def from_contact(cls, pairs: ContactPairs, **keys: float) -> tuple[Self, NDArray[np.int64]]:
+        """Elements of the contact pairs, one on each point, and the pairs that carry one.
+
+        Parameters
+        ----------
+        pairs
+            The contact under preload.
+        keys
+            By the names of ``declaration.keys``, in SI units.
+
+        Raises
+        ------
+        ValueError
+            If a key is out of its range.
+        """
+
+    @abstractmethod
+    def stuck_stiffness(self, points: int) -> Array:
+        """Stiffness of the points in stick [N/m], shape (points, directions)."""
+
+    @abstractmethod
+    def sliders(self) -> Sliders:
+        """The elements as springs with sliders; a continuous distribution by a number of them."""
+
+    def forces_in_time(self, motion: Array, samples: int) -> Array:
+        """Harmonic forces on points by following all elements from rest, sample by sample.
+
+        From the assembled state the points move to the start of the period, through one period, and
+        through that which is evaluated by the trapezoidal rule. Nothing is shared with ``force``.
+
+        Parameters
+        ----------
+        motion
+            Bias, sine and cosine coefficients of the points' tangential displacement, then of the
+            normal one, positive when closing [m], shape (points, 6).
+        samples
+            Steps a period.
+
+        Returns
+        -------
+        ndarray
+            Coefficients of the friction force, then of the change of the normal load from the
+            assembled state [N], shape (points, 6).
+        """
+        found = self.sliders()
+        return integrate_friction(
+            found.point,
+            found.tangential_stiffness,
+            found.normal_stiffness,
+            found.normal_load,
+            found.friction_coefficient,
+            motion,
+            samples,
+        )
+
+
+def check_elements(
+    law: ElementLaw, limits: Mapping[str, Mapping[str, float]] | None = None
+) -> None:
     """Convert the quantities of the elements of a new law to arrays of one length.
 
     Parameters
     ----------
     law
         A frozen dataclass during its construction.
-    signed
-        Names of ``quantities`` that may be negative.
+    limits
+        Of those ``quantities`` that need not be positive, as for ``checks.array``.
 
     Raises
     ------
     ValueError
-        If one is not an array of finite numbers, not positive, or of another length.
+        If one is not an array of finite numbers, out of its limits, or of another length.
     """
+    limits = limits or {}
     on = checks.indices("point_of_element", law.point_of_element, ("elements",))
     object.__setattr__(law, "point_of_element", on)
     for name in law.quantities:
-        limits = {} if name in signed else {"above": 0}
-        found = checks.array(name, getattr(law, name), on.shape, **limits)
+        within = limits.get(name, {"above": 0})
+        found = checks.array(name, getattr(law, name), on.shape, **within)
         object.__setattr__(law, name, found)

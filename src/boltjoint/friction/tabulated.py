@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.declarations import TABULATED, LawDeclaration
 from boltjoint.friction.law import Array
 
 #: tolerance of the interpolation, relative to the describing function
@@ -37,7 +38,7 @@ class TabulatedLoad(ConstantLoad):
     than 1e-6 of their size and are exact in stick.
     """
 
-    name: ClassVar[str] = "tabulated"
+    declaration: ClassVar[LawDeclaration] = TABULATED
 
     def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""

@@ -5,18 +5,19 @@ is in ``variable_kernels``, with its references.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.law import Array, FrictionLaw, check_elements
+from boltjoint.friction.declarations import VARIABLE, LawDeclaration
+from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
 from boltjoint.friction.variable_kernels import add_forces, find_states
 
 
 @dataclass(frozen=True)
-class VariableLoad(FrictionLaw):
+class VariableLoad(ElementLaw):
     """Friction elements under variable normal load, any number of them on each contact point.
 
     With tangential displacement u and normal displacement v, positive when closing, the normal load
@@ -52,11 +53,7 @@ class VariableLoad(FrictionLaw):
     normal_load: Array
     friction_coefficient: Array
 
-    name: ClassVar[str] = "variable"
-    #: directions of motion that the law needs
-    directions: ClassVar[tuple[str, ...]] = ("tangential", "normal")
-    #: harmonic coefficients of the motion that the law needs
-    components: ClassVar[tuple[str, ...]] = ("bias", "sin", "cos")
+    declaration: ClassVar[LawDeclaration] = VARIABLE
     #: what describes each element, with unit and meaning
     quantities: ClassVar[dict[str, tuple[str, str]]] = {
         "tangential_stiffness": ("N/m", "tangential contact stiffness"),
@@ -67,7 +64,33 @@ class VariableLoad(FrictionLaw):
 
     def __post_init__(self) -> None:
         """Refuse impossible friction elements."""
-        check_elements(self, signed=("normal_load",))
+        check_elements(self, {"normal_load": {}})
+
+    @classmethod
+    def from_contact(
+        cls,
+        pairs: ContactPairs,
+        *,
+        tangential_stiffness: float,
+        friction_coefficient: float,
+        normal_stiffness: float,
+    ) -> tuple[Self, NDArray[np.int64]]:
+        """Elements of all pairs: k_u and k_v [N/m] and mu of every pair.
+
+        The load of an open one is ``-k_v gap`` (eq. 3.4), so that it may close.
+        """
+        tangential_stiffness = checks.number("tangential_stiffness", tangential_stiffness, above=0)
+        friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
+        normal_stiffness = checks.number("normal_stiffness", normal_stiffness, above=0)
+        each, every = np.ones(pairs.normal_load.size), np.arange(pairs.normal_load.size)
+        elements = cls(
+            point_of_element=every,
+            tangential_stiffness=tangential_stiffness * each,
+            normal_stiffness=normal_stiffness * each,
+            normal_load=pairs.normal_load - normal_stiffness * pairs.gap,
+            friction_coefficient=friction_coefficient * each,
+        )
+        return elements, every
 
     @property
     def slip_force(self) -> Array:
@@ -100,6 +123,10 @@ class VariableLoad(FrictionLaw):
                 for stiffness in (self.tangential_stiffness, self.normal_stiffness)
             ]
         )
+
+    def sliders(self) -> Sliders:
+        """The elements themselves."""
+        return Sliders(np.arange(self.point_of_element.size), *self._arrays())
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         state = np.empty(self.point_of_element.size, dtype=np.int8)

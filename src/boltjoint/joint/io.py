@@ -10,13 +10,8 @@ import xarray as xr
 from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.tabulated import TabulatedLoad
-from boltjoint.friction.variable import VariableLoad
+from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import Joint, optional_fields
-
-#: the laws that a joint can have, by their name
-LAWS = {law.name: law for law in (ConstantLoad, VariableLoad, TabulatedLoad)}
 
 
 def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr.Dataset:

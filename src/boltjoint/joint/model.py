@@ -16,10 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.law import FrictionLaw
-from boltjoint.friction.variable import VariableLoad
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +79,7 @@ class Joint:
     response_mode: Array
     tangential_mode: Array
     position: Array
-    law: ConstantLoad | VariableLoad | AlternatingFrequencyTime
+    law: FrictionLaw
     element_position: Array
     normal_mode: Array | None = None
     excitation_mode_cos: Array | None = None

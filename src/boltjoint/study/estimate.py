@@ -52,8 +52,8 @@ _VECTORS_PER_MODE = 6
 _CANDIDATES, _SQUARES = 1.3, 14
 #: tangents of the contact points, and Jacobians, that a correction of the balance holds
 _TANGENTS, _JACOBIANS = 3, 4
-#: components of 201 harmonics of constant and of variable load, and samples of their balance
-_MANY, _SAMPLES = {"constant": 202, "variable": 403}, 1024
+#: harmonics at the peaks that are integrated in time, and samples of their balance
+_MANY, _SAMPLES = 201, 1024
 
 #: time of the finite elements, of nodes^2 [s]; modes in the symmetric half: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 4.6e-8, 1.4e-8, 8e-8, 3.2e-8
@@ -281,9 +281,8 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     case, solver = study.cases[name], study.solver
     pairs = min(study.assemblies[case.assembly].contact_pairs, _COUNTLESS)
     harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.time_samples))
-    variable = case.contact.law == "variable"
-    directions = 2 if variable else 1
-    components = 1 + 2 * harmonics if variable else harmonics + 1
+    law = case.contact.declaration
+    directions, components = len(law.directions), law.components_of(harmonics)
     effort = 1.0
     if solver.sampling is not None:
         effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
@@ -292,11 +291,12 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )
-        seconds = _PER_RESPONSE + _PER_LEVEL * effort * len(case.levels) * pairs
+        effort_of_law = effort * law.relative_time
+        seconds = _PER_RESPONSE + _PER_LEVEL * effort_of_law * len(case.levels) * pairs
         key = f"{CONFIG_FILE}: solver.harmonics"
         yield _Job("responses", name, memory, seconds, key, f"to solve responses of {name}")
     if response := contents.integrated(name):
-        modes, components = response.basis.vectors, _MANY[case.contact.law]
+        modes, components = response.basis.vectors, law.components_of(_MANY)
         memory = _SOLVER + _NUMBER * (
             _SAMPLES * components * modes**2 + (1 + _JACOBIANS) * (components * modes) ** 2
         )

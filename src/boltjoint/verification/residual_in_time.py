@@ -1,8 +1,9 @@
 """Residual-in-time check of single-harmonic solutions, independent of the solver.
 
-The friction of every element is integrated from rest along its motion, sample by sample; harmonic
-coefficients of the forces follow by the trapezoidal rule. Neither the friction laws nor the
-equations of the harmonic balance are shared, only the definition of the damping model.
+The friction of every element is integrated from rest along its motion, sample by sample, by the
+rule of its law in time; harmonic coefficients of the forces follow by the trapezoidal rule. Neither
+the describing functions of the laws nor the equations of the harmonic balance are shared, only the
+definition of the damping model.
 """
 
 from math import ceil
@@ -10,14 +11,12 @@ from math import ceil
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, ModalStructure, damping_of_attributes
-
-#: elements integrated side by side: many for the processor's vectors, few for its cache
-_LANES = 128
+from boltjoint.friction.sliders_in_time import integrate_friction
+from boltjoint.joint.io import joint_from_dataset
 
 
 def forces_in_time(
@@ -95,85 +94,7 @@ def contact_forces_in_time(
     load = {"above": 0} if k_v is None else {}
     normal_load = checks.array("normal_load", normal_load, on.shape, **load)
     mu = checks.array("friction_coefficient", friction_coefficient, on.shape, above=0)
-    phase = 2 * np.pi * np.arange(1, samples + 1) / samples
-    table = np.column_stack([np.sin(phase), np.cos(phase)])
-    force = np.zeros_like(motion)
-    _integrate_friction(on, k_u, k_v, normal_load, mu, motion, table, force)
-    return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
-
-
-@njit(cache=True, error_model="numpy")
-def _integrate_friction(
-    point_of_element: NDArray[np.int64],
-    k_u: NDArray[np.float64],
-    k_v: NDArray[np.float64] | None,
-    normal_load: NDArray[np.float64],
-    friction_coefficient: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    table: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> None:
-    """Sum friction and normal load change of all elements over a period, times 1, sine and cosine.
-
-    Without a normal stiffness, numba compiles a version without the normal load.
-    """
-    # bias, sine and cosine of the spring forces; sums of the forces; state of the sliders
-    x, n = np.empty((3, _LANES)), np.empty((3, _LANES))
-    f_sum, n_sum = np.empty((3, _LANES)), np.empty((3, _LANES))
-    mu, z = np.empty(_LANES), np.empty(_LANES)
-    x_before, n_before = np.empty(_LANES), np.empty(_LANES)
-    for first in range(0, k_u.size, _LANES):
-        lanes = min(_LANES, k_u.size - first)
-        for e in range(lanes):
-            p = point_of_element[first + e]
-            n[0, e], n[1, e], n[2, e] = normal_load[first + e], 0.0, 0.0
-            for c in range(3):
-                x[c, e] = k_u[first + e] * motion[p, c]
-                if k_v is not None:
-                    n[c, e] += k_v[first + e] * motion[p, 3 + c]
-            mu[e] = friction_coefficient[first + e]
-            # sliders start at zero traction; the period begins at sine 0, cosine 1
-            z[e] = 0.0
-            x_before[e], n_before[e] = x[0, e] + x[2, e], n[0, e] + n[2, e]
-        f_sum[:] = 0.0
-        n_sum[:] = 0.0
-        for period in range(2):
-            evaluated = period == 1
-            for i in range(len(table)):
-                sin, cos = table[i]
-                for e in range(lanes):
-                    x_now = x[0, e] + x[1, e] * sin + x[2, e] * cos
-                    slider, load = z[e], n[0, e]
-                    if k_v is not None:
-                        n_now = n[0, e] + n[1, e] * sin + n[2, e] * cos
-                        # on contact closing the slider restarts there, by linear interpolation
-                        # between samples: the error of the force would else be of first order
-                        part = n_before[e] / (n_before[e] - n_now)
-                        closing = x_before[e] + (x_now - x_before[e]) * part
-                        slider = closing if n_before[e] < 0.0 else slider
-                        load = n_now if n_now > 0.0 else 0.0
-                        x_before[e], n_before[e] = x_now, n_now
-                        if evaluated:
-                            n_sum[0, e] += load
-                            n_sum[1, e] += load * sin
-                            n_sum[2, e] += load * cos
-                    lower, upper = x_now - mu[e] * load, x_now + mu[e] * load
-                    slider = slider if slider > lower else lower
-                    slider = slider if slider < upper else upper
-                    z[e] = slider
-                    if evaluated:
-                        friction = x_now - slider
-                        f_sum[0, e] += friction
-                        f_sum[1, e] += friction * sin
-                        f_sum[2, e] += friction * cos
-        for e in range(lanes):
-            p = point_of_element[first + e]
-            for c in range(3):
-                force[p, c] += f_sum[c, e]
-                if k_v is not None:
-                    force[p, 3 + c] += n_sum[c, e]
-            if k_v is not None:
-                force[p, 3] -= len(table) * max(normal_load[first + e], 0.0)
+    return integrate_friction(on, k_u, k_v, normal_load, mu, motion, samples)
 
 
 def residuals_in_time(
@@ -192,7 +113,7 @@ def residuals_in_time(
     Parameters
     ----------
     joint, response
-        ``joint.nc`` of either law, and a ``response.nc`` of that joint.
+        ``joint.nc`` of any law, and a ``response.nc`` of that joint.
     samples
         Samples a period of the coarser integration.
     tolerance, maximum_samples
@@ -248,16 +169,10 @@ class _ModalEquations:
             self.phi_cos = joint["excitation_mode_cos"].to_numpy()
         self.damping = damping.matrix(ModalStructure(natural))
         self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
-        on, k_u = joint["point_of_element"].to_numpy(), joint["tangential_stiffness"].to_numpy()
-        if joint.attrs["law"] == "variable":
+        self.N = np.zeros_like(self.R)
+        if "normal_mode" in joint:
             self.N = joint["normal_mode"].transpose("point", "mode").to_numpy()
-            names = ("normal_stiffness", "normal_load", "friction_coefficient")
-            load = tuple(joint[name].to_numpy() for name in names)
-        else:
-            self.N = np.zeros_like(self.R)
-            slip_force = joint["slip_force"].to_numpy()
-            load = None, np.ones_like(slip_force), slip_force
-        self.elements = on, k_u, *load
+        self.law = joint_from_dataset(joint).law
 
     def extrapolated(
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int
@@ -273,7 +188,7 @@ class _ModalEquations:
     ) -> NDArray[np.float64]:
         """Residual over the norm of the largest term, shape (modes, 3)."""
         point_motion = np.hstack([self.R @ motion, self.N @ motion])
-        contact = contact_forces_in_time(*self.elements, point_motion, samples)
+        contact = self.law.forces_in_time(point_motion, samples)
         bias, sine, cosine = motion.T
         zero = np.zeros_like(bias)
         terms = (

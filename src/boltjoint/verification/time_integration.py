@@ -24,8 +24,7 @@ from scipy.signal import resample
 
 from boltjoint import checks
 from boltjoint.damping import Damping, ModalStructure, as_damping
-from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.variable import VariableLoad
+from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
@@ -95,7 +94,7 @@ def steady_state(
     Parameters
     ----------
     joint
-        With its elements' own law, constant or variable.
+        With its elements' own law, which are integrated as springs with sliders.
     frequency, force
         Of the excitation [Hz], [N].
     damping
@@ -122,7 +121,7 @@ def steady_state(
         does not fit it, or a number is out of range.
     """
     checks.instance("joint", joint, Joint)
-    checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
+    checks.instance("law of the joint", joint.law, ElementLaw)
     frequency = checks.number("frequency", frequency, above=0)
     force = checks.number("force", force, above=0)
     damping = as_damping(damping)
@@ -170,7 +169,7 @@ class _Integration:
     coupled_damping: Array | None
     """C where it couples the modes."""
     elements: tuple[Array | None, ...]
-    """Rows k_u R and k_v N, rows R and N, n0 and mu of the elements.
+    """Rows k_u R and k_v N, rows R and N, n0 and mu of the sliders.
 
     Under constant normal load k_v N, N and n0 are None, and the slip force stands for mu.
     """
@@ -185,19 +184,20 @@ class _Integration:
     def of(
         cls, joint: Joint, frequency: float, force: float, damping: Damping, steps: int
     ) -> "_Integration":
-        law, on = joint.law, joint.law.point_of_element
+        sliders = joint.law.sliders()
+        on, k_v = sliders.point, sliders.normal_stiffness
         w, natural = 2 * np.pi * frequency, 2 * np.pi * joint.natural_frequency
         L, H = natural**2, damping.matrix(ModalStructure(natural)).at(w)
         R = np.ascontiguousarray(joint.tangential_mode[on].T)
-        X = law.tangential_stiffness * R
+        X = sliders.tangential_stiffness * R
         stuck = np.diag(L) + R @ X.T
-        if joint.normal_mode is None:
-            elements = X, None, R, None, None, law.slip_force
+        if k_v is None:
+            elements = X, None, R, None, None, sliders.friction_coefficient * sliders.normal_load
         else:
             N = np.ascontiguousarray(joint.normal_mode[on].T)
-            V = law.normal_stiffness * N
+            V = k_v * N
             stuck += N @ V.T
-            elements = X, V, R, N, law.normal_load, law.friction_coefficient
+            elements = X, V, R, N, sliders.normal_load, sliders.friction_coefficient
         shortest = np.pi * np.sqrt(np.linalg.eigvalsh(stuck)[-1]) / w
         if steps <= shortest:
             raise ValueError(

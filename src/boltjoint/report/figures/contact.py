@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from boltjoint.friction import contact_states
+from boltjoint.joint.io import joint_from_dataset
 from boltjoint.report.figures.outlines import ContactSurface, positions_of
 from boltjoint.report.figures.style import (
     BLANK_COLOUR,
@@ -237,10 +238,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
 
 def slip_force(joint: xr.Dataset) -> NDArray[np.float64]:
     """Slip force [N] of every element of a joint in the assembled state, shape (elements,)."""
-    if "slip_force" in joint:
-        return joint["slip_force"].to_numpy()
-    normal_load = np.maximum(joint["normal_load"].to_numpy(), 0.0)
-    return joint["friction_coefficient"].to_numpy() * normal_load
+    return joint_from_dataset(joint).law.slip_force
 
 
 @figure_style

@@ -9,12 +9,11 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.damping import Damping, LossFactor
+from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.names import JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.tables.html import number
-
-LAWS = {"constant": "constant normal load", "variable": "variable normal load"}
 
 _DIVISIONS = {"equal-load": "equal loads", "equal-middle-load": "equal pressure along the middle"}
 _MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
@@ -45,7 +44,7 @@ def facts(name: str, case: Case, solver: Solver, content: PageContent) -> Markup
     if published:
         printed = {key: value.replace(" ", ", ") for key, value in published.items()}
         law = published["contact_law"]
-        printed["contact_law"] = LAWS.get(law, law)
+        printed["contact_law"] = DECLARATIONS[law].label if law in DECLARATIONS else law
         stated = _IN_SOURCE | {"division into regions": _DIVISIONS_IN_SOURCE.get(law, "not given")}
         columns["in the source"] = [
             stated.get(quantity) or printed.get(key or "") or "not given"
@@ -69,7 +68,7 @@ def _quantities(
     for key, value in case.contact.model_dump().items():
         words = key.replace("_", " ")
         if key == "law":
-            yield "contact", LAWS.get(value, value), _CONTACT[key]
+            yield "contact", case.contact.declaration.label, _CONTACT[key]
         elif key.endswith("_N_per_m"):
             words = f"{words.removesuffix(' N per m')} of a pair (kN/mm)"
             yield words, number(value / 1e6), _CONTACT.get(key)

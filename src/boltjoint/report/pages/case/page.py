@@ -8,7 +8,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.names import JointName
 from boltjoint.report.pages.case.basis import CaseBasis
-from boltjoint.report.pages.case.facts import LAWS, facts
+from boltjoint.report.pages.case.facts import facts
 from boltjoint.report.pages.case.joints import joint_figures, peaks, responses
 from boltjoint.report.pages.case.tables import (
     accuracy,
@@ -64,7 +64,7 @@ def case_page(
     for basis in case.bases:
         sections += _sections(CaseBasis.of(case, basis, content))
     sections += content.remainder()
-    law = LAWS.get(case.contact.law, case.contact.law)
+    law = case.contact.declaration.label
     lead = _TEXT.lead(published.case_study(), case, law, solver.harmonics)
     return render_page(name, "Case study", lead, sections, cases, f"{name}.html")
 

@@ -1,0 +1,104 @@
+"""Friction laws as the configuration and the report know them: words, keys, capabilities.
+
+The laws themselves are in ``friction.laws``. They are compiled; this module is read by every job of
+the workflow, so it imports none of them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+#: what reductions may need of a law
+CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS = "constant normal load", "Coulomb friction elements"
+
+
+@dataclass(frozen=True)
+class ContactKey:
+    """A quantity of the contact pairs that a case gives.
+
+    ``name`` is that of the argument of ``FrictionLaw.from_contact``, with the unit that of the key;
+    ``limits`` has ``gt``, ``ge``, ``lt`` and ``le``.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    limits: Mapping[str, float] = field(default_factory=lambda: {"gt": 0})
+
+    @property
+    def key(self) -> str:
+        """The key in the file of a case."""
+        return self.name if self.unit == "1" else f"{self.name}_{self.unit.replace('/', '_per_')}"
+
+
+@dataclass(frozen=True)
+class LawDeclaration:
+    """What is known of a law without its forces.
+
+    Parameters
+    ----------
+    name
+        Value of ``law`` in a case and in ``joint.nc``.
+    label
+        The law in pages and legends.
+    meaning
+        Sentence on the elements of the contact pairs.
+    keys
+        What a case gives beside ``law``; None of a law that only reductions make.
+    directions, components
+        Directions of motion that the law needs, and its harmonic coefficients of one harmonic.
+    capabilities
+        What of reductions' needs it meets.
+    relative_time
+        Time of a force with its tangent, over that of an element under constant normal load.
+    """
+
+    name: str
+    label: str
+    meaning: str
+    keys: tuple[ContactKey, ...] | None
+    directions: tuple[str, ...] = ("tangential",)
+    components: tuple[str, ...] = ("sin", "cos")
+    capabilities: tuple[str, ...] = (CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS)
+    relative_time: float = 1.0
+
+    def components_of(self, harmonics: int) -> int:
+        """Number of harmonic coefficients; without bias the force has no even harmonics."""
+        return 1 + 2 * harmonics if "bias" in self.components else 2 * ((harmonics + 1) // 2)
+
+
+_TANGENTIAL_STIFFNESS = ContactKey(
+    "tangential_stiffness", "N/m", "Tangential stiffness of each contact pair."
+)
+_FRICTION_COEFFICIENT = ContactKey(
+    "friction_coefficient", "1", "Coulomb friction coefficient: slip force over normal load."
+)
+
+CONSTANT = LawDeclaration(
+    name="constant",
+    label="constant normal load",
+    meaning="Friction elements of the pairs under load, whose normal load stays that of the "
+    "preload.",
+    keys=(_TANGENTIAL_STIFFNESS, _FRICTION_COEFFICIENT),
+)
+VARIABLE = LawDeclaration(
+    name="variable",
+    label="variable normal load",
+    meaning="Friction elements of all pairs, whose normal load changes as they close and open.",
+    keys=(
+        _TANGENTIAL_STIFFNESS,
+        _FRICTION_COEFFICIENT,
+        ContactKey("normal_stiffness", "N/m", "Normal stiffness of each contact pair."),
+    ),
+    directions=("tangential", "normal"),
+    components=("bias", "sin", "cos"),
+    capabilities=(COULOMB_ELEMENTS,),
+)
+TABULATED = LawDeclaration(
+    name="tabulated",
+    label="constant normal load, tabulated",
+    meaning="Friction elements of a point as one table of their describing function.",
+    keys=None,
+)
+
+#: by name
+DECLARATIONS = {each.name: each for each in (CONSTANT, VARIABLE, TABULATED)}
