@@ -5,6 +5,8 @@ the workflow, patterns of the JSON schemas and the words in figures and pages fo
 """
 
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal, Self
 
 #: more modes than a mesh of this kind resolves; the patterns hold the number
@@ -21,6 +23,68 @@ PAGES = ("overview", "accuracy", "structure")
 _NUMBER = r"([1-9][0-9]?|100)"
 # six digits: more pairs, and so more regions or elements, than any mesh has
 _COUNT = r"([1-9][0-9]{0,5})"
+
+
+#: what a reduction may need of a friction law
+CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS = "constant normal load", "Coulomb friction elements"
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """What stands for all elements of a region; how it is made is in ``joint.reductions``.
+
+    Parameters
+    ----------
+    name
+        After the regions: ``/name=M`` for M elements, or ``/name``.
+    label
+        What follows the label of the regions; ``{elements}`` is their number.
+    has_count
+        Whether the name holds a number of elements.
+    is_fitted
+        Whether its elements are fitted, with loops and errors in ``joint.nc``.
+    is_published
+        Whether it is that of the source.
+    needs
+        What it needs of the friction law of the regions.
+    options
+        By the keys under ``fitting`` that concern it, the arguments that they are.
+    """
+
+    name: str
+    label: str
+    has_count: bool = False
+    is_fitted: bool = True
+    is_published: bool = False
+    needs: tuple[str, ...] = (COULOMB_ELEMENTS,)
+    options: Mapping[str, str] = field(default_factory=dict)
+
+
+#: by name
+REDUCTIONS = {
+    each.name: each
+    for each in (
+        Reduction(
+            "elements",
+            " of {elements}",
+            has_count=True,
+            is_published=True,
+            options={"initial_guesses": "starts", "load_fractions": "load_fractions"},
+        ),
+        Reduction("harmonic", " of {elements}, harmonic fit", has_count=True),
+        Reduction(
+            "table",
+            ", tabulated",
+            is_fitted=False,
+            needs=(COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD),
+        ),
+    )
+}
+_COUNTED, _PLAIN = (
+    [each.name for each in REDUCTIONS.values() if each.has_count == counted]
+    for counted in (True, False)
+)
+_FORMS = [f"/{name}=M" for name in _COUNTED] + [f"/{name}" for name in _PLAIN]
 
 
 class ParsedName(str):
@@ -52,9 +116,9 @@ class JointName(ParsedName):
     """What a joint is made of.
 
     ``division``: pairs gathered in ``regions`` along the bar, or in ``clusters`` of similar motion;
-    ``count`` of these, ``auto`` where a tolerance decides; ``reduction``: what stands for all
-    elements of each, ``elements`` fitted to loops, to the describing function (``harmonic``), or
-    one ``table``; how many ``elements``. All None for a node-to-node joint.
+    ``count`` of these, ``auto`` where a tolerance decides; ``reduction``: the name of what stands
+    for all elements of each (``REDUCTIONS``); how many ``elements``, where the name holds their
+    number. All None for a node-to-node joint.
 
     >>> name = JointName("regions=6/elements=7")
     >>> name.division, name.count, name.reduction, name.elements, name.regions
@@ -66,28 +130,33 @@ class JointName(ParsedName):
     QUANTITY = "joint"
     PATTERN = (
         rf"^(?:node-to-node|(regions|clusters)=(?:{_COUNT}|(auto))"
-        rf"(?:/(?:(elements|harmonic)={_COUNT}|(table)))?)$"
+        rf"(?:/(?:({'|'.join(_COUNTED)})={_COUNT}|({'|'.join(_PLAIN)})))?)$"
     )
     MEANING = (
         "must be node-to-node, regions=N or clusters=N, N being a number below 1000000 or auto, "
-        "alone or with /elements=M, /harmonic=M or /table"
+        f"alone or with {', '.join(_FORMS[:-1])} or {_FORMS[-1]}"
     )
 
     division: Literal["regions", "clusters"] | None
     count: int | Literal["auto"] | None
-    reduction: Literal["elements", "harmonic", "table"] | None
+    reduction: str | None
     elements: int | None
 
     def _read(self, *parts: str | None) -> None:
-        self.division, count, auto, reduction, elements, table = parts
+        self.division, count, auto, counted, elements, plain = parts
         self.count = int(count) if count else auto
-        self.reduction = reduction or table
+        self.reduction = counted or plain
         self.elements = int(elements) if elements else None
 
     @property
     def regions(self) -> "JointName":
         """The joint of the same regions with all their elements."""
         return JointName(f"{self.division}={self.count}")
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether it has elements that are fitted to those of its regions."""
+        return self.reduction is not None and REDUCTIONS[self.reduction].is_fitted
 
     @property
     def file_name(self) -> str:
@@ -109,11 +178,11 @@ class JointName(ParsedName):
             label = f"{self.division} to tolerance"
         else:
             label = _counted(self.count, self.division.removesuffix("s"))
-        if self.reduction == "table":
-            return f"{label}, tabulated"
-        if self.elements is not None:
-            label += f" of {_counted(self.elements, 'element')}"
-        return f"{label}, harmonic fit" if self.reduction == "harmonic" else label
+        if self.reduction is None:
+            return label
+        return label + REDUCTIONS[self.reduction].label.format(
+            elements=_counted(self.elements or 1, "element")
+        )
 
 
 class Basis(ParsedName):

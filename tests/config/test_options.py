@@ -15,16 +15,19 @@ from boltjoint.solvers.equations import StepControl
 def test_how_elements_are_fitted():
     loops = {"starts": 3, "load_fractions": (0.3, 0.6, 0.9)}
     fitting = Fitting(initial_guesses=3)
-    assert fitting.fit("regions=6/elements=7") == {"count": 7, "method": "loops", **loops}
+    found = fitting.options("regions=6/elements=7")
+    assert found == {"reduction": "elements", "count": 7, **loops}
     # at all amplitudes, and from one initial guess
-    assert fitting.fit("clusters=auto/harmonic=4") == {"count": 4, "method": "describing-function"}
+    found = fitting.options("clusters=auto/harmonic=4")
+    assert found == {"reduction": "harmonic", "count": 4}
+    assert fitting.options("clusters=2/table") == {"reduction": "table"}
 
 
 def test_defaults_are_those_of_the_library():
     assert StepControl(**Solver().steps) == StepControl()
     fit = inspect.signature(fit_reduced_joint).parameters
-    for key, value in Fitting().fit("regions=1/elements=1").items():
-        assert key in ("count", "method") or fit[key].default == value
+    for key, value in Fitting().options("regions=1/elements=1").items():
+        assert key in ("count", "reduction") or fit[key].default == value
     samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
     assert Solver().time_samples == samples
 

@@ -164,14 +164,14 @@ def test_every_job_knows_the_content_of_its_own_script():
 
 
 STRUCTURE_SCRIPTS = {"build_assembly", "apply_preload", "find_modes", "find_pod_modes"}
-JOINT_SCRIPTS = {"connect_nodes", "partition_regions", "fit_reduced_joint", "tabulate_joint"}
+JOINT_SCRIPTS = {"connect_nodes", "partition_regions", "reduce_joint"}
 SOLUTION_SCRIPTS = {"solve_responses", "time_responses", "find_peaks"}
 
 
 @pytest.mark.parametrize(
     ("module", "used_by", "not_used_by"),
     [
-        ("joint/fit_loops", {"fit_reduced_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
+        ("joint/fit_loops", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
         ("structure/preload", {"apply_preload"}, {"build_assembly"}),
         ("structure/basis/pod", {"find_pod_modes"}, {"apply_preload"}),
         ("solvers/arc_length", SOLUTION_SCRIPTS, STRUCTURE_SCRIPTS | JOINT_SCRIPTS),

@@ -79,7 +79,7 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(copied):
     (line,) = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
     assert str(damaged.relative_to(copied)) in line and "cannot be read" in line
     assert "Traceback" not in ran.stderr
-    logs = (copied / "results/logs/fit_reduced_joint").rglob("*.log")
+    logs = (copied / "results/logs/reduce_joint").rglob("*.log")
     (log,) = [text for each in logs if line in (text := each.read_text())]
     assert "Traceback" in log
     # what it would have written is gone, and comes back with what it is made from

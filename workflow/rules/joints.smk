@@ -43,43 +43,24 @@ rule partition_regions:
         "../scripts/partition_regions.py"
 
 
-rule fit_reduced_joint:
+rule reduce_joint:
     input:
         joint=regions_of_joint,
     output:
         joint=layout.PATHS["joint"],
         timing=layout.PATHS["fit_timing"],
     log:
-        "results/logs/fit_reduced_joint/{case}_{basis}_{joint}.log",
+        "results/logs/reduce_joint/{case}_{basis}_{joint}.log",
     benchmark:
-        "results/benchmarks/fit_reduced_joint/{case}_{basis}_{joint}.tsv"
+        "results/benchmarks/reduce_joint/{case}_{basis}_{joint}.tsv"
     wildcard_constraints:
-        joint=".+/[a-z]+=.+",
+        joint=".+/.+",
     conda:
         "../envs/boltjoint.yaml"
     resources:
         **SMALL,
     params:
-        library=library("fit_reduced_joint.py"),
-        fit=lambda w: study.fitting.fit(w.joint),
+        library=library("reduce_joint.py"),
+        reduction=lambda w: study.fitting.options(w.joint),
     script:
-        "../scripts/fit_reduced_joint.py"
-
-
-rule tabulate_joint:
-    input:
-        joint=regions_of_joint,
-    output:
-        joint=layout.PATHS["joint"],
-    log:
-        "results/logs/tabulate_joint/{case}_{basis}_{joint}.log",
-    wildcard_constraints:
-        joint=".+/table",
-    conda:
-        "../envs/boltjoint.yaml"
-    resources:
-        **SMALL,
-    params:
-        library=library("tabulate_joint.py"),
-    script:
-        "../scripts/tabulate_joint.py"
+        "../scripts/reduce_joint.py"

@@ -25,7 +25,7 @@ from boltjoint.config.types import (
     Unknowns,
 )
 from boltjoint.damping import Damping, LossFactor
-from boltjoint.names import Basis, Coordinates, JointName
+from boltjoint.names import REDUCTIONS, Basis, Coordinates, JointName
 
 #: loss factor of a case that says nothing of damping; the published study does not give it
 _LOSS_FACTOR = 0.002
@@ -233,11 +233,12 @@ class Case(Entry):
         if block.resonance > available:
             sentence = f"must be at most {available}, the modes of the basis {smallest}"
             yield (*above, "resonance"), sentence
-        if self.contact.law == "variable":
-            for place, name in enumerate(block.joints):
-                if name.reduction == "table":
-                    sentence = "must not be tabulated: a table needs a constant normal load"
-                    yield (*above, "joints", place), sentence
+        law = self.contact.declaration
+        for place, name in enumerate(block.joints):
+            needs = REDUCTIONS[name.reduction].needs if name.reduction else ()
+            if missing := [need for need in needs if need not in law.capabilities]:
+                sentence = f"must not have /{name.reduction}, which needs {' and '.join(missing)}"
+                yield (*above, "joints", place), sentence
 
     def _conflicts_between_blocks(self, index: int) -> Problems:
         block, above = self.blocks[index], ("solve", index)

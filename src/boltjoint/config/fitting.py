@@ -4,7 +4,7 @@ from typing import Any
 
 from boltjoint.config.entries import Entry
 from boltjoint.config.types import Count, Distinct, Fraction
-from boltjoint.names import JointName
+from boltjoint.names import REDUCTIONS, JointName
 
 
 class Fitting(Entry):
@@ -16,10 +16,10 @@ class Fitting(Entry):
     """Loops are fitted at the three displacement amplitudes at which a region carries these
     fractions of its slip force."""
 
-    def fit(self, joint: str) -> dict[str, Any]:
-        """The options of ``joint.reduced.fit_reduced_joint`` for a joint of this name."""
+    def options(self, joint: str) -> dict[str, Any]:
+        """The reduction of a joint of this name, and its options, as for ``reduce_joint``."""
         parsed = JointName(joint)
-        if parsed.reduction == "harmonic":
-            return {"count": parsed.elements, "method": "describing-function"}
-        options = {"starts": self.initial_guesses, "load_fractions": self.load_fractions}
-        return {"count": parsed.elements, "method": "loops", **options}
+        reduction = REDUCTIONS[parsed.reduction]
+        count = {"count": parsed.elements} if reduction.has_count else {}
+        keys = {argument: getattr(self, key) for key, argument in reduction.options.items()}
+        return {"reduction": reduction.name, **count, **keys}

@@ -7,8 +7,7 @@ the workflow, so it imports none of them.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-#: what reductions may need of a law
-CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS = "constant normal load", "Coulomb friction elements"
+from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,9 @@ class LawDeclaration:
     directions, components
         Directions of motion that the law needs, and its harmonic coefficients of one harmonic.
     capabilities
-        What of reductions' needs it meets.
+        What it has of the needs of reductions (``names.Reduction``).
+    shape_parameters
+        Quantities without unit that shape the loops of an element, for tables.
     relative_time
         Time of a force with its tangent, over that of an element under constant normal load.
     """
@@ -59,6 +60,7 @@ class LawDeclaration:
     directions: tuple[str, ...] = ("tangential",)
     components: tuple[str, ...] = ("sin", "cos")
     capabilities: tuple[str, ...] = (CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS)
+    shape_parameters: tuple[str, ...] = ()
     relative_time: float = 1.0
 
     def components_of(self, harmonics: int) -> int:

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
-from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.fitting import Method, check_fit_options, fit_elements
 from boltjoint.joint.masing import LOOP_SAMPLES, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
+from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 
 Array = NDArray[np.float64]
 
@@ -51,8 +51,7 @@ def fit_reduced_joint(
     fit : Dataset
         Cost, loop errors, amplitudes and the loops of region and fit, by point.
     """
-    checks.instance("joint", joint, Joint)
-    checks.instance("law of the joint", joint.law, ConstantLoad, VariableLoad)
+    check_capabilities(joint, COULOMB_ELEMENTS)
     count = checks.whole("count", count, at_least=1)
     load_fractions = check_fit_options(method, load_fractions, starts)
     law = joint.law
@@ -112,14 +111,22 @@ def tabulate_joint(joint: Joint) -> Joint:
     ValueError
         If the normal load varies: the force is then no function of one amplitude.
     """
-    checks.instance("joint", joint, Joint)
+    check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
     law = joint.law
-    if not isinstance(law, ConstantLoad):
-        raise ValueError(
-            f"the law {law.name!r} of the joint cannot be tabulated: only constant normal load can"
-        )
     elements = law.point_of_element, law.tangential_stiffness, law.slip_force
     return replace(joint, law=TabulatedLoad(*elements))
+
+
+def check_capabilities(joint: Joint, *needs: str) -> None:
+    """Refuse a joint whose law lacks what a reduction needs of it (``names.Reduction``)."""
+    checks.instance("joint", joint, Joint)
+    checks.instance("law of the joint", joint.law, ElementLaw)
+    declaration = joint.law.declaration
+    if missing := [need for need in needs if need not in declaration.capabilities]:
+        raise ValueError(
+            f"the law {declaration.name!r} of the joint cannot be reduced so: "
+            f"that needs {' and '.join(missing)}"
+        )
 
 
 def _loops(amplitude: Array, displacement: Array, k: Array, s: Array) -> list[Array]:

@@ -114,7 +114,7 @@ class Contents:
 
     def fitted(self, case: str, basis: str) -> list[JointName]:
         """The joints of a case and basis whose elements are fitted."""
-        return [joint for joint in self.joints(case, basis) if joint.elements is not None]
+        return [joint for joint in self.joints(case, basis) if joint.is_fitted]
 
     def integrated(self, case: str) -> Response | None:
         """The response whose peaks are checked by time integration: the first in free modes.

@@ -147,7 +147,7 @@ def fits(artefact: Artefact, results: "Results", responses: list[Response]) -> "
     which = artefact.which
     linear = [each for each in responses if each[2:] == (REFERENCE[1], 1)]
     joints = dict.fromkeys(each.joint for each in responses)
-    fitted = [joint for joint in joints if joint.elements is not None]
+    fitted = [joint for joint in joints if joint.is_fitted]
     return tabulate_fits(
         {joint: results.dataset("joint", **which, joint=joint) for joint in fitted},
         {joint: results.data("fit_timing", **which, joint=joint) for joint in fitted},

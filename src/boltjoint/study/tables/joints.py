@@ -66,6 +66,7 @@ def tabulate_elements(joint: xr.Dataset, name: str, published: Published) -> pd.
     ours = {"k_kN_per_mm": law.tangential_stiffness / 1e6, "slip_force_N": law.slip_force}
     if "normal" in law.directions:
         ours["normal_k_kN_per_mm"] = law.normal_stiffness / 1e6
+    ours |= {name: getattr(law, name) for name in law.declaration.shape_parameters}
     table = _in_order_of_slip(law.point_of_element + 1, ours)
     printed = published.parameters(name)
     if printed.empty:

@@ -22,7 +22,7 @@ def joint_figures(basis: CaseBasis, joint: str) -> Markup:
         body += content.figures("regions", **values)
         if table := content.table("regions", **values):
             body += table.html(capitalize(name.regions.label))
-    if name.elements is not None:
+    if name.is_fitted:
         values = {"basis": basis.name, "joint": joint}
         region = content.published.region_of_loops(joint)
         body += content.figures("loops", title=f"Hysteresis loops of region {region}", **values)

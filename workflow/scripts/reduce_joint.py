@@ -1,4 +1,4 @@
-"""Fit few friction elements to those of every region."""
+"""Replace the elements of every region by those of a reduction."""
 
 import time
 
@@ -6,14 +6,14 @@ import pandas as pd
 
 from boltjoint import dataset
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
-from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.joint.reductions import reduce_joint
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 stored = dataset.load(snakemake.input.joint)
 regions = joint_from_dataset(stored)
 begun = time.process_time()
-reduced, fit = fit_reduced_joint(regions, **snakemake.params.fit)
+reduced, fit = reduce_joint(regions, **snakemake.params.reduction)
 pd.DataFrame({"cpu_s": [time.process_time() - begun]}).to_csv(snakemake.output.timing, index=False)
 result = joint_to_dataset(reduced, stored).merge(fit, combine_attrs="no_conflicts")
 dataset.save(result, snakemake.output.joint, snakemake.params)
