@@ -101,6 +101,32 @@ TABULATED = LawDeclaration(
     meaning="Friction elements of a point as one table of their describing function.",
     keys=None,
 )
+IWAN = LawDeclaration(
+    name="iwan",
+    label="four-parameter Iwan elements",
+    meaning="Four-parameter Iwan elements (Segalman 2005) of the pairs under load, whose normal "
+    "load stays that of the preload.",
+    keys=(
+        _TANGENTIAL_STIFFNESS,
+        _FRICTION_COEFFICIENT,
+        ContactKey(
+            "chi",
+            "1",
+            "Exponent of the distribution of slip displacements: in microslip the dissipation "
+            "grows with the amplitude to the power 3 + chi.",
+            {"gt": -1, "le": 0},
+        ),
+        ContactKey(
+            "beta",
+            "1",
+            "Stiffness of the part that slips last, all at once, over that of the rest.",
+            {"ge": 0},
+        ),
+    ),
+    capabilities=(CONSTANT_NORMAL_LOAD,),
+    shape_parameters=("chi", "beta"),
+    relative_time=4.0,
+)
 
 #: by name
-DECLARATIONS = {each.name: each for each in (CONSTANT, VARIABLE, TABULATED)}
+DECLARATIONS = {each.name: each for each in (CONSTANT, VARIABLE, IWAN, TABULATED)}
