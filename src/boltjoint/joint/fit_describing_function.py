@@ -51,7 +51,11 @@ class DescribingFunctionMisfit(ElementShares):
 
     def residual(self, unknown: Array) -> Array:
         """Differences in phase with displacement, then with velocity, at all amplitudes."""
-        return self._weight * (self._describing_function(*self.elements(unknown)) - self._target)
+        return self.difference(self._describing_function(*self.elements(unknown)))
+
+    def difference(self, describing_function: Array) -> Array:
+        """Weighted difference of a describing function, both parts [N/m], from the region's."""
+        return self._weight * (describing_function - self._target)
 
     def jacobian(self, unknown: Array) -> Array:
         """Their derivatives by the unknowns."""

@@ -105,7 +105,23 @@ def loop_error(
     onset = slip_force / stiffness
     corner = np.unique(np.concatenate([[0.0], onset, fitted_slip_force / fitted_stiffness]))
     few = force_on_loading_curve(corner, fitted_stiffness, fitted_slip_force)
-    difference = (few - force_on_loading_curve(corner, stiffness, slip_force)) / slip_force.sum()
+    return loop_error_of_curve(corner, few, stiffness, slip_force)
+
+
+def loop_error_of_curve(
+    corner: Array, force: Array, stiffness: Array, slip_force: Array
+) -> LoopError:
+    """As ``loop_error``, of a loading curve that is straight between displacements.
+
+    Parameters
+    ----------
+    corner, force
+        Displacements from 0 that hold all corners of both curves [m], and the force there [N].
+    stiffness, slip_force
+        Of the elements of a region [N/m], [N], shape (many,).
+    """
+    onset = slip_force / stiffness
+    difference = (force - force_on_loading_curve(corner, stiffness, slip_force)) / slip_force.sum()
     # d(A) - 2 d(v) with v up to A (Masing) is linear in both between corners
     above = difference - 2 * np.minimum.accumulate(difference)
     below = 2 * np.maximum.accumulate(difference) - difference

@@ -12,7 +12,7 @@ from boltjoint.dataset import quantity
 from boltjoint.friction.law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.fitting import Method, check_fit_options, fit_elements
-from boltjoint.joint.masing import LOOP_SAMPLES, loop_error, unloading_branch
+from boltjoint.joint.masing import LOOP_SAMPLES, LoopError, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 
@@ -72,19 +72,14 @@ def fit_reduced_joint(
         displacement.append(u)
         of_region.append(_loops(fit.amplitude, u, k, s))
         of_fit.append(_loops(fit.amplitude, u, fit.tangential_stiffness, fit.slip_force))
-    cost, amplitude = [f.cost for f in fits], [f.amplitude for f in fits]
-    largest, rms = [e.largest for e in errors], [e.rms for e in errors]
-    of_all, of_mean = "largest force difference of all loops", "mean force difference of loops"
-    loop, over = ("point", "loop", "sample"), "over the slip force"
-    stored = {
-        "fit_cost": ("point", cost, "N2", "cost of eq. 3.3"),
-        "largest_loop_error": ("point", largest, "1", f"{of_all} {over}"),
-        "rms_loop_error": ("point", rms, "1", f"{of_mean} at all amplitudes {over}"),
-        "loop_amplitude": (("point", "loop"), amplitude, "m", "amplitude of a compared loop"),
-        "loop_displacement": (loop, displacement, "m", "displacement along the unloading branch"),
-        "loop_force_of_region": (loop, of_region, "N", "force of all elements of the region"),
-        "loop_force_of_fit": (loop, of_fit, "N", "force of the fitted elements"),
-    }
+    dataset = fit_dataset(
+        cost=[f.cost for f in fits],
+        error=errors,
+        amplitude=[f.amplitude for f in fits],
+        displacement=displacement,
+        force_of_region=of_region,
+        force_of_fit=of_fit,
+    )
     point_of_element = np.repeat(np.arange(joint.points), count)
     reduced = replace(
         joint,
@@ -95,7 +90,49 @@ def fit_reduced_joint(
         ),
         element_position=joint.position[point_of_element],
     )
-    return reduced, xr.Dataset({name: quantity(*each) for name, each in stored.items()})
+    return reduced, dataset
+
+
+def fit_dataset(
+    *,
+    cost: Sequence[float],
+    error: Sequence[LoopError],
+    amplitude: Sequence[Array],
+    displacement: Sequence[Array],
+    force_of_region: Sequence[Array],
+    force_of_fit: Sequence[Array],
+) -> xr.Dataset:
+    """What is known of the fits of all regions, by point, as it stands in ``joint.nc``.
+
+    Parameters
+    ----------
+    cost
+        Of eq. 3.3 [N^2], minimised or not.
+    error
+        Of the loops at all amplitudes.
+    amplitude
+        Of the compared loops [m], shape (loops,).
+    displacement, force_of_region, force_of_fit
+        Along their unloading branches [m], [N], shape (loops, samples).
+    """
+    largest, rms = [e.largest for e in error], [e.rms for e in error]
+    of_all, of_mean = "largest force difference of all loops", "mean force difference of loops"
+    loop, over = ("point", "loop", "sample"), "over the slip force"
+    stored = {
+        "fit_cost": ("point", cost, "N2", "cost of eq. 3.3"),
+        "largest_loop_error": ("point", largest, "1", f"{of_all} {over}"),
+        "rms_loop_error": ("point", rms, "1", f"{of_mean} at all amplitudes {over}"),
+        "loop_amplitude": (("point", "loop"), amplitude, "m", "amplitude of a compared loop"),
+        "loop_displacement": (loop, displacement, "m", "displacement along the unloading branch"),
+        "loop_force_of_region": (
+            loop,
+            force_of_region,
+            "N",
+            "force of all elements of the region",
+        ),
+        "loop_force_of_fit": (loop, force_of_fit, "N", "force of the fitted elements"),
+    }
+    return xr.Dataset({name: quantity(*each) for name, each in stored.items()})
 
 
 def tabulate_joint(joint: Joint) -> Joint:

@@ -77,7 +77,7 @@ def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     caption=lambda artefact: (
         f"Over one period, at three amplitudes"
         f"{' of the fit' if artefact.joint.reduction == 'elements' else ''}. Where the thin line "
-        f"leaves the broad one, {artefact.joint.elements} elements do not represent all. Both have "
+        f"leaves the broad one, the fitted elements do not represent all. Both have "
         "the same stiffness while nothing slips, and the same force in full slip."
     ),
     options=_published_case,

@@ -275,7 +275,10 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     amplitude = here["loop_amplitude"].to_numpy() * UM
     figure = Figure(figsize=(8, 4.8), layout="constrained")
     axes = figure.subplots()
-    original, fitted = f"region {region}, {elements}", f"{few.size} fitted elements"
+    original, fitted = (
+        f"region {region}, {elements}",
+        f"{few.size} fitted element{'s'[: few.size > 1]}",
+    )
     levels = [f"{a:.3g} μm" for a in amplitude]
     branches = ("loop_displacement", "loop_force_of_region", "loop_force_of_fit")
     loops = zip(*(here[name].to_numpy() for name in branches), strict=True)
