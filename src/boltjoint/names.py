@@ -78,6 +78,12 @@ REDUCTIONS = {
             is_fitted=False,
             needs=(COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD),
         ),
+        Reduction(
+            "iwan",
+            " of one Iwan element",
+            needs=(COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD),
+            options={"load_fractions": "load_fractions"},
+        ),
     )
 }
 _COUNTED, _PLAIN = (

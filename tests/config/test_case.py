@@ -28,6 +28,7 @@ def test_joints_are_listed_once_in_the_order_of_the_file():
         "regions=6/elements=7",
         "regions=6/harmonic=7",
         "regions=6/table",
+        "regions=6/iwan",
         "clusters=auto",
     )
     assert case.joints("enriched-40")[0] == "node-to-node"

@@ -6,6 +6,7 @@ from functools import partial
 import xarray as xr
 
 from boltjoint import checks
+from boltjoint.joint.fit_iwan import fit_iwan_joint
 from boltjoint.joint.model import Joint
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 
@@ -14,6 +15,7 @@ from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 REDUCTIONS: dict[str, Callable[..., tuple[Joint, xr.Dataset]]] = {
     "elements": partial(fit_reduced_joint, method="loops"),
     "harmonic": partial(fit_reduced_joint, method="describing-function"),
+    "iwan": fit_iwan_joint,
     "table": lambda joint: (tabulate_joint(joint), xr.Dataset()),
 }
 

@@ -1,0 +1,157 @@
+"""Fit of one four-parameter Iwan element to the friction elements of each region.
+
+Stiffness and slip force are those of the region; exponent and weight of the distribution are fitted
+to the describing function at all amplitudes, weighted as that of a single element
+(``joint.fit_describing_function``). An Iwan element slips at any amplitude, where the elements of a
+region do not until the first of them slips.
+
+References
+----------
+D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Applied Mechanics 72
+(2005) 752-760.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from boltjoint import checks
+from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.joint.fit_describing_function import LOSS_WEIGHT, DescribingFunctionMisfit
+from boltjoint.joint.masing import (
+    LOOP_SAMPLES,
+    amplitude_of_load,
+    checked_elements,
+    loop_error_of_curve,
+    unloading_branch,
+)
+from boltjoint.joint.model import Joint
+from boltjoint.joint.reduced import check_capabilities, fit_dataset
+from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
+
+Array = NDArray[np.float64]
+
+#: bounds of chi and of the logarithm of beta: the law itself goes on to -1 and 0
+_LOWER, _UPPER = (-0.99, -12.0), (0.0, 8.0)
+
+#: initial guesses of chi and of the logarithm of beta
+_GUESSES = tuple(product((-0.9, -0.5, -0.1), (-2.0, 1.0, 2.5)))
+
+#: displacements of the loading curves that are compared beside the corners of that of the region
+_CURVE_SAMPLES = 400
+
+
+def fit_iwan_element(stiffness: Array, slip_force: Array) -> FourParameterIwan:
+    """Four-parameter Iwan element with the totals of many elements and the nearest harmonic force.
+
+    Parameters
+    ----------
+    stiffness, slip_force
+        Of the elements of a region [N/m], [N], shape (many,).
+
+    Returns
+    -------
+    FourParameterIwan
+        One element on point 0.
+
+    Raises
+    ------
+    ValueError
+        If a stiffness or slip force is not positive.
+    """
+    stiffness, slip_force = checked_elements("stiffness", stiffness, slip_force)
+    misfit = DescribingFunctionMisfit(stiffness, slip_force, LOSS_WEIGHT)
+    # an element and a point for each amplitude
+    motion = np.column_stack([misfit.amplitude, np.zeros_like(misfit.amplitude)])
+    each, on = np.ones(len(motion)), np.arange(len(motion))
+    totals = stiffness.sum(), slip_force.sum()
+
+    def residual(unknown: Array) -> Array:
+        chi, beta = unknown[0], np.exp(unknown[1])
+        law = FourParameterIwan(on, *(total * each for total in totals), chi * each, beta * each)
+        return misfit.difference((law.evaluate(motion) / misfit.amplitude[:, None]).T.ravel())
+
+    best = min(
+        (least_squares(residual, guess, bounds=(_LOWER, _UPPER)) for guess in _GUESSES),
+        key=lambda result: result.cost,
+    )
+    quantities = *totals, best.x[0], np.exp(best.x[1])
+    return FourParameterIwan(np.zeros(1, dtype=np.int64), *np.reshape(quantities, (4, 1)))
+
+
+def fit_iwan_joint(
+    joint: Joint, *, load_fractions: Sequence[float] = (0.3, 0.6, 0.9)
+) -> tuple[Joint, xr.Dataset]:
+    """Replace the elements of every region by one four-parameter Iwan element.
+
+    Parameters
+    ----------
+    joint
+        A joint of regions of Coulomb friction elements under constant normal load.
+    load_fractions
+        The loops of the dataset are those at which a region carries these fractions of its slip
+        force.
+
+    Returns
+    -------
+    joint : Joint
+        On the same points, with one element each.
+    fit : Dataset
+        As from ``joint.reduced.fit_reduced_joint``.
+
+    Raises
+    ------
+    ValueError
+        If the law of the joint is another one, a region has no element, or a fraction is not
+        between 0 and 1.
+    """
+    check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
+    fractions = checks.array("load_fractions", load_fractions, ("loops",), above=0, at_most=1)
+    law = joint.law
+    fits, known = [], []
+    for point in range(joint.points):
+        mine = law.point_of_element == point
+        k, s = law.tangential_stiffness[mine], law.slip_force[mine]
+        if not k.size:
+            raise ValueError(f"region {point + 1} of the joint has no element")
+        fits.append(fit_iwan_element(k, s))
+        known.append(_known(k, s, fits[-1], fractions))
+    quantities = {
+        name: np.concatenate([getattr(fit, name) for fit in fits])
+        for name in FourParameterIwan.quantities
+    }
+    reduced = replace(
+        joint,
+        law=FourParameterIwan(np.arange(joint.points), **quantities),
+        element_position=joint.position,
+    )
+    return reduced, fit_dataset(**{name: [each[name] for each in known] for name in known[0]})
+
+
+def _known(k: Array, s: Array, fit: FourParameterIwan, fractions: Array) -> dict[str, object]:
+    """Cost, error and loops of the fit of a region, as for ``fit_dataset``."""
+    amplitude = np.array([amplitude_of_load(fraction, k, s) for fraction in fractions])
+    u = np.outer(amplitude, np.cos(np.linspace(0, np.pi, LOOP_SAMPLES)))
+    of_region = np.array([unloading_branch(a, v, k, s) for a, v in zip(amplitude, u, strict=True)])
+    drop = (amplitude[:, None] - u) / 2
+    top = fit.loading_curve(amplitude)
+    of_fit = top - 2 * fit.loading_curve(drop)[..., 0]
+    onset = s / k
+    last = max(onset.max(), fit.largest_slip_displacement[0])
+    samples = np.geomspace(1e-2 * onset.min(), last, _CURVE_SAMPLES)
+    corner = np.unique(np.concatenate([[0.0], onset, samples]))
+    error = loop_error_of_curve(corner, fit.loading_curve(corner)[:, 0], k, s)
+    return {
+        # both halves of a loop are compared in eq. 3.3, one is computed
+        "cost": float(2 * np.sum((of_fit - of_region) ** 2)),
+        "error": error,
+        "amplitude": amplitude,
+        "displacement": u,
+        "force_of_region": of_region,
+        "force_of_fit": of_fit,
+    }
