@@ -80,9 +80,10 @@ CASES = {"small": CASE, "variable": VARIABLE}
 SETTINGS = {
     "cases": ["small"],
     "contact_adapted_basis": {
-        "contact_stiffness_N_per_m": 1e9,
         "resonances": 1,
-        "slip_levels": 5,
+        "states": 6,
+        "adaptations": 1,
+        "trial_step": 72,
         "maximum_vectors": 8,
     },
     "timing": {"repeats": 1},

@@ -117,8 +117,11 @@ def test_a_basis_is_parsed():
     bases = [Basis(name) for name in ("free-16", "enriched-40")]
     assert [basis.vectors for basis in bases] == [16, 40]
     assert [basis.is_contact_adapted for basis in bases] == [False, True]
-    for name in ("free", "free-0", "enriched-", "enriched-04", "enrich-4", "free-4\n"):
-        with pytest.raises(ValueError, match="must be free-N or enriched-N"):
+    automatic = Basis("enriched-auto")
+    assert (automatic.vectors, automatic.is_contact_adapted) == ("auto", True)
+    assert (automatic.fewest, automatic.most) == (8, 100)
+    for name in ("free", "free-auto", "free-0", "enriched-", "enriched-04", "enrich-4", "free-4\n"):
+        with pytest.raises(ValueError, match="must be free-N, enriched-N or enriched-auto"):
             Basis(name)
 
 

@@ -12,6 +12,9 @@ from typing import ClassVar, Literal, Self
 #: more modes than a mesh of this kind resolves; the patterns hold the number
 MOST_MODES = 100
 
+#: vectors that a basis whose number a tolerance decides has at least
+FEWEST_AUTOMATIC = 8
+
 #: names of cases and assemblies: one of a case among others makes the name of a file, which has
 #: room for 255 characters
 NAME = r"^[A-Za-z0-9_-]{1,64}$"
@@ -194,20 +197,33 @@ class JointName(ParsedName):
 class Basis(ParsedName):
     """A reduction basis: ``vectors`` free-interface modes, or contact-adapted vectors.
 
+    ``vectors`` is ``auto`` where a tolerance decides; there are then from ``fewest`` to ``most``.
+
     >>> Basis("enriched-40").vectors, Basis("enriched-40").is_contact_adapted
     (40, True)
+    >>> Basis("enriched-auto").vectors, Basis("enriched-auto").fewest, Basis("free-4").fewest
+    ('auto', 8, 4)
     """
 
     QUANTITY = "modes"
-    PATTERN = rf"^(free|enriched)-{_NUMBER}$"
-    MEANING = f"must be free-N or enriched-N, N being the number of modes, at most {MOST_MODES}"
+    PATTERN = rf"^(?:(free|enriched)-{_NUMBER}|enriched-(auto))$"
+    MEANING = (
+        "must be free-N, enriched-N or enriched-auto, N being the number of modes, "
+        f"at most {MOST_MODES}"
+    )
 
-    vectors: int
+    vectors: int | Literal["auto"]
+    fewest: int
+    most: int
     is_contact_adapted: bool
 
     def _read(self, *parts: str | None) -> None:
-        kind, number = parts
-        self.vectors, self.is_contact_adapted = int(number), kind == "enriched"
+        kind, number, *_ = parts
+        self.is_contact_adapted = kind != "free"
+        self.vectors = int(number) if number else "auto"
+        self.fewest, self.most = (
+            (int(number), int(number)) if number else (FEWEST_AUTOMATIC, MOST_MODES)
+        )
 
 
 class ComparedBasis(Basis):

@@ -7,7 +7,7 @@ from scipy.sparse.linalg import eigsh
 
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.dataset import save
-from boltjoint.structure.basis.pod import find_pod_modes
+from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.structure.constraints import (
     assemble_assembly,
     free_displacements,
@@ -29,6 +29,14 @@ def test_patterns_are_parts_of_the_loaded_pairs(assembly, preload):
     assert all(0 < part.sum() < loaded.sum() for name, part in found.items() if name != "all")
     assert not np.any(found["within 6.5 mm"] & ~found["within 9 mm"])
     np.testing.assert_array_equal(found["within 9 mm"] ^ found["beyond 9 mm"], loaded)
+
+
+def test_radii_are_those_of_the_bolts(assembly, preload):
+    given = stuck_patterns(assembly, preload, (9e-3, 6.5e-3))
+    for name, part in stuck_patterns(assembly, preload).items():
+        np.testing.assert_array_equal(part, given[name])
+    smaller = assembly.assign(hole_diameter=6.6e-3 + 0 * assembly["hole_diameter"])
+    assert {"within 6.6 mm", "within 6.5 mm"} < set(stuck_patterns(smaller, preload))
 
 
 def test_resonances_are_those_of_the_whole_model_without_assumed_symmetry(
@@ -69,9 +77,11 @@ def test_without_springs_a_basis_of_free_modes_is_exact(assembly, preload, modes
 
 def test_contact_adapted_basis_beats_free_modes(assembly, preload, modes, patterns):
     free = resonances_in(modes, patterns)["error"]
-    basis = find_modes(
-        assembly, "enriched-40", find_pod_modes(assembly, preload, ContactAdaptedBasis())
+    contact = {"law": "constant", "tangential_stiffness_N_per_m": 1e8, "friction_coefficient": 0.1}
+    pod_modes = find_pod_modes(
+        assembly, preload, [ContactCondition.of(contact, 2e-3)], ContactAdaptedBasis(trial_step=72)
     )
+    basis = find_modes(assembly, "enriched-40", pod_modes)
     enriched = resonances_in(basis, patterns)["error"]
     # a basis can only be too stiff, but for rounding
     assert enriched.min() > -1e-8

@@ -98,7 +98,7 @@ def test_a_tolerance_and_numbers_of_regions_to_compare_leave_the_cases_alone(cop
 
 
 def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(copied):
-    options = ["fitting={initial_guesses: 3}", "contact_adapted_basis={slip_levels: 6}"]
+    options = ["fitting={initial_guesses: 3}", "contact_adapted_basis={states: 7}"]
     found = planned(copied, "--config", *options)
     assert among(found, "assemblies/*.nc") == [
         f"results/assemblies/two_bolt/{ENRICHED}/modes.nc",

@@ -59,6 +59,7 @@ rule find_pod_modes:
         runtime=lambda w: resources_of("pod_modes", w.assembly)["runtime"],
     params:
         library=library("find_pod_modes.py"),
+        conditions=lambda w: study.contact_conditions(w.assembly),
         contact_adapted_basis=study.contact_adapted_basis.model_dump(),
     script:
         "../scripts/find_pod_modes.py"
@@ -108,8 +109,8 @@ rule find_patterns:
         runtime=lambda w: resources_of("patterns", w.assembly)["runtime"],
     params:
         library=library("find_patterns.py"),
-        options={
-            "stiffness": study.contact_adapted_basis.contact_stiffness_N_per_m,
+        options=lambda w: {
+            "stiffness": study.stuck_stiffness(w.assembly),
             "number": COMPARED_RESONANCES,
         },
     script:

@@ -1,14 +1,15 @@
-"""Find the POD modes of snapshots of an assembly whose contact sticks, slips and opens."""
+"""Find the POD modes of an assembly for the contact and damping of its cases."""
 
 from boltjoint import dataset
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-from boltjoint.structure.basis.pod import find_pod_modes
+from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found = find_pod_modes(
     dataset.load(snakemake.input.assembly),
     dataset.load(snakemake.input.preload),
+    [ContactCondition.of(**condition) for condition in snakemake.params.conditions],
     ContactAdaptedBasis(**snakemake.params.contact_adapted_basis),
 )
 dataset.save(found, snakemake.output.pod_modes, snakemake.params)

@@ -96,7 +96,8 @@ class Case(Entry):
     modes: Several[ModalBasis]
     """Bases of all blocks that give none: ``free-N``, the first N bending modes without contact, as
     in the source; ``enriched-N``, the first N vectors of the contact-adapted basis, which also hold
-    the motion of the contact in stick, slip and separation. N is at most
+    the motion of the contact in stick, slip and separation; ``enriched-auto``, as many of them as
+    the tolerances of ``contact_adapted_basis`` ask for, at least 8. N is at most
     ``contact_adapted_basis.maximum_vectors`` there, and at most ``free_modes`` and two for each
     contact pair on one side of the centre line and on it."""
     coordinates: Several[Unknowns]
@@ -224,8 +225,8 @@ class Case(Entry):
 
     def _conflicts_in_block(self, index: int) -> Problems:
         block, above = self.blocks[index], ("solve", index)
-        smallest = min(block.modes, key=lambda basis: basis.vectors)
-        available = smallest.vectors
+        smallest = min(block.modes, key=lambda basis: basis.fewest)
+        available = smallest.fewest
         for place, name in enumerate(block.coordinates):
             if (name.count or 0) > available:
                 path = (*self.place_of("coordinates", index), place)

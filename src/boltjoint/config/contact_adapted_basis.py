@@ -1,31 +1,46 @@
-"""Contact-adapted basis: contact, resonances and slip that the bases enriched-N are made for."""
+"""Contact-adapted basis: accuracy and numerical options of the bases ``enriched-N``."""
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import Count, ModesCount, Positive, Problems
+from boltjoint.config.types import Count, Fraction, ModesCount, Positive, Problems
 
 
 class ContactAdaptedBasis(Entry):
-    """Contact, resonances and slip that the bases ``enriched-N`` are made for.
+    """Accuracy and numerical options of the bases ``enriched-N`` and ``enriched-auto``.
 
-    One basis of each size serves all cases of an assembly. It is most accurate for what it was made
-    for; the more vectors, the less that matters.
+    One basis of each size serves all cases of an assembly: it is made for the contact and damping
+    of each of them, and for those of all cases where none uses the assembly. A case that is added
+    with another contact or damping therefore makes new bases.
     """
 
-    contact_stiffness_N_per_m: Positive = 1e8
-    """Stiffness of each contact pair, along the bar and across the contact."""
-    friction_coefficient: Positive = 0.1
-    """Coulomb friction coefficient; it decides whether pairs slip before they open."""
-    loss_factor: Positive = 0.002
-    """Structural loss factor, relative to which snapshots are weighted by their friction."""
-    free_modes: ModesCount = 12
-    """Modes without contact among the candidates."""
+    frequency_tolerance: Fraction = 1e-3
+    """Relative error of the frequency of a peak. ``enriched-auto`` has the fewest vectors with
+    which no peak of the first resonance is estimated to have a larger one."""
+    amplitude_tolerance: Fraction = 1e-2
+    """The same of its amplitude."""
+    pattern_tolerance: Fraction = 2e-3
+    """Relative error of resonances while a part of the contact sticks, against which that of peaks
+    is weighed."""
     resonances: ModesCount = 2
     """Resonances whose motion the bases hold, from the first; at most ``free_modes``."""
-    slip_levels: Count = 14
-    """Levels by which the slip fraction grows from none to all of the load; more levels span more
-    vectors."""
+    free_modes: ModesCount = 12
+    """Modes without contact among the candidates."""
     maximum_vectors: ModesCount = 80
     """Vectors of the largest basis; ``enriched-N`` has the first N of them."""
+    balanced_vectors: ModesCount = 40
+    """Vectors with which all errors are made equally small, or ``maximum_vectors`` if fewer."""
+    states: Count = 24
+    """States of each backbone from which the basis is made."""
+    adaptations: Count = 3
+    """Bases that are each made from the errors of the one before."""
+    trial_step: Count = 8
+    """Step of the numbers of vectors whose errors are estimated."""
+    lowest_amplitude: Positive = 3.0
+    """Amplitude at which backbones begin, over that at which the first pair slips."""
+    highest_amplitude: Positive = 300.0
+    """Amplitude at which they end, over that at which half of the pairs slip: all slip there."""
+    smallest_growth: Fraction = 0.1
+    """Smallest derivative of the logarithm of the force by that of the amplitude of its peak. Where
+    it is less, near a fold of the peaks, the amplitude at a force has no limit of accuracy."""
 
     def conflicts(self) -> Problems:
         if self.resonances > self.free_modes:

@@ -6,7 +6,7 @@ from typing import Any, Literal, Self, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from boltjoint.config.renamed import MOVED_KEYS, RENAMED_KEYS, RENAMED_VALUES
+from boltjoint.config.renamed import MOVED_KEYS, REMOVED_KEYS, RENAMED_KEYS, RENAMED_VALUES
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.types import PATTERNS, KeyPath, Problems, refuse
 
@@ -98,6 +98,8 @@ def _instead(model: type[Entry], location: KeyPath, path: KeyPath) -> str:
         return f"now called {new}"
     if moved := MOVED_KEYS.get(_dotted(path)):
         return f"now {moved}"
+    if reason := REMOVED_KEYS.get(_dotted(path)):
+        return reason
     key = str(path[-1])
     if elsewhere := [owner for owner in _owners(model, path) if key in owner.model_fields]:
         tags = (f"{name}: {tag}" for owner in elsewhere for tag, name in _tags(owner).items())

@@ -31,6 +31,27 @@ class Study(Settings):
             raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, self.cases)}")
         return self.cases[name]
 
+    def contact_conditions(self, assembly: str) -> list[dict[str, Any]]:
+        """Contact and damping that the bases of an assembly are made for, each once.
+
+        Those of the cases that use it, or of all cases where none does.
+        """
+        own = [case for case in self.cases.values() if case.assembly == assembly]
+        found: list[dict[str, Any]] = []
+        for case in own or self.cases.values():
+            condition = {"contact": case.contact.model_dump(), "loss_factor": case.loss_factor}
+            if condition not in found:
+                found.append(condition)
+        return found
+
+    def stuck_stiffness(self, assembly: str) -> float:
+        """Stiffness of pairs that stick [N/m] where bases are compared: the largest of its cases.
+
+        As for ``contact_conditions``.
+        """
+        conditions = self.contact_conditions(assembly)
+        return max(each["contact"]["tangential_stiffness_N_per_m"] for each in conditions)
+
 
 def load_study(
     folder: str | Path,
@@ -214,7 +235,7 @@ def _too_large(
     basis: Basis, options: ContactAdaptedBasis, assemblies: Mapping[str, Assembly | None]
 ) -> str | None:
     """What an enriched basis of more vectors than are found must be, for the first assembly."""
-    if not basis.is_contact_adapted:
+    if not basis.is_contact_adapted or basis.vectors == "auto":
         return None
     number, most = basis.vectors, options.maximum_vectors
     if number > most:

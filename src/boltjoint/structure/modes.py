@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.basis.pod import basis_of_pod_modes
+from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
 from boltjoint.structure.constraints import (
     assemble_assembly,
     constrain,
@@ -75,6 +75,7 @@ def find_modes(
     family
         ``free-N``: the first N bending modes with the contact removed. ``enriched-N``: the
         contact-adapted basis of N vectors, orthonormal in mass and diagonal in stiffness.
+        ``enriched-auto``: as many vectors as reach the tolerances of the POD modes.
     pod_modes
         As from ``find_pod_modes``, for the same assembly; ``enriched-N`` takes the first N of them,
         ``free-N`` needs none.
@@ -89,7 +90,9 @@ def find_modes(
         axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode that was solved for, for
         large N symmetric ones only: ``candidate_frequency`` (candidate) [Hz], ``candidate_family``
         (candidate), and the shares of kinetic energy that decided it, ``energy_share`` (candidate,
-        axis) and ``symmetric_share`` (candidate).
+        axis) and ``symmetric_share`` (candidate). With ``enriched-auto``, and where they are known
+        with ``enriched-N``, the attributes ``estimated_frequency_error`` and
+        ``estimated_amplitude_error``: largest relative errors of peaks that are due to the basis.
 
     Raises
     ------
@@ -103,6 +106,7 @@ def find_modes(
     """
     checks.instance("assembly", assembly, xr.Dataset)
     kind, number = _parse(family)
+    attributes: dict[str, str | float] = {"modes": family}
     if kind == "free":
         modes, bending = _free_bending(assembly, number)
         candidates = _candidates(modes)
@@ -111,6 +115,8 @@ def find_modes(
         if pod_modes is None:
             raise ValueError(f"{family} needs POD modes of the assembly, from find_pod_modes")
         candidates = {}
+        number = pod_modes.attrs["automatic_vectors"] if number is None else number
+        attributes |= {"vectors": number, **estimated_errors(pod_modes, number)}
         frequency, shape = basis_of_pod_modes(assembly, pod_modes, number)
     response, excitation = (_at_point(assembly, point, shape) for point in _POINTS)
     largest = abs(shape).max(axis=(0, 1))
@@ -154,7 +160,7 @@ def find_modes(
             **candidates,
         },
         coords={"axis": assembly["axis"].variable},
-        attrs={"modes": family},
+        attrs=attributes,
     )
 
 
@@ -277,14 +283,17 @@ def _candidates(modes: Modes) -> dict[str, xr.Variable]:
     }
 
 
-def _parse(family: str) -> tuple[str, int]:
-    """Kind and number of vectors of a family of bases."""
+def _parse(family: str) -> tuple[str, int | None]:
+    """Kind and number of vectors of a family of bases, None where POD modes know it."""
     text = family if isinstance(family, str) else ""
+    if text == "enriched-auto":
+        return "enriched", None
     match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", text)
     if match is None or match[1] not in _FAMILIES:
         allowed = ", ".join(f"{name}-N" for name in _FAMILIES)
         raise ValueError(
-            f"family {family!r} is not known; allowed: {allowed}, N being their number"
+            f"family {family!r} is not known; allowed: {allowed}, N being their number, "
+            "enriched-auto"
         )
     return match[1], int(match[2])
 

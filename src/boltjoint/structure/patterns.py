@@ -26,7 +26,7 @@ SPRINGS = ("x", "xz")
 
 
 def stuck_patterns(
-    assembly: xr.Dataset, preload: xr.Dataset, radii: tuple[float, ...] = (9e-3, 6.5e-3)
+    assembly: xr.Dataset, preload: xr.Dataset, radii: tuple[float, ...] | None = None
 ) -> dict[str, NDArray[np.bool_]]:
     """Parts of the loaded pairs that may stick while the others slip.
 
@@ -35,7 +35,8 @@ def stuck_patterns(
     assembly, preload
         As from ``build_assembly`` and ``apply_preload``.
     radii
-        Distances from the nearest bolt axis [m] within which pairs stick, the largest first.
+        Distances from the nearest bolt axis [m] within which pairs stick, the largest first; by
+        default the diameter of the holes, twice their radius, and the radius of the heads.
 
     Returns
     -------
@@ -49,7 +50,10 @@ def stuck_patterns(
     ValueError
         If the two do not hold the same pairs, or there is no radius, or one that is not positive.
     """
-    radii = checks.numbers("radii", radii)
+    if radii is None:
+        radii = assembly["hole_diameter"].item(), assembly["head_diameter"].item() / 2
+    # of wide heads the radius is the larger one
+    radii = sorted(checks.numbers("radii", radii), reverse=True)
     x, y, _ = checks.variable("assembly", assembly, "position", ("pair", "axis")).T
     bolt_x, bolt_y, _ = checks.variable("assembly", assembly, "bolt_position", ("bolt", "axis")).T
     load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)

@@ -138,6 +138,7 @@ class Contents:
     def converged(self, case: str) -> Response | None:
         """The response that comes closest to the structure: node-to-node, in the largest basis.
 
+        A basis of as many vectors as a tolerance asks for counts as the largest.
         Of contact-adapted bases, around the first resonance.
         """
         found = [
@@ -145,7 +146,7 @@ class Contents:
             for one in self.references(case)
             if one.resonance == 1 and one.basis.is_contact_adapted
         ]
-        return max(found, key=lambda one: one.basis.vectors, default=None)
+        return max(found, key=lambda one: one.basis.most, default=None)
 
     def compared(self, case: str) -> list[Response]:
         """The responses of a case around the resonance of its converged one."""

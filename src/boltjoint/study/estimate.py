@@ -249,9 +249,9 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
         memory = _PROCESS + _FACTORS * fill
         yield _Job("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
     for modes in contents.select("modes", form="data", assembly=name):
-        number = modes.basis.vectors
         if modes.basis.is_contact_adapted:
             continue
+        number = modes.basis.vectors
         of_half = number > _MOST_OF_WHOLE
         # of three modes about one bends in the plane
         met = _VECTORS_PER_MODE * (3 * number + 2) * vector
@@ -287,7 +287,10 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     if solver.sampling is not None:
         effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
     for response in contents.responses(name):
-        unknowns = components * (response.coordinates.count or response.basis.vectors)
+        vectors = min(response.basis.most, study.contact_adapted_basis.maximum_vectors)
+        if not response.basis.is_contact_adapted:
+            vectors = response.basis.vectors
+        unknowns = components * (response.coordinates.count or vectors)
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )

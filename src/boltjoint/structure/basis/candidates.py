@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.spatial import cKDTree
 
 from boltjoint.structure.constraints import ConstrainedStructure, factorise, relative_displacements
 
@@ -59,6 +60,11 @@ class Candidates:
         [m], shape (pairs, 3).
     bolt_position
         [m], shape (bolts, 3).
+    assembly_position
+        Of all pairs of the assembly [m], shape (pairs of the assembly, 3).
+    pair_on_side
+        The pair here that each pair of the assembly is, or is the mirror image of, shape (pairs of
+        the assembly,).
     """
 
     vector: Array
@@ -72,6 +78,8 @@ class Candidates:
     pressure: Array
     position: Array
     bolt_position: Array
+    assembly_position: Array
+    pair_on_side: NDArray[np.int64]
 
     @cached_property
     def rows(self) -> Array:
@@ -194,6 +202,8 @@ def find_candidates(
     coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
     tangential, normal = np.split(moved @ coordinate, 2)
     load = preload["normal_load"].to_numpy()[pair]
+    # pairs on the given side as they are, the others mirrored
+    side = np.where(position[:, 1:2] > -across, [1, -1, 1], 1)
     return Candidates(
         vector=vector,
         coordinate=coordinate,
@@ -206,6 +216,8 @@ def find_candidates(
         pressure=load / assembly["area"].to_numpy()[pair],
         position=position[pair],
         bolt_position=assembly["bolt_position"].to_numpy(),
+        assembly_position=position,
+        pair_on_side=cKDTree(position[pair]).query(position * [1, -1, 1] * side)[1],
     )
 
 

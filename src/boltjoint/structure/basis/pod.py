@@ -1,115 +1,172 @@
-"""Contact-adapted basis: POD modes of snapshots of a contact that sticks, slips and opens.
+"""Contact-adapted basis: POD modes of snapshots, and the snapshot weights that hold all equally.
 
-The snapshots are solved in candidates that resolve whatever the contact does. Their proper
-orthogonal decomposition (POD) in the norm of strain energy keeps the vectors they have most in
-common. Any first N of these POD modes make the basis ``enriched-N``.
+Proper orthogonal decomposition (POD) in the norm of strain energy keeps the vectors that weighted
+snapshots have most in common. Any first N of these POD modes make the basis ``enriched-N``. The
+weights are those of a minimax problem: the largest error of all that the basis is made for is to be
+as small as possible. It is solved by multiplicative weights: what is held worst counts more in the
+next decomposition.
 
 References
 ----------
 G. Berkooz, P. Holmes, J. L. Lumley: The proper orthogonal decomposition in the analysis of
 turbulent flows. Annual Review of Fluid Mechanics 25 (1993) 539-575.
+S. Arora, E. Hazan, S. Kale: The multiplicative weights update method: a meta-algorithm and
+applications. Theory of Computing 8 (2012) 121-164.
 """
 
-import logging
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import eigh
-from scipy.sparse.linalg import ArpackError
-from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
-from boltjoint.dataset import quantity
 from boltjoint.structure.basis.candidates import (
     DEPENDENT_SHARE,
     Candidates,
-    find_candidates,
     stuck_spring_stiffness,
 )
-from boltjoint.structure.basis.snapshots import slipping_snapshots, stuck_snapshots
+from boltjoint.structure.basis.snapshots import Snapshot
 from boltjoint.structure.constraints import check_held
 from boltjoint.structure.symmetry import symmetric_half
 
-if TYPE_CHECKING:
-    from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-
-logger = logging.getLogger(__name__)
-
 Array = NDArray[np.float64]
 
+#: share of the largest weight below which none falls, so that what is held well can come back
+_LEAST_WEIGHT = 1e-3
 
-# one thread: sums in another order would change the last digits from machine to machine
-@threadpool_limits.wrap(limits=1, user_api="blas")
-def find_pod_modes(
-    assembly: xr.Dataset, preload: xr.Dataset, options: "ContactAdaptedBasis"
-) -> xr.Dataset:
-    """POD modes of an assembly whose contact sticks, slips and opens.
+
+@dataclass(frozen=True)
+class PODModes:
+    """POD modes of weighted snapshots, and how well they hold each snapshot.
+
+    Attributes
+    ----------
+    vector
+        Orthonormal in strain energy, by decreasing energy, shape (candidates, POD modes).
+    energy_share
+        Energy of the weighted snapshots along each over all of it, shape (POD modes,).
+    error_bound
+        Largest error bound of all quantities of interest, over their tolerances, in the number of
+        vectors that the weights are for.
+    """
+
+    vector: Array
+    energy_share: Array
+    error_bound: float
+
+
+class EnergyCoordinates:
+    """Vectors in coordinates that are orthonormal in strain energy with the contact stuck.
+
+    The error of a resonance is about the squared error of its mode in that norm.
 
     Parameters
     ----------
-    assembly, preload
-        As from ``build_assembly`` and ``apply_preload``. Only the ratios of the loads matter, not
-        their size.
-    options
-        Contact, resonances and slip levels of the snapshots, and the number of POD modes; there are
-        fewer where the snapshots span fewer.
-
-    Returns
-    -------
-    Dataset
-        ``pod_mode_shape`` (node, axis, pod_mode) [m J^-1/2], by decreasing energy, orthonormal in
-        strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
-        (pod_mode): energy of the weighted snapshots along it, over all of theirs; ``position``
-        (pair, axis) [m].
-
-    Raises
-    ------
-    ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, or the mesh is not
-        symmetric about y = 0.
-    RuntimeError
-        If the assembly is not held, or the snapshots are lost in rounding.
+    candidates
+        The space of the vectors.
+    vectors
+        Shape (candidates, vectors); each counts alike, whatever its size.
+    contact_stiffness
+        Of the springs on all loaded pairs, along x and z [N/m].
     """
-    half = symmetric_half(assembly)
-    candidates = find_candidates(assembly, preload, half, options.free_modes)
-    try:
-        snapshots = np.concatenate(
-            [*stuck_snapshots(candidates, options), *slipping_snapshots(candidates, options)],
-            axis=1,
-        )
-        pod_modes, share = proper_orthogonal_modes(
-            candidates, snapshots, options.maximum_vectors, options.contact_stiffness_N_per_m
-        )
-    except (ArpackError, ValueError) as error:
-        # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
-        raise RuntimeError(
-            f"the snapshots of {options!r} are lost in rounding ({error}): choose the values of "
-            "contact_adapted_basis nearer to their defaults"
-        ) from error
-    logger.info(
-        "contact-adapted basis: %d candidates, %d snapshots, %d POD modes",
-        len(candidates.mass),
-        snapshots.shape[1],
-        len(share),
-    )
-    shape = half.displacement @ (candidates.vector @ (candidates.coordinate @ pod_modes))
-    return xr.Dataset(
-        {
-            "pod_mode_shape": quantity(
-                ("node", "axis", "pod_mode"),
-                shape.reshape(-1, 3, len(share)),
-                "m J^-1/2",
-                "POD mode, of unit strain energy with the contact stuck",
-            ),
-            "energy_share": quantity(
-                "pod_mode", share, "1", "strain energy of the snapshots along it, over all of it"
-            ),
-            "position": assembly["position"].variable,
-        },
-        coords={"axis": assembly["axis"].variable},
-    )
+
+    def __init__(self, candidates: Candidates, vectors: Array, contact_stiffness: float) -> None:
+        moved = candidates.rows @ vectors
+        spring = stuck_spring_stiffness(candidates, contact_stiffness)
+        norm = np.sqrt((vectors**2).sum(axis=0) + spring @ moved**2)
+        self._vectors, self._norm = vectors, np.where(norm > 0, norm, 1.0)
+        self._moved, self._spring = moved, spring
+
+    @cached_property
+    def _decomposition(self) -> tuple[Array, Array]:
+        scaled, moved = self._vectors / self._norm, self._moved / self._norm
+        energy, turn = eigh(scaled.T @ scaled + moved.T @ (self._spring[:, None] * moved))
+        independent = energy > DEPENDENT_SHARE * energy[-1]
+        return np.sqrt(energy[independent]), turn[:, independent]
+
+    @property
+    def basis(self) -> Array:
+        """Orthonormal vectors that span the given ones, shape (candidates, rank)."""
+        root, turn = self._decomposition
+        return (self._vectors / self._norm) @ (turn / root)
+
+    @property
+    def coordinate(self) -> Array:
+        """The given vectors in that basis, shape (rank, vectors)."""
+        root, turn = self._decomposition
+        return (turn * root).T * self._norm
+
+
+def balanced_pod_modes(
+    candidates: Candidates,
+    snapshots: Sequence[Snapshot],
+    number: int,
+    maximum: int,
+    contact_stiffness: float,
+    iterations: int = 40,
+) -> PODModes:
+    """POD modes of snapshots whose weights make the largest error bound as small as possible.
+
+    With the distances a of a motion and b of an adjoint from the span of the first N modes, the
+    error bound is ``a b``. In the weighted sum ``sum l a b`` of all bounds, a decomposition weighs
+    the square of a by ``l b / a`` and that of b by ``l a / b``. After each decomposition, l grows
+    by the root of the bound over the largest one. The best of all decompositions is kept.
+
+    Parameters
+    ----------
+    candidates
+        The space of the snapshots.
+    snapshots
+        At least one.
+    number
+        N.
+    maximum
+        POD modes kept, or as many as the snapshots span if those are fewer.
+    contact_stiffness
+        Of the norm [N/m].
+    iterations
+        Decompositions.
+    """
+    snapshots = list(snapshots)
+    columns = [part for each in snapshots for part in (each.motion, *each.adjoints)]
+    coordinates = EnergyCoordinates(candidates, np.concatenate(columns, axis=1), contact_stiffness)
+    coordinate = coordinates.coordinate
+    # of every part, a motion or an adjoint, its first column; of every product, its two parts
+    first = np.cumsum([0, *(part.shape[1] for part in columns)])
+    counts = [1 + len(each.adjoints) for each in snapshots]
+    start = np.cumsum([0, *counts[:-1]])
+    motion = np.repeat(start, [count - 1 for count in counts])
+    adjoint = np.delete(np.arange(len(columns)), start)
+
+    def distances(outside: Array) -> Array:
+        return np.sqrt(np.add.reduceat((outside**2).sum(axis=0), first[:-1]))
+
+    distance = distances(coordinate)
+    importance = np.full(len(adjoint), 1.0 / len(adjoint))
+    best = None
+    for _ in range(iterations):
+        a, b = (np.maximum(distance[part], np.finfo(float).tiny) for part in (motion, adjoint))
+        weight = np.bincount(motion, importance * b / a, len(columns))
+        weight[adjoint] = importance * a / b
+        by_column = np.repeat(weight, np.diff(first))
+        energy, vectors = eigh((coordinate * by_column) @ coordinate.T)
+        energy, vectors = energy[::-1], vectors[:, ::-1]
+        kept = vectors[:, :number]
+        distance = distances(coordinate - kept @ (kept.T @ coordinate))
+        bound = distance[motion] * distance[adjoint]
+        largest = bound.max()
+        if best is None or largest < best[0]:
+            best = largest, vectors[:, :maximum], np.maximum(energy, 0.0) / energy.sum()
+        if largest <= 0:
+            break
+        importance = importance * np.sqrt(bound / largest)
+        importance = np.maximum(importance / importance.sum(), _LEAST_WEIGHT / len(adjoint))
+    largest, vectors, share = best
+    return PODModes(coordinates.basis @ vectors, share[: vectors.shape[1]], float(largest))
 
 
 def basis_of_pod_modes(
@@ -146,7 +203,7 @@ def basis_of_pod_modes(
     if number > pod_modes.sizes["pod_mode"]:
         raise ValueError(
             f"enriched-{number}: there are {pod_modes.sizes['pod_mode']} POD modes; keep more of "
-            "them, or find them for more slip levels if the snapshots span no more"
+            "them, or find them from more states if the snapshots span no more"
         )
     half = symmetric_half(assembly)
     shape = pod_modes["pod_mode_shape"].transpose("node", "axis", "pod_mode")[..., :number]
@@ -157,35 +214,20 @@ def basis_of_pod_modes(
     return np.sqrt(squared) / (2 * np.pi), shape.reshape(-1, 3, number)
 
 
-def proper_orthogonal_modes(
-    candidates: Candidates, snapshots: Array, maximum: int, contact_stiffness: float
-) -> tuple[Array, Array]:
-    """Proper orthogonal decomposition of snapshots in the norm of strain energy.
-
-    The strain energy is that with springs on all loaded pairs: the error of a resonance is about
-    the squared error of its mode in that norm.
+def estimated_errors(pod_modes: xr.Dataset, number: int) -> dict[str, float]:
+    """Attributes with the estimated errors of peaks in the first POD modes, where they are known.
 
     Parameters
     ----------
-    candidates
-        The space of the snapshots.
-    snapshots
-        Weighted, shape (candidates, snapshots).
-    maximum
-        POD modes kept, or as many as the snapshots span if those are fewer.
-    contact_stiffness
-        Of the springs, along x and z [N/m].
-
-    Returns
-    -------
-    tuple
-        POD modes, orthonormal in that norm, by decreasing energy, shape (candidates, POD modes);
-        and the energy of the snapshots along each over all of it, shape (POD modes,).
+    pod_modes
+        As from ``find_pod_modes``.
+    number
+        Number of vectors.
     """
-    moved = candidates.rows @ snapshots
-    spring = stuck_spring_stiffness(candidates, contact_stiffness)
-    energy, turn = eigh(snapshots.T @ snapshots + moved.T @ (spring[:, None] * moved))
-    energy, turn = energy[::-1], turn[:, ::-1]
-    number = min(maximum, np.count_nonzero(energy > DEPENDENT_SHARE * energy[0]))
-    pod_modes = snapshots @ (turn[:, :number] / np.sqrt(energy[:number]))
-    return pod_modes, energy[:number] / energy.sum()
+    trial = np.flatnonzero(pod_modes["trial_vectors"].to_numpy() == number)
+    if not trial.size:
+        return {}
+    return {
+        f"estimated_{what}_error": float(pod_modes[f"{what}_error"][trial[0]])
+        for what in ("frequency", "amplitude")
+    }

@@ -340,6 +340,13 @@ def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict
 def _properties(assembly: "Assembly") -> dict[str, xr.Variable]:
     material, contact = assembly.material, assembly.contact
     return {
+        # quotients of decimal numbers: 9 mm are exactly 0.009 m
+        "hole_diameter": quantity(
+            (), assembly.bolts.hole_diameter_mm / 1e3, "m", "diameter of the bolt holes"
+        ),
+        "head_diameter": quantity(
+            (), assembly.bolts.head_diameter_mm / 1e3, "m", "diameter of the bolt heads"
+        ),
         "youngs_modulus": quantity((), _GPA * material.youngs_modulus_GPa, "Pa", "Young's modulus"),
         "poissons_ratio": quantity((), float(material.poissons_ratio), "1", "Poisson's ratio"),
         "density": quantity((), float(material.density_kg_per_m3), "kg/m3", "density"),

@@ -1,0 +1,293 @@
+"""Contact-adapted basis that is adapted to backbones and estimates the error of its own peaks.
+
+The basis is found in candidates that resolve whatever the contact does. Backbones of the contact
+conditions it is made for are traced in the basis at hand; its dual-weighted residuals give
+snapshots of what it lacks, and POD modes of the snapshots, weighed so that all peaks are held
+equally well, are the next basis. Solving the same states again in fewer and in all of its POD modes
+gives the error of peaks by the number of vectors, before any response of the whole joint is solved.
+
+References
+----------
+R. Becker, R. Rannacher: An optimal control approach to a posteriori error estimation in finite
+element methods. Acta Numerica 10 (2001) 1-102.
+"""
+
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+from scipy.sparse.linalg import ArpackError
+from threadpoolctl import threadpool_limits
+
+from boltjoint.config.contact import Contact
+from boltjoint.dataset import quantity
+from boltjoint.dynamics.candidate_backbone import CandidateBackbone, PeakSensitivity
+from boltjoint.dynamics.epmc import ModalState
+from boltjoint.joint.model import Joint
+from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.names import FEWEST_AUTOMATIC
+from boltjoint.structure.basis.candidates import Candidates, find_candidates
+from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
+from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots, uniform_modes
+from boltjoint.structure.symmetry import symmetric_half
+
+if TYPE_CHECKING:
+    from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+#: modes of each contact that the first basis holds; later ones do not depend on it
+_FIRST_MODES = 8
+
+
+@dataclass(frozen=True)
+class ContactCondition:
+    """A contact and damping that a basis is made for.
+
+    ``contact`` as of a case; ``loss_factor`` of the structure [-].
+    """
+
+    contact: Contact
+    loss_factor: float
+
+    @classmethod
+    def of(cls, contact: Mapping[str, Any], loss_factor: float) -> Self:
+        """The condition that a case describes, its contact by the keys of ``contact``."""
+        return cls(TypeAdapter(Contact).validate_python(contact), loss_factor)
+
+    def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
+        """Node-to-node joint of modes under a preload."""
+        contact = self.contact
+        return connect_nodes(
+            modes,
+            preload,
+            contact.tangential_stiffness_N_per_m,
+            contact.friction_coefficient,
+            getattr(contact, "normal_stiffness_N_per_m", None),
+        )
+
+
+@dataclass(frozen=True)
+class TracedBackbone:
+    """States of a backbone in a basis, and the sensitivity of the peak at each of them."""
+
+    mode: CandidateBackbone
+    states: tuple[ModalState, ...]
+    sensitivities: tuple[PeakSensitivity, ...]
+
+
+# one thread: sums in another order would change the last digits from machine to machine
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def find_pod_modes(
+    assembly: xr.Dataset,
+    preload: xr.Dataset,
+    conditions: Sequence[ContactCondition],
+    options: "ContactAdaptedBasis",
+) -> xr.Dataset:
+    """POD modes of an assembly for the contact conditions of its cases.
+
+    Parameters
+    ----------
+    assembly, preload
+        As from ``build_assembly`` and ``apply_preload``. Only the ratios of the loads matter, not
+        their size: amplitudes are scanned until all of the contact slips.
+    conditions
+        Contact and damping that the basis is made for, at least one.
+    options
+        Number of candidates and POD modes, tolerances, and the states at which errors are found.
+
+    Returns
+    -------
+    Dataset
+        ``pod_mode_shape`` (node, axis, pod_mode) [m J^-1/2], by decreasing energy, orthonormal in
+        strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
+        (pod_mode): energy of the weighted snapshots along it, over all of theirs; ``position``
+        (pair, axis) [m]; ``frequency_error``, ``amplitude_error`` (trial): largest relative errors
+        of peaks in the first ``trial_vectors`` (trial) POD modes. Attribute
+        ``automatic_vectors``: the fewest of them within the tolerances, or the most if none are.
+
+    Raises
+    ------
+    ValueError
+        If preload and assembly do not hold the same pairs, no pair carries load, there is no
+        condition, or the mesh is not symmetric about y = 0.
+    RuntimeError
+        If the assembly is not held, or the candidates are lost in rounding.
+    """
+    conditions = list(dict.fromkeys(conditions))
+    if not conditions:
+        raise ValueError("conditions are empty: a basis is made for at least one contact")
+    half = symmetric_half(assembly)
+    candidates = find_candidates(assembly, preload, half, options.free_modes)
+    connections = [
+        (partial(condition.connect, preload), condition.loss_factor) for condition in conditions
+    ]
+    stiffness = max(each.contact.tangential_stiffness_N_per_m for each in conditions)
+    try:
+        found = _adapted(candidates, connections, stiffness, options)
+        trials = _error_by_vectors(candidates, connections, found.vector, options)
+    except (ArpackError, ValueError) as error:
+        # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
+        raise RuntimeError(
+            f"the basis for {conditions!r} is lost in rounding ({error}): choose stiffnesses nearer"
+            " to each other, or fewer contact_adapted_basis.free_modes"
+        ) from error
+    vectors, errors = np.array([count for count, _ in trials]), np.array([e for _, e in trials])
+    within = np.all(errors <= _tolerances(options), axis=1)
+    automatic = int(vectors[np.argmax(within)] if within.any() else vectors[-1])
+    shape = half.displacement @ (candidates.vector @ (candidates.coordinate @ found.vector))
+    relative_error = "largest relative error of peak {} on the backbones it is made for"
+    logger.info("contact-adapted basis: %d vectors reach the tolerances", automatic)
+    return xr.Dataset(
+        {
+            "pod_mode_shape": quantity(
+                ("node", "axis", "pod_mode"),
+                shape.reshape(-1, 3, found.vector.shape[1]),
+                "m J^-1/2",
+                "POD mode, of unit strain energy with the contact stuck",
+            ),
+            "energy_share": quantity(
+                "pod_mode",
+                found.energy_share,
+                "1",
+                "strain energy of the snapshots along it, over all of it",
+            ),
+            "trial_vectors": quantity("trial", vectors, "1", "vectors of a basis"),
+            "frequency_error": quantity(
+                "trial", errors[:, 0], "1", relative_error.format("frequencies")
+            ),
+            "amplitude_error": quantity(
+                "trial", errors[:, 1], "1", relative_error.format("amplitudes")
+            ),
+            "position": assembly["position"].variable,
+        },
+        coords={"axis": assembly["axis"].variable},
+        attrs={"automatic_vectors": automatic, "within_tolerances": int(within.any())},
+    )
+
+
+_Connections = Sequence[tuple[Callable[[xr.Dataset], Joint], float]]
+
+
+def _tolerances(options: "ContactAdaptedBasis") -> Array:
+    return np.array([options.frequency_tolerance, options.amplitude_tolerance])
+
+
+def _adapted(
+    candidates: Candidates,
+    connections: _Connections,
+    stiffness: float,
+    options: "ContactAdaptedBasis",
+) -> PODModes:
+    """POD modes of snapshots in bases that are each made from the one before."""
+    tolerances = _tolerances(options)
+    first = uniform_modes(candidates, stiffness, min(_FIRST_MODES, options.free_modes))
+    vectors = EnergyCoordinates(candidates, first, stiffness).basis
+    patterns = list(
+        pattern_snapshots(candidates, stiffness, options.resonances, options.pattern_tolerance)
+    )
+    for adaptation in range(options.adaptations):
+        snapshots, errors = list(patterns), [np.zeros(2)]
+        for connect, loss_factor in connections:
+            traced = _trace(CandidateBackbone(candidates, vectors, connect, loss_factor), options)
+            for snapshot, error in _snapshots(traced, tolerances, options.states):
+                snapshots.append(snapshot)
+                errors.append(abs(error))
+        found = balanced_pod_modes(
+            candidates, snapshots, options.balanced_vectors, options.maximum_vectors, stiffness
+        )
+        frequency, amplitude = np.max(errors, axis=0)
+        logger.info(
+            "adaptation %d: %d snapshots in %d vectors, dual-weighted residual of peaks %.1e in "
+            "frequency and %.1e in amplitude",
+            *(adaptation + 1, len(snapshots), vectors.shape[1], frequency, amplitude),
+        )
+        vectors = found.vector
+    return found
+
+
+def _trace(mode: CandidateBackbone, options: "ContactAdaptedBasis") -> TracedBackbone:
+    """The backbone from the onset of slip until structural damping outweighs friction again."""
+    backbone = mode.trace(options.lowest_amplitude, options.highest_amplitude)
+    states = backbone.states
+    if len(states) < 3:
+        raise ValueError(f"the backbone ends after {len(states)} states: {backbone.reason}")
+    if not backbone.complete:
+        logger.warning("a backbone ends before all slips: %s", backbone.reason)
+    p = np.array([state.log_amplitude for state in states])
+    eigenvalue = np.array([[s.eigenvalue.real, s.eigenvalue.imag] for s in states])
+    stiffening, damping = np.gradient(np.log(np.abs(eigenvalue)), p, axis=0).T
+    growth = 1 + damping
+    # where peaks have a fold over the force no basis gives them the same force
+    limited = np.where(growth < 0, -1.0, 1.0) * np.maximum(abs(growth), options.smallest_growth)
+    sensitivities = map(PeakSensitivity, eigenvalue, limited, stiffening)
+    return TracedBackbone(mode, states, tuple(sensitivities))
+
+
+def _snapshots(
+    traced: TracedBackbone, tolerances: Array, number: int
+) -> Iterator[tuple[Snapshot, Array]]:
+    """Snapshots of some states with the dual-weighted residuals of their peaks."""
+    last = len(traced.states) - 1
+    for index in np.unique(np.linspace(0, last, number).round().astype(int)):
+        found = traced.mode.correct(traced.states[index], traced.sensitivities[index])
+        adjoints = zip(found.adjoints, tolerances, strict=True)
+        yield Snapshot(found.motion, tuple(z / limit for z, limit in adjoints)), found.errors
+
+
+def _error_by_vectors(
+    candidates: Candidates,
+    connections: _Connections,
+    vectors: Array,
+    options: "ContactAdaptedBasis",
+) -> list[tuple[int, Array]]:
+    """Number of vectors and largest errors of frequency and amplitude of the peaks in them.
+
+    From few vectors on, until the errors are within the tolerances.
+    """
+    traced = [
+        _trace(CandidateBackbone(candidates, vectors, connect, loss_factor), options)
+        for connect, loss_factor in connections
+    ]
+    most = vectors.shape[1]
+    trials = []
+    for count in [*range(min(FEWEST_AUTOMATIC, most), most, options.trial_step), most]:
+        errors = [
+            _largest_errors(
+                each, CandidateBackbone(candidates, vectors[:, :count], connect, loss_factor)
+            )
+            for each, (connect, loss_factor) in zip(traced, connections, strict=True)
+        ]
+        trials.append((count, np.max(errors, axis=0)))
+        logger.info("%d vectors: errors of peaks %.1e and %.1e", count, *trials[-1][1])
+        if np.all(trials[-1][1] <= _tolerances(options)):
+            break
+    return trials
+
+
+def _largest_errors(reference: TracedBackbone, mode: CandidateBackbone) -> Array:
+    """Largest relative errors of frequency and amplitude of the peaks of a mode in fewer vectors.
+
+    Infinite where more than a tenth of the states are not found.
+    """
+    largest, found_states, difference = np.zeros(2), 0, 0.0
+    for state, sensitivity in zip(reference.states, reference.sensitivities, strict=True):
+        projected = mode.transferred(state, reference.mode)
+        # a state lacks about what the one before lacks
+        found = mode.solve_near(projected + difference, state.log_amplitude)
+        if found is None:
+            continue
+        found_states += 1
+        difference = found.unknown - projected
+        change = found.eigenvalue - state.eigenvalue
+        error = sensitivity.gradient @ [change.real, change.imag]
+        largest = np.maximum(largest, abs(error))
+    return largest if found_states >= 0.9 * len(reference.states) else np.full(2, np.inf)

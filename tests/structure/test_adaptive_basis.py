@@ -1,0 +1,97 @@
+"""Adaptive bases: adjoint corrections, estimated errors and the number of vectors."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.dynamics.adaptive_basis import ContactCondition, _trace, find_pod_modes
+from boltjoint.dynamics.candidate_backbone import CandidateBackbone
+from boltjoint.structure.basis.candidates import find_candidates
+from boltjoint.structure.basis.pod import EnergyCoordinates
+from boltjoint.structure.basis.snapshots import uniform_modes
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.symmetry import symmetric_half
+from boltjoint.study.convergence import peaks_near
+
+OPTIONS = ContactAdaptedBasis(states=12, adaptations=2, trial_step=24)
+COULOMB = {"tangential_stiffness_N_per_m": 3e7, "friction_coefficient": 0.3}
+CONDITIONS = {
+    "constant": ContactCondition.of({"law": "constant", **COULOMB}, 1e-3),
+    "variable": ContactCondition.of(
+        {"law": "variable", "normal_stiffness_N_per_m": 3e7, **COULOMB}, 1e-3
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def candidates(assembly, preload):
+    return find_candidates(assembly, preload, symmetric_half(assembly), 12)
+
+
+@pytest.fixture(scope="module")
+def pod_modes(assembly, preload):
+    return find_pod_modes(assembly, preload, list(CONDITIONS.values()), OPTIONS)
+
+
+@pytest.mark.parametrize("law", CONDITIONS)
+def test_dual_weighted_residual_is_the_error_of_the_peak(candidates, preload, law):
+    connect = partial(CONDITIONS[law].connect, preload)
+    small = EnergyCoordinates(candidates, uniform_modes(candidates, 3e7, 8), 3e7).basis
+    traced = _trace(CandidateBackbone(candidates, small, connect, 1e-3), OPTIONS)
+    whole = CandidateBackbone(candidates, np.eye(len(candidates.mass)), connect, 1e-3)
+    for index in range(6, len(traced.states), 8):
+        state, sensitivity = traced.states[index], traced.sensitivities[index]
+        exact = whole.solve_near(whole.transferred(state, traced.mode), state.log_amplitude)
+        change = state.eigenvalue - exact.eigenvalue
+        expected = sensitivity.gradient @ [change.real, change.imag]
+        found = traced.mode.correct(state, sensitivity)
+        # corrections by static responses to the mean tangent instead of the Jacobian
+        np.testing.assert_allclose(found.errors, expected, rtol=0.3, atol=1e-6)
+
+
+def test_estimated_errors_are_those_of_the_peaks_of_responses(assembly, preload, pod_modes):
+    number = pod_modes["trial_vectors"].to_numpy()[0]
+    few, many = (
+        find_modes(assembly, f"enriched-{n}", pod_modes)
+        for n in (number, pod_modes.sizes["pod_mode"])
+    )
+    forces = (3.0, 30.0)
+    for law, condition in CONDITIONS.items():
+        found, expected = (
+            peaks_near(condition.connect(preload, modes), forces, condition.loss_factor)
+            for modes in (few, many)
+        )
+        for what, column in (("frequency", "peak_frequency_Hz"), ("amplitude", "peak_mm_per_N")):
+            error = abs(found[column] / expected[column] - 1).max()
+            # the largest of all forces, of which these are three
+            assert error < 2 * few.attrs[f"estimated_{what}_error"], law
+
+
+def test_automatic_basis_has_the_fewest_vectors_within_the_tolerances(assembly, pod_modes):
+    basis = find_modes(assembly, "enriched-auto", pod_modes)
+    number = pod_modes.attrs["automatic_vectors"]
+    assert basis.sizes["mode"] == basis.attrs["vectors"] == number
+    assert basis.attrs["estimated_frequency_error"] <= OPTIONS.frequency_tolerance
+    assert basis.attrs["estimated_amplitude_error"] <= OPTIONS.amplitude_tolerance
+    before = pod_modes.isel(trial=pod_modes["trial_vectors"].to_numpy() < number)
+    beyond = (before["frequency_error"] > OPTIONS.frequency_tolerance) | (
+        before["amplitude_error"] > OPTIONS.amplitude_tolerance
+    )
+    assert before.sizes["trial"] and beyond.all()
+    same = find_modes(assembly, f"enriched-{number}", pod_modes)
+    np.testing.assert_array_equal(basis["mode_shape"], same["mode_shape"])
+
+
+def test_a_basis_needs_a_contact_that_it_is_made_for(assembly, preload):
+    with pytest.raises(ValueError, match="conditions are empty"):
+        find_pod_modes(assembly, preload, [], OPTIONS)
+
+
+@pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
+def test_a_basis_lost_in_rounding_is_refused(assembly, preload):
+    contact = {"law": "constant", "friction_coefficient": 0.1}
+    extreme = ContactCondition.of({**contact, "tangential_stiffness_N_per_m": 1e300}, 1e-3)
+    with pytest.raises(RuntimeError, match="lost in rounding"):
+        find_pod_modes(assembly, preload, [extreme], OPTIONS)
