@@ -174,7 +174,12 @@ SOLUTION_SCRIPTS = {"solve_responses", "time_responses", "find_peaks"}
         ("joint/fit_loops", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
         ("structure/preload", {"apply_preload"}, {"build_assembly"}),
         ("structure/basis/pod", {"find_pod_modes"}, {"apply_preload"}),
-        ("solvers/arc_length", SOLUTION_SCRIPTS, STRUCTURE_SCRIPTS | JOINT_SCRIPTS),
+        (
+            "solvers/arc_length",
+            # contact-adapted bases are made from backbones
+            SOLUTION_SCRIPTS | {"find_pod_modes"},
+            (STRUCTURE_SCRIPTS | JOINT_SCRIPTS) - {"find_pod_modes"},
+        ),
         (
             "report/figures/style",
             {"draw_figures"},
