@@ -16,6 +16,7 @@ import numpy as np
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.damping import Damping
 from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.backbone import trace_for_forces
 from boltjoint.dynamics.windows import frequency_window
@@ -145,13 +146,13 @@ ASSEMBLIES = {
 }
 
 
-def onset_of_full_slip(joint: Joint, loss_factor: float) -> float:
+def onset_of_full_slip(joint: Joint, damping: Damping) -> float:
     """Force of the first peak at which ``FULL_SLIP`` of the load slips [N]."""
     law = joint.law
     load = law.slip_force if law.name == "constant" else np.maximum(law.normal_load, 0.0)
     forces = [1e-5 * load.sum(), 10 * load.sum()]
     window = frequency_window(joint)
-    backbone = trace_for_forces(joint, forces, loss_factor=loss_factor, window=window)
+    backbone = trace_for_forces(joint, forces, damping=damping, window=window)
     before = None
     for state in backbone.states:
         motion = np.concatenate(
@@ -184,11 +185,9 @@ def report(name: str) -> None:
     ]
     for law, condition in conditions.items():
         few, many = (condition.connect(preload, basis) for basis in bases)
-        onset = onset_of_full_slip(few, condition.loss_factor)
+        onset = onset_of_full_slip(few, condition.damping)
         forces = onset * 10 ** np.linspace(-0.5, 0.5, 13)
-        found, expected = (
-            peaks_near(joint, forces, condition.loss_factor) for joint in (few, many)
-        )
+        found, expected = (peaks_near(joint, forces, condition.damping) for joint in (few, many))
         moved = [
             100 * abs(found[column] / expected[column] - 1).max()
             for column in ("peak_frequency_Hz", "peak_mm_per_N")

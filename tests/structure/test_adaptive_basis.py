@@ -60,7 +60,7 @@ def test_estimated_errors_are_those_of_the_peaks_of_responses(assembly, preload,
     forces = (3.0, 30.0)
     for law, condition in CONDITIONS.items():
         found, expected = (
-            peaks_near(condition.connect(preload, modes), forces, condition.loss_factor)
+            peaks_near(condition.connect(preload, modes), forces, condition.damping)
             for modes in (few, many)
         )
         for what, column in (("frequency", "peak_frequency_Hz"), ("amplitude", "peak_mm_per_N")):

@@ -39,7 +39,7 @@ class Study(Settings):
         own = [case for case in self.cases.values() if case.assembly == assembly]
         found: list[dict[str, Any]] = []
         for case in own or self.cases.values():
-            condition = {"contact": case.contact.model_dump(), "loss_factor": case.loss_factor}
+            condition = {"contact": case.contact.model_dump(), "damping": case.structural_damping}
             if condition not in found:
                 found.append(condition)
         return found

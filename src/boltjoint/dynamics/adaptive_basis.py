@@ -26,6 +26,7 @@ from scipy.sparse.linalg import ArpackError
 from threadpoolctl import threadpool_limits
 
 from boltjoint.config.contact import Contact
+from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.candidate_backbone import CandidateBackbone, PeakSensitivity
 from boltjoint.dynamics.epmc import ModalState
@@ -52,16 +53,16 @@ _FIRST_MODES = 8
 class ContactCondition:
     """A contact and damping that a basis is made for.
 
-    ``contact`` as of a case; ``loss_factor`` of the structure [-].
+    ``contact`` as of a case; ``damping`` of the structure.
     """
 
     contact: Contact
-    loss_factor: float
+    damping: Damping
 
     @classmethod
-    def of(cls, contact: Mapping[str, Any], loss_factor: float) -> Self:
-        """The condition that a case describes, its contact by the keys of ``contact``."""
-        return cls(TypeAdapter(Contact).validate_python(contact), loss_factor)
+    def of(cls, contact: Mapping[str, Any], damping: Damping | float) -> Self:
+        """The condition of a case: ``contact`` by its keys, a number is a loss factor."""
+        return cls(TypeAdapter(Contact).validate_python(contact), as_damping(damping))
 
     def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
         """Node-to-node joint of modes under a preload."""
@@ -128,7 +129,7 @@ def find_pod_modes(
     half = symmetric_half(assembly)
     candidates = find_candidates(assembly, preload, half, options.free_modes)
     connections = [
-        (partial(condition.connect, preload), condition.loss_factor) for condition in conditions
+        (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]
     stiffness = max(each.contact.tangential_stiffness_N_per_m for each in conditions)
     try:
@@ -174,7 +175,7 @@ def find_pod_modes(
     )
 
 
-_Connections = Sequence[tuple[Callable[[xr.Dataset], Joint], float]]
+_Connections = Sequence[tuple[Callable[[xr.Dataset], Joint], Damping]]
 
 
 def _tolerances(options: "ContactAdaptedBasis") -> Array:
@@ -196,8 +197,8 @@ def _adapted(
     )
     for adaptation in range(options.adaptations):
         snapshots, errors = list(patterns), [np.zeros(2)]
-        for connect, loss_factor in connections:
-            traced = _trace(CandidateBackbone(candidates, vectors, connect, loss_factor), options)
+        for connect, damping in connections:
+            traced = _trace(CandidateBackbone(candidates, vectors, connect, damping), options)
             for snapshot, error in _snapshots(traced, tolerances, options.states):
                 snapshots.append(snapshot)
                 errors.append(abs(error))
@@ -254,17 +255,17 @@ def _error_by_vectors(
     From few vectors on, until the errors are within the tolerances.
     """
     traced = [
-        _trace(CandidateBackbone(candidates, vectors, connect, loss_factor), options)
-        for connect, loss_factor in connections
+        _trace(CandidateBackbone(candidates, vectors, connect, damping), options)
+        for connect, damping in connections
     ]
     most = vectors.shape[1]
     trials = []
     for count in [*range(min(FEWEST_AUTOMATIC, most), most, options.trial_step), most]:
         errors = [
             _largest_errors(
-                each, CandidateBackbone(candidates, vectors[:, :count], connect, loss_factor)
+                each, CandidateBackbone(candidates, vectors[:, :count], connect, damping)
             )
-            for each, (connect, loss_factor) in zip(traced, connections, strict=True)
+            for each, (connect, damping) in zip(traced, connections, strict=True)
         ]
         trials.append((count, np.max(errors, axis=0)))
         logger.info("%d vectors: errors of peaks %.1e and %.1e", count, *trials[-1][1])

@@ -21,6 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone import Backbone, trace_backbone
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.friction.law import FrictionLaw
@@ -97,8 +98,8 @@ class CandidateBackbone:
         The basis, shape (candidates, vectors).
     connect
         Makes the joint from modes of all pairs of the assembly (``modes.nc``).
-    loss_factor
-        Of the structure.
+    damping
+        Of the structure; a number is a loss factor.
     resonance
         Number of the mode, from 1.
     control
@@ -110,17 +111,17 @@ class CandidateBackbone:
         candidates: Candidates,
         vectors: Array,
         connect: Callable[[xr.Dataset], Joint],
-        loss_factor: float,
+        damping: Damping | float,
         resonance: int = 1,
         control: StepControl | None = None,
     ) -> None:
-        self.candidates, self._loss_factor = candidates, loss_factor
+        self.candidates = candidates
         squared, turn = eigh(vectors.T @ vectors, vectors.T @ candidates.mass @ vectors)
         #: mass-normalised modes of the structure without contact in the basis
         self.modes = vectors @ turn
         self._control = StepControl() if control is None else control
         joint, self._pair = _joint_of_side(candidates, np.sqrt(squared), self.modes, connect)
-        self.equations = EPMCEquations(joint, loss_factor, resonance)
+        self.equations = EPMCEquations(joint, damping, resonance)
 
     @property
     def law(self) -> FrictionLaw:
@@ -233,7 +234,8 @@ class CandidateBackbone:
         inertia = self.candidates.mass @ motion[:, -2:]
         turned = np.column_stack([-motion[:, -1], motion[:, -2]])
         turned_inertia = np.column_stack([-inertia[:, 1], inertia[:, 0]])
-        found[:, -2:] += sign * self._loss_factor * turned
+        # what the basis lacks is damped as the stuck mode is: whatever the model, that is little
+        found[:, -2:] += sign * self.equations.loss * turned
         found[:, -2:] -= eigenvalue.real * inertia + sign * eigenvalue.imag * turned_inertia
         return found
 
