@@ -1,11 +1,13 @@
 """Adaptive bases: adjoint corrections, estimated errors and the number of vectors."""
 
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.study import load_study
 from boltjoint.dynamics.adaptive_basis import ContactCondition, _trace, find_pod_modes
 from boltjoint.dynamics.candidate_backbone import CandidateBackbone
 from boltjoint.structure.basis.candidates import find_candidates
@@ -95,3 +97,15 @@ def test_a_basis_lost_in_rounding_is_refused(assembly, preload):
     extreme = ContactCondition.of({**contact, "tangential_stiffness_N_per_m": 1e300}, 1e-3)
     with pytest.raises(RuntimeError, match="lost in rounding"):
         find_pod_modes(assembly, preload, [extreme], OPTIONS)
+
+
+def test_bases_are_made_for_the_contact_and_damping_of_the_cases_of_an_assembly():
+    study = load_study(Path(__file__).parents[2])
+    found = study.contact_conditions("three_bolt")
+    contacts = [each["contact"] for each in found]
+    # constant load at two preloads is one condition, variable load has two stiffnesses
+    assert [each["law"] for each in contacts] == ["constant", "variable", "variable"]
+    assert [each["tangential_stiffness_N_per_m"] for each in contacts] == [1e8, 1e8, 5e7]
+    conditions = [ContactCondition.of(**each) for each in found]
+    assert len(set(conditions)) == 3
+    assert study.stuck_stiffness("three_bolt") == 1e8
