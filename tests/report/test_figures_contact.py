@@ -14,7 +14,6 @@ from boltjoint.report.figures.contact import (
     plot_contact,
     plot_regions,
     plot_states,
-    slip_force,
 )
 
 
@@ -166,4 +165,4 @@ def test_states_need_the_joint_that_was_solved(assembly, variable, response):
 @pytest.mark.parametrize("law", ["constant", "variable"])
 def test_slip_forces_in_a_file_are_those_of_the_law(law):
     joint = make_joint(law=law)
-    np.testing.assert_array_equal(slip_force(joint_to_dataset(joint)), joint.law.slip_force)
+    np.testing.assert_array_equal(joint_to_dataset(joint)["slip_force"], joint.law.slip_force)

@@ -70,6 +70,8 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     if joint.normal_mode is not None:
         meaning = "relative mode across the contact, positive when closing"
         stored["normal_mode"] = quantity(("point", "mode"), joint.normal_mode, "kg^-1/2", meaning)
+    meaning = "slip force of the element in the assembled state"
+    stored["slip_force"] = quantity("element", law.slip_force, "N", meaning)
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", getattr(law, name), unit, meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})

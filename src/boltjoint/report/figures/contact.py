@@ -14,7 +14,6 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from boltjoint.friction import contact_states
-from boltjoint.joint.io import joint_from_dataset
 from boltjoint.report.figures.outlines import ContactSurface, positions_of
 from boltjoint.report.figures.style import (
     BLANK_COLOUR,
@@ -106,7 +105,7 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     """
     surface = ContactSurface.of(assembly)
     pair = surface.pairs_at(joint)
-    region, slip = joint["point_of_element"].to_numpy(), slip_force(joint)
+    region, slip = joint["point_of_element"].to_numpy(), joint["slip_force"].to_numpy()
     loaded = slip > 0
     load_varies = "normal_load" in joint
     count, under_load = np.bincount(region), np.bincount(region, loaded).astype(int)
@@ -236,11 +235,6 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     return figure
 
 
-def slip_force(joint: xr.Dataset) -> NDArray[np.float64]:
-    """Slip force [N] of every element of a joint in the assembled state, shape (elements,)."""
-    return joint_from_dataset(joint).law.slip_force
-
-
 @figure_style
 def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Figure:
     """Hysteresis loops of a region with all its elements, and with the few fitted elements.
@@ -264,7 +258,7 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     if not 1 <= region <= reduced.sizes["point"]:
         raise ValueError(f"region {region} of {reduced.sizes['point']}")
     few, many = (
-        slip_force(joint)[joint["point_of_element"].to_numpy() == region - 1]
+        joint["slip_force"].to_numpy()[joint["point_of_element"].to_numpy() == region - 1]
         for joint in (reduced, regions)
     )
     loaded = np.count_nonzero(many)
