@@ -98,6 +98,26 @@ class Backbone:
                 second, values = solution, (values[0], value)
         return solution
 
+    def refined(self) -> "Backbone":
+        """The backbone with states where its curves bend (``StepControl.curve_tolerance``)."""
+        curves = np.array([(state.frequency, state.damping_ratio) for state in self.states])
+        limits = self.control.curve_tolerance * np.ptp(curves, axis=0)
+        states = list(self.states[:1])
+        ahead = list(self.states[:0:-1])
+        while ahead:
+            first, second = states[-1], ahead[-1]
+            p = (first.log_amplitude + second.log_amplitude) / 2
+            middle = interpolate(first, second, p)
+            bend = (
+                abs(2 * middle.frequency - first.frequency - second.frequency) / 2,
+                abs(2 * middle.damping_ratio - first.damping_ratio - second.damping_ratio) / 2,
+            )
+            if np.any(bend > limits) and len(states) < self.control.maximum_solutions:
+                ahead.append(self.solve_between(first, second, p))
+            else:
+                states.append(ahead.pop())
+        return replace(self, states=tuple(states))
+
     def to_dataset(self) -> xr.Dataset:
         """The dataset of ``backbone.nc`` (``find_backbone``)."""
         joint, states = self.equations.balance.joint, self.states
@@ -237,7 +257,7 @@ def trace_for_forces(
         lowest, highest = backbone.states[0].frequencies_under(smallest)
         if lowest <= (2 * np.pi * window[0]) ** 2 and highest >= (2 * np.pi * window[1]) ** 2:
             break
-    return backbone
+    return backbone.refined() if len(backbone.states) > 1 else backbone
 
 
 def find_backbone(

@@ -140,6 +140,9 @@ class StepControl(Options):
         window is.
     amplitude_scale
         Change of the logarithm of a backbone's amplitude that counts as much as doubling its mode.
+    curve_tolerance
+        Distance of the frequency or the damping of a backbone from a straight line between two
+        states, over its range, above which a state is inserted: what a drawn curve shows.
     lagged
         Options in a basis that depends on the response.
 
@@ -161,6 +164,7 @@ class StepControl(Options):
     window_scale: float = 1 / 15
     parameter_scale: float = 0.1
     amplitude_scale: float = 8.0
+    curve_tolerance: float = 0.01
     lagged: LaggedControl = LaggedControl()
 
     def __post_init__(self) -> None:
