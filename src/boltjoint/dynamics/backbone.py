@@ -24,8 +24,11 @@ from boltjoint.solvers.newton import newton
 #: amplitudes at which a backbone is started, over the lowest asked for
 _FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
 
+#: states as close as this in the logarithm of the amplitude have none inserted between them
+_CLOSEST = 0.05
+
 #: a root is found where its function is this small against the scale of the function
-_ROOT = 1e-11
+_ROOT = 1e-10
 
 #: solutions after which a root is as close as the tolerance of the equations allows
 _MOST_SOLUTIONS = 12
@@ -112,7 +115,8 @@ class Backbone:
                 abs(2 * middle.frequency - first.frequency - second.frequency) / 2,
                 abs(2 * middle.damping_ratio - first.damping_ratio - second.damping_ratio) / 2,
             )
-            if np.any(bend > limits) and len(states) < self.control.maximum_solutions:
+            wide = abs(second.log_amplitude - first.log_amplitude) > _CLOSEST
+            if wide and np.any(bend > limits):
                 ahead.append(self.solve_between(first, second, p))
             else:
                 states.append(ahead.pop())

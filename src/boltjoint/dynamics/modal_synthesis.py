@@ -178,22 +178,27 @@ class _ResponseCurve:
         if not amplitude[highest] > max(amplitude[highest - 1], amplitude[highest + 1]):
             return highest  # flat, to rounding
 
-        def at(phase: float) -> _Point:
+        # the tolerance is relative to the variable, and so to the step if that is near 1
+        step, found = phases[2] - phases[0], {}
+
+        def negative_amplitude(variable: float) -> float:
+            phase = phases[1] + step * (variable - 1)
             first, second = around[:2] if phase < phases[1] else around[1:]
             p = self.peak.log_amplitude + float(np.log(np.cos(phase)))
             state = self.backbone.solve_between(first.state, second.state, p)
-            return self._point(state, int(np.sign(phase)))
+            found[variable] = self._point(state, int(np.sign(phase)))
+            return -self.output_amplitude([found[variable]])[0]
 
         located = minimize_scalar(
-            lambda phase: -self.output_amplitude([at(phase)])[0],
-            bracket=phases,
+            negative_amplitude,
+            bracket=[1 + (phase - phases[1]) / step for phase in phases],
             method="brent",
             options={"xtol": self.backbone.control.peak_tolerance},
         )
         if -located.fun <= amplitude[highest]:
             return highest
-        highest += int(located.x > phases[1])
-        points.insert(highest, at(located.x))
+        highest += int(located.x > 1)
+        points.insert(highest, found[located.x])
         return highest
 
     def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:
