@@ -109,3 +109,14 @@ def test_bases_are_made_for_the_contact_and_damping_of_the_cases_of_an_assembly(
     conditions = [ContactCondition.of(**each) for each in found]
     assert len(set(conditions)) == 3
     assert study.stuck_stiffness("three_bolt") == 1e8
+
+
+def test_a_condition_has_the_law_of_its_case(assembly, preload):
+    contact = {**COULOMB, "law": "iwan", "chi": -0.5, "beta": 1.0}
+    modes = find_modes(assembly, "free-4")
+    made = ContactCondition.of(contact, 1e-3).connect(preload, modes)
+    assert made.law.declaration.name == "iwan"
+    np.testing.assert_array_equal(made.law.chi, -0.5)
+    found = find_pod_modes(assembly, preload, [ContactCondition.of(contact, 1e-3)], OPTIONS)
+    # an element of this law slips at any amplitude: the backbone must reach where all of it slips
+    assert found["amplitude_error"][0] > 1e-6

@@ -30,8 +30,9 @@ from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.candidate_backbone import CandidateBackbone, PeakSensitivity
 from boltjoint.dynamics.epmc import ModalState
+from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import Joint
-from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.names import FEWEST_AUTOMATIC
 from boltjoint.structure.basis.candidates import Candidates, find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
@@ -66,14 +67,8 @@ class ContactCondition:
 
     def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
         """Node-to-node joint of modes under a preload."""
-        contact = self.contact
-        return connect_nodes(
-            modes,
-            preload,
-            contact.tangential_stiffness_N_per_m,
-            contact.friction_coefficient,
-            getattr(contact, "normal_stiffness_N_per_m", None),
-        )
+        keys = self.contact.options
+        return connect_pairs(modes, preload, LAWS[keys.pop("law")], **keys)
 
 
 @dataclass(frozen=True)

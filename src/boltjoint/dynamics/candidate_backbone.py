@@ -198,9 +198,15 @@ class CandidateBackbone:
     def _slip_amplitudes(self) -> tuple[float, float]:
         """Amplitudes at which the first point and half of the points slip in the stuck mode.
 
-        Found by bisection of the contact states, so that any law of friction has them.
+        Where the normal load is constant an element slips as a whole at its slip force, whatever
+        slips in it before; else the contact states are bisected.
         """
         joint, stuck = self.equations.balance.joint, self.equations.stuck
+        if joint.normal_mode is None:
+            moved = abs(joint.tangential_mode @ stuck)[joint.law.point_of_element]
+            limit = joint.law.slip_force / joint.law.tangential_stiffness
+            onset = np.sort((limit / np.maximum(moved, np.finfo(float).tiny))[self._loaded])
+            return float(onset[0]), float(onset[onset.size // 2])
         components = np.zeros((len(self.equations.balance.components), len(stuck)))
         components[-2] = stuck
         unit = self.equations.balance.motion(components.ravel())
