@@ -168,6 +168,12 @@ class JointName(ParsedName):
         return self.reduction is not None and REDUCTIONS[self.reduction].is_fitted
 
     @property
+    def is_published(self) -> bool:
+        """Whether it is a joint of the source: node to node, bands, or its reduction of them."""
+        reduced = self.reduction is not None and not REDUCTIONS[self.reduction].is_published
+        return self.division != "clusters" and not reduced
+
+    @property
     def file_name(self) -> str:
         """The name without folders, for files of tables and figures."""
         return self.replace("/", "_")

@@ -163,8 +163,7 @@ class Contents:
         in_source = (
             self.is_compared(case)
             and not response.basis.is_contact_adapted
-            and response.joint.division in (None, "regions")
-            and response.joint.reduction in (None, "elements")
+            and response.joint.is_published
             and response.coordinates.kind in ("linear", "real")
         )
         return ["analytic", *(["forward-difference"] if in_source else [])]
