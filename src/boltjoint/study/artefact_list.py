@@ -237,8 +237,8 @@ class Contents:
         for basis in self.study.case(case).bases:
             for joint in self.joints(case, basis):
                 yield Artefact("joint", case=case, basis=basis, joint=joint)
-            for joint in self.fitted(case, basis):
-                yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
+                if joint.reduction is not None:
+                    yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
         checked = self.checked(case)
         for response in self.responses(case):
             which = {"case": case, **response._asdict()}
