@@ -29,6 +29,8 @@ from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
@@ -266,6 +268,21 @@ def test_power_is_balanced_and_the_equations_hold_in_time(damping, either, tmp_p
     assert damping_of_attributes(stored.attrs) == damping
     some = stored.isel(solution=slice(0, None, 15))
     assert residuals_in_time(joint_to_dataset(either), some).max() < 2e-6
+
+
+@pytest.mark.parametrize("damping", ALL, ids=named)
+@pytest.mark.parametrize("law", ["tabulated", "iwan"])
+def test_power_is_balanced_under_the_other_laws(damping, law):
+    joint = make_joint()
+    elements = joint.law.point_of_element, joint.law.tangential_stiffness, joint.law.slip_force
+    if law == "iwan":
+        ones = np.ones(elements[0].size)
+        joint = replace(joint, law=FourParameterIwan(*elements, -0.5 * ones, 0.5 * ones))
+    else:
+        joint = replace(joint, law=TabulatedLoad(*elements))
+    response = solve_response(joint, [0.5, 20.0], damping=damping)
+    assert response["complete"].all()
+    assert abs(response["energy_error"]).max() < 1e-6
 
 
 @pytest.mark.parametrize("coordinates", ["rdnm-1", "complex-rdnm-1", "backbone"])
