@@ -202,6 +202,8 @@ def report(name: str) -> None:
 def main() -> None:
     """Print the table of the assemblies named, or of all."""
     logging.basicConfig(level=logging.WARNING)
+    if unknown := sorted(set(sys.argv[1:]) - set(ASSEMBLIES)):
+        sys.exit(f"{', '.join(unknown)}: there are {', '.join(ASSEMBLIES)}")
     print("| assembly | law | vectors | frequency % | estimated | amplitude % | estimated | s |")
     print("|---|---|---|---|---|---|---|---|")
     for name in sys.argv[1:] or ASSEMBLIES:

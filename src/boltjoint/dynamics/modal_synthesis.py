@@ -23,7 +23,7 @@ from boltjoint.dynamics.epmc import ModalState
 _UNLIMITED = "friction alone does not limit the response to this force"
 
 #: phases from the peak [rad] at which a response is given beside the states of the backbone
-_PHASES = np.array([0.04, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4])
+_PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
 
 @dataclass(frozen=True)
