@@ -103,7 +103,7 @@ class Backbone:
 
     def refined(self) -> "Backbone":
         """The backbone with states where its curves bend (``StepControl.curve_tolerance``)."""
-        curves = np.array([(state.frequency, state.damping_ratio) for state in self.states])
+        curves = np.array([state.curves for state in self.states])
         limits = self.control.curve_tolerance * np.ptp(curves, axis=0)
         states = list(self.states[:1])
         ahead = list(self.states[:0:-1])
@@ -111,10 +111,7 @@ class Backbone:
             first, second = states[-1], ahead[-1]
             p = (first.log_amplitude + second.log_amplitude) / 2
             middle = interpolate(first, second, p)
-            bend = (
-                abs(2 * middle.frequency - first.frequency - second.frequency) / 2,
-                abs(2 * middle.damping_ratio - first.damping_ratio - second.damping_ratio) / 2,
-            )
+            bend = abs(middle.curves - (first.curves + second.curves) / 2)
             wide = abs(second.log_amplitude - first.log_amplitude) > _CLOSEST
             if wide and np.any(bend > limits):
                 ahead.append(self.solve_between(first, second, p))

@@ -210,6 +210,11 @@ class ModalState:
         """Modal damping ratio zeta [-]."""
         return self.eigenvalue.imag / (2 * self.eigenvalue.real)
 
+    @property
+    def curves(self) -> NDArray[np.float64]:
+        """Natural frequency [Hz] and modal damping ratio, as drawn over the amplitude."""
+        return np.array([self.frequency, self.damping_ratio])
+
     def excited_distance(self, excitation: NDArray) -> float:
         """Distance ``|lambda - w^2|`` at which an excitation causes the amplitude [rad2/s2]."""
         return abs(self.mode @ excitation / (self.mode @ self.mode)) / self.amplitude
