@@ -1,21 +1,25 @@
-"""Error of bases enriched-auto on assemblies that they were not developed on.
+"""Error of bases enriched-auto on assemblies that they were not developed on, and on the study's.
 
     python benchmarks/unseen_assemblies.py [NAME ...]
 
-For each assembly and law: the vectors that a basis chooses, the errors that it estimates, and how
-far peaks move when its vectors are doubled, at twelve forces a decade around the onset of full
-slip.
+For each assembly and law, and each case of the study: the vectors that a basis chooses, the errors
+that it estimates, and how far peaks move when its vectors are doubled, at twelve forces a decade
+around the onset of full slip.
 """
 
 import logging
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.study import load_study
 from boltjoint.damping import Damping
 from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.backbone import trace_for_forces
@@ -39,8 +43,6 @@ BOLTS = {
 }
 #: share of the load that slips where full slip begins: single pairs at rest never slip
 FULL_SLIP = 0.999
-#: more vectors than a study may ask for, so that any automatic number can be doubled
-MAXIMUM = 160
 
 
 @dataclass(frozen=True)
@@ -104,16 +106,16 @@ class Unseen:
             }
         )
 
-    def conditions(self) -> dict[str, ContactCondition]:
-        """Constant and variable load, by the name of the law."""
+    def cases(self) -> dict[str, tuple[float, ContactCondition]]:
+        """Preload and contact condition under constant and variable load, by the law."""
         coulomb = {
             "tangential_stiffness_N_per_m": self.stiffness,
             "friction_coefficient": self.friction_coefficient,
         }
         variable = {**coulomb, "law": "variable", "normal_stiffness_N_per_m": self.stiffness}
         return {
-            "constant": ContactCondition.of({**coulomb, "law": "constant"}, self.loss_factor),
-            "variable": ContactCondition.of(variable, self.loss_factor),
+            contact["law"]: (self.preload, ContactCondition.of(contact, self.loss_factor))
+            for contact in ({**coulomb, "law": "constant"}, variable)
         }
 
 
@@ -167,24 +169,31 @@ def onset_of_full_slip(joint: Joint, damping: Damping) -> float:
     raise RuntimeError("the backbone ends before all slips")
 
 
-def report(name: str) -> None:
-    """Print the row of each law of an assembly."""
-    unseen = ASSEMBLIES[name]
-    assembly = build_assembly(unseen.assembly())
-    preload = apply_preload(assembly, unseen.preload)
-    conditions = unseen.conditions()
-    options = ContactAdaptedBasis().model_copy(update={"maximum_vectors": MAXIMUM})
+def report(
+    name: str, description: Assembly, cases: Mapping[str, tuple[float, ContactCondition]]
+) -> None:
+    """Print the row of each case of an assembly, of a preload [N] and a contact condition."""
+    assembly = build_assembly(description)
+    preloads = {
+        force: apply_preload(assembly, force)
+        for force in dict.fromkeys(force for force, _ in cases.values())
+    }
+    conditions = [condition for _, condition in cases.values()]
+    find = partial(find_pod_modes, assembly, next(iter(preloads.values())), conditions)
     began = time.process_time()
-    pod_modes = find_pod_modes(assembly, preload, list(conditions.values()), options)
+    pod_modes = find(ContactAdaptedBasis())
     seconds = time.process_time() - began
     number = pod_modes.attrs["automatic_vectors"]
-    doubled = min(2 * number, pod_modes.sizes["pod_mode"])
-    bases = [find_modes(assembly, f"enriched-{n}", pod_modes) for n in (number, doubled)]
+    doubled = 2 * number
+    bases = [find_modes(assembly, f"enriched-{number}", pod_modes)]
+    if doubled > pod_modes.sizes["pod_mode"]:
+        pod_modes = find(ContactAdaptedBasis(maximum_vectors=doubled))
+    bases.append(find_modes(assembly, f"enriched-{doubled}", pod_modes))
     estimated = [
         100 * bases[0].attrs[f"estimated_{what}_error"] for what in ("frequency", "amplitude")
     ]
-    for law, condition in conditions.items():
-        few, many = (condition.connect(preload, basis) for basis in bases)
+    for case, (preload, condition) in cases.items():
+        few, many = (condition.connect(preloads[preload], basis) for basis in bases)
         onset = onset_of_full_slip(few, condition.damping)
         forces = onset * 10 ** np.linspace(-0.5, 0.5, 13)
         found, expected = (peaks_near(joint, forces, condition.damping) for joint in (few, many))
@@ -193,7 +202,7 @@ def report(name: str) -> None:
             for column in ("peak_frequency_Hz", "peak_mm_per_N")
         ]
         print(
-            f"| {name} | {law} | {number}, {doubled} | {moved[0]:.4f} | {estimated[0]:.4f} | "
+            f"| {name} | {case} | {number} | {moved[0]:.4f} | {estimated[0]:.4f} | "
             f"{moved[1]:.3f} | {estimated[1]:.3f} | {seconds:.0f} |",
             flush=True,
         )
@@ -202,12 +211,25 @@ def report(name: str) -> None:
 def main() -> None:
     """Print the table of the assemblies named, or of all."""
     logging.basicConfig(level=logging.WARNING)
-    if unknown := sorted(set(sys.argv[1:]) - set(ASSEMBLIES)):
-        sys.exit(f"{', '.join(unknown)}: there are {', '.join(ASSEMBLIES)}")
-    print("| assembly | law | vectors | frequency % | estimated | amplitude % | estimated | s |")
+    study = load_study(Path(__file__).parents[1])
+    known = [*ASSEMBLIES, *study.assemblies]
+    if unknown := sorted(set(sys.argv[1:]) - set(known)):
+        sys.exit(f"{', '.join(unknown)}: there are {', '.join(known)}")
+    print("| assembly | case | vectors | frequency % | estimated | amplitude % | estimated | s |")
     print("|---|---|---|---|---|---|---|---|")
-    for name in sys.argv[1:] or ASSEMBLIES:
-        report(name)
+    for name in sys.argv[1:] or known:
+        if name in ASSEMBLIES:
+            report(name, ASSEMBLIES[name].assembly(), ASSEMBLIES[name].cases())
+            continue
+        cases = {
+            key: (
+                case.preload_N,
+                ContactCondition(case.contact, case.structural_damping),
+            )
+            for key, case in study.cases.items()
+            if case.assembly == name
+        }
+        report(name, study.assemblies[name], cases)
 
 
 if __name__ == "__main__":

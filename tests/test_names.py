@@ -24,7 +24,7 @@ def test_examples_hold():
         (JointName, "clusters=4/table=2"),
         (JointName, None),
         (Basis, "free"),
-        (Basis, "enriched-101"),
+        (Basis, "enriched-301"),
         (ComparedBasis, "free-1"),
         (Coordinates, "rdnm"),
         (Coordinates, "complex-linear"),
@@ -119,7 +119,7 @@ def test_a_basis_is_parsed():
     assert [basis.is_contact_adapted for basis in bases] == [False, True]
     automatic = Basis("enriched-auto")
     assert (automatic.vectors, automatic.is_contact_adapted) == ("auto", True)
-    assert (automatic.fewest, automatic.most) == (8, 100)
+    assert (automatic.fewest, automatic.most) == (8, 300)
     for name in ("free", "free-auto", "free-0", "enriched-", "enriched-04", "enrich-4", "free-4\n"):
         with pytest.raises(ValueError, match="must be free-N, enriched-N or enriched-auto"):
             Basis(name)

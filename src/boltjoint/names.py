@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, Self
 
-#: more modes than a mesh of this kind resolves; the patterns hold the number
-MOST_MODES = 100
+#: more modes or vectors than tolerances ask for; the patterns hold the number
+MOST_MODES = 300
 
 #: vectors that a basis whose number a tolerance decides has at least
 FEWEST_AUTOMATIC = 8
@@ -23,7 +23,7 @@ NAME_MEANING = "must be a file name without .yaml, of at most 64 letters, digits
 #: pages of the report beside those of the cases
 PAGES = ("overview", "accuracy", "structure")
 
-_NUMBER = r"([1-9][0-9]?|100)"
+_NUMBER = r"([1-9][0-9]?|[12][0-9]{2}|300)"
 # six digits: more pairs, and so more regions or elements, than any mesh has
 _COUNT = r"([1-9][0-9]{0,5})"
 
@@ -235,7 +235,7 @@ class Basis(ParsedName):
 class ComparedBasis(Basis):
     """A basis with a vector or more for each of the resonances by which bases are compared."""
 
-    PATTERN = r"^(free|enriched)-([2-9]|[1-9][0-9]|100)$"
+    PATTERN = r"^(free|enriched)-([2-9]|[1-9][0-9]|[12][0-9]{2}|300)$"
     MEANING = f"must be free-N or enriched-N, N being the number of modes, from 2 to {MOST_MODES}"
 
 

@@ -45,7 +45,7 @@ def test_dual_weighted_residual_is_the_error_of_the_peak(candidates, preload, la
     whole = CandidateBackbone(candidates, np.eye(len(candidates.mass)), connect, 1e-3)
     for index in range(6, len(traced.states), 8):
         state, sensitivity = traced.states[index], traced.sensitivities[index]
-        exact = whole.solve_near(whole.transferred(state, traced.mode), state.log_amplitude)
+        exact = whole.solve_near(whole.transfer(traced.mode)(state), state.log_amplitude)
         change = state.eigenvalue - exact.eigenvalue
         expected = sensitivity.gradient @ [change.real, change.imag]
         found = traced.mode.correct(state, sensitivity)

@@ -24,21 +24,22 @@ class ContactAdaptedBasis(Entry):
     """Resonances whose motion the bases hold, from the first; at most ``free_modes``."""
     free_modes: ModesCount = 12
     """Modes without contact among the candidates."""
-    maximum_vectors: ModesCount = 80
+    maximum_vectors: ModesCount = 128
     """Vectors of the largest basis; ``enriched-N`` has the first N of them."""
     balanced_vectors: ModesCount = 40
     """Vectors with which all errors are made equally small, or ``maximum_vectors`` if fewer."""
     states: Count = 24
     """States of each backbone from which the basis is made."""
-    adaptations: Count = 3
-    """Bases that are each made from the errors of the one before."""
+    adaptations: Count = 6
+    """Bases that are each made from the errors of the one before, at most: no more are made once
+    the dual-weighted residuals of all vectors are within the tolerances."""
     trial_step: Count = 8
     """Step of the numbers of vectors whose errors are estimated."""
     lowest_amplitude: Positive = 3.0
     """Amplitude at which backbones begin, over that at which the first pair slips."""
     highest_amplitude: Positive = 300.0
     """Amplitude at which they end, over that at which half of the pairs slip: all slip there."""
-    smallest_growth: Fraction = 0.1
+    smallest_growth: Fraction = 0.04
     """Smallest derivative of the logarithm of the force by that of the amplitude of its peak. Where
     it is less, near a fold of the peaks, the amplitude at a force has no limit of accuracy."""
 

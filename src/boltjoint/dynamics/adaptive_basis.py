@@ -200,13 +200,15 @@ def _adapted(
         found = balanced_pod_modes(
             candidates, snapshots, options.balanced_vectors, options.maximum_vectors, stiffness
         )
-        frequency, amplitude = np.max(errors, axis=0)
+        largest = np.max(errors, axis=0)
         logger.info(
             "adaptation %d: %d snapshots in %d vectors, dual-weighted residual of peaks %.1e in "
             "frequency and %.1e in amplitude",
-            *(adaptation + 1, len(snapshots), vectors.shape[1], frequency, amplitude),
+            *(adaptation + 1, len(snapshots), vectors.shape[1], *largest),
         )
         vectors = found.vector
+        if np.all(largest <= tolerances):
+            break
     return found
 
 
@@ -275,8 +277,9 @@ def _largest_errors(reference: TracedBackbone, mode: CandidateBackbone) -> Array
     Infinite where more than a tenth of the states are not found.
     """
     largest, found_states, difference = np.zeros(2), 0, 0.0
+    transferred = mode.transfer(reference.mode)
     for state, sensitivity in zip(reference.states, reference.sensitivities, strict=True):
-        projected = mode.transferred(state, reference.mode)
+        projected = transferred(state)
         # a state lacks about what the one before lacks
         found = mode.solve_near(projected + difference, state.log_amplitude)
         if found is None:

@@ -159,12 +159,16 @@ class CandidateBackbone:
             return None
         return ModalState(self.equations, solution.x, log_amplitude)
 
-    def transferred(self, state: ModalState, source: "CandidateBackbone") -> Array:
-        """Unknown of a state of the same mode in another basis, projected by mass."""
+    def transfer(self, source: "CandidateBackbone") -> Callable[[ModalState], Array]:
+        """Unknown here of a state of the same mode in another basis, projected by mass."""
         onto = self.modes.T @ (self.candidates.mass @ source.modes)
-        components = state.unknown[:-2].reshape(-1, onto.shape[1]) @ onto.T
-        eigenvalue = state.unknown[-2:] * source.equations.scale / self.equations.scale
-        return np.append(components.ravel(), eigenvalue)
+        scale = source.equations.scale / self.equations.scale
+
+        def transferred(state: ModalState) -> Array:
+            components = state.unknown[:-2].reshape(-1, onto.shape[1]) @ onto.T
+            return np.append(components.ravel(), scale * state.unknown[-2:])
+
+        return transferred
 
     def correct(self, state: ModalState, sensitivity: PeakSensitivity) -> Correction:
         """The motion and adjoint solutions of a state with what the basis lacks of them."""
