@@ -65,7 +65,7 @@ class Backbone:
         """
         guess = interpolate(first, second, log_amplitude).unknown
         control = replace(self.control, tolerance=self.control.tolerance * self.equations.loss)
-        solution = newton(self.equations, guess, log_amplitude, control)[0]
+        solution = newton(self.equations, guess, log_amplitude, control, chords=True)[0]
         return ModalState(self.equations, solution.x, log_amplitude)
 
     def solve_root(

@@ -154,7 +154,7 @@ class CandidateBackbone:
 
     def solve_near(self, unknown: Array, log_amplitude: float) -> ModalState | None:
         """The state at an amplitude from an initial guess; None if the corrector fails."""
-        solution = newton(self.equations, unknown, log_amplitude, _CORRECTOR)[0]
+        solution = newton(self.equations, unknown, log_amplitude, _CORRECTOR, chords=True)[0]
         if not solution.converged:
             return None
         return ModalState(self.equations, solution.x, log_amplitude)

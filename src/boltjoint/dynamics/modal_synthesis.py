@@ -180,8 +180,12 @@ class _ResponseCurve:
 
         # the tolerance is relative to the variable, and so to the step if that is near 1
         step, found = phases[2] - phases[0], {}
+        variables = [1 + (phase - phases[1]) / step for phase in phases]
+        known = dict(zip(variables, -amplitude[highest - 1 : highest + 2], strict=True))
 
         def negative_amplitude(variable: float) -> float:
+            if variable in known:
+                return known[variable]
             phase = phases[1] + step * (variable - 1)
             first, second = around[:2] if phase < phases[1] else around[1:]
             p = self.peak.log_amplitude + float(np.log(np.cos(phase)))
@@ -191,7 +195,7 @@ class _ResponseCurve:
 
         located = minimize_scalar(
             negative_amplitude,
-            bracket=[1 + (phase - phases[1]) / step for phase in phases],
+            bracket=variables,
             method="brent",
             options={"xtol": self.backbone.control.peak_tolerance},
         )

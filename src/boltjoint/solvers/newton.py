@@ -1,4 +1,10 @@
-"""Newton's method with step halving at a fixed parameter."""
+"""Newton's method with step halving at a fixed parameter.
+
+References
+----------
+C. T. Kelley: Solving Nonlinear Equations with Newton's Method. SIAM, 2003: chapter 2, on the
+chord method.
+"""
 
 import numpy as np
 
@@ -7,11 +13,24 @@ from boltjoint.solvers.equations import Equations, Matrix, Solution, StepControl
 #: a residual this small against the terms it is the sum of is their rounding
 _ROUNDING = 4 * np.finfo(float).eps
 
+#: largest reduction of the residual by a correction whose Jacobian serves the next one too: a chord
+#: correction costs a tenth of one with a new Jacobian, or less
+_CHORD_REDUCTION = 0.1
+
 
 def newton(
-    equations: Equations, x: Vector, p: float, control: StepControl
+    equations: Equations, x: Vector, p: float, control: StepControl, *, chords: bool = False
 ) -> tuple[Solution, Matrix]:
     """Solve the equations at a fixed parameter, halving corrections that do not help.
+
+    Parameters
+    ----------
+    equations, control
+        The system, tolerance and number of iterations.
+    x, p
+        Initial guess, and the parameter.
+    chords
+        Whether a Jacobian is kept while its corrections converge fast, as from near guesses.
 
     Returns
     -------
@@ -23,9 +42,10 @@ def newton(
     """
     residual, jacobian_at = equations.evaluate(x, p)
     size, jacobian = np.linalg.norm(residual), jacobian_at()
+    kept = True
     for iteration in range(control.maximum_iterations):
         limit = smallest_residual(equations, control, x, jacobian)
-        if iteration > 0 and size > limit:
+        if not kept and size > limit:
             jacobian = jacobian_at()
         correction = solve(jacobian, residual) if size > limit else None
         if correction is None:
@@ -36,6 +56,7 @@ def newton(
             trial_size = np.linalg.norm(residual)
             if trial_size < size:
                 break
+        kept = chords and trial_size <= _CHORD_REDUCTION * size
         # a correction that does not help at any length may still lead out of a corner of the law
         x, size = trial, trial_size
     limit = smallest_residual(equations, control, x, jacobian)
