@@ -190,15 +190,20 @@ def _adapted(
     patterns = list(
         pattern_snapshots(candidates, stiffness, options.resonances, options.pattern_tolerance)
     )
+    snapshots: list[Snapshot] = []
     for adaptation in range(options.adaptations):
-        snapshots, errors = list(patterns), [np.zeros(2)]
+        before, snapshots, errors = snapshots, [], [np.zeros(2)]
         for connect, damping in connections:
             traced = _trace(CandidateBackbone(candidates, vectors, connect, damping), options)
-            for snapshot, error in _snapshots(traced, tolerances, options.states):
+            for snapshot, error in _snapshots(traced, tolerances, options.states, adaptation):
                 snapshots.append(snapshot)
                 errors.append(abs(error))
         found = balanced_pod_modes(
-            candidates, snapshots, options.balanced_vectors, options.maximum_vectors, stiffness
+            candidates,
+            [*patterns, *before, *snapshots],
+            options.balanced_vectors,
+            options.maximum_vectors,
+            stiffness,
         )
         largest = np.max(errors, axis=0)
         logger.info(
@@ -209,6 +214,12 @@ def _adapted(
         vectors = found.vector
         if np.all(largest <= tolerances):
             break
+    else:
+        logger.warning(
+            "errors of a contact-adapted basis may be larger than estimated: its "
+            "residuals are not within the tolerances after %d adaptations",
+            options.adaptations,
+        )
     return found
 
 
@@ -231,11 +242,15 @@ def _trace(mode: CandidateBackbone, options: "ContactAdaptedBasis") -> TracedBac
 
 
 def _snapshots(
-    traced: TracedBackbone, tolerances: Array, number: int
+    traced: TracedBackbone, tolerances: Array, number: int, adaptation: int
 ) -> Iterator[tuple[Snapshot, Array]]:
-    """Snapshots of some states with the dual-weighted residuals of their peaks."""
+    """Snapshots of some states with the dual-weighted residuals of their peaks.
+
+    Every other adaptation takes the states between those of the one before.
+    """
     last = len(traced.states) - 1
-    for index in np.unique(np.linspace(0, last, number).round().astype(int)):
+    at = np.linspace(0, last, number) + (adaptation % 2) / 2 * last / (number - 1)
+    for index in np.unique(np.minimum(at, last).round().astype(int)):
         found = traced.mode.correct(traced.states[index], traced.sensitivities[index])
         adjoints = zip(found.adjoints, tolerances, strict=True)
         yield Snapshot(found.motion, tuple(z / limit for z, limit in adjoints)), found.errors
