@@ -132,12 +132,6 @@ class Damping(ABC):
         """H(w) in the coordinates of a structure."""
         return DampingMatrix(self.terms(structure))
 
-    def loss_factor_of_modes(self, frequency: Array) -> Array:
-        """Loss factor of each mode at its own frequency [rad/s], twice its damping ratio [-]."""
-        frequency = checks.array("frequency", frequency, ("modes",), above=0)
-        H = self.matrix(ModalStructure(frequency))
-        return np.array([H.at(w)[i, i] / w**2 for i, w in enumerate(frequency)])
-
     def attributes(self) -> dict[str, Any]:
         """Name and parameters, as a result file holds them."""
         return {"damping": self.name} | {name: getattr(self, name) for name in self.quantities}

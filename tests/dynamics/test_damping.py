@@ -330,9 +330,11 @@ def test_backbone_files_hold_the_model(joint):
 def test_one_ratio_holds_for_all_modes_and_the_last_for_further_ones():
     w = np.array([10.0, 20.0, 40.0])
     for given, expected in ((0.01, [0.01] * 3), ((0.01, 0.02), [0.01, 0.02, 0.02])):
-        found = ModalDamping(given).loss_factor_of_modes(w)
-        np.testing.assert_allclose(found, 2 * np.array(expected), rtol=1e-14)
-    np.testing.assert_allclose(LossFactor(0.003).loss_factor_of_modes(w), 0.003, rtol=1e-14)
+        found = ModalDamping(given).matrix(ModalStructure(w)).at(3.0)
+        wanted = np.diag(3.0 * 2 * np.array(expected) * w)
+        np.testing.assert_allclose(found, wanted, rtol=1e-14)
+    found = LossFactor(0.003).matrix(ModalStructure(w)).at(3.0)
+    np.testing.assert_allclose(found, np.diag(0.003 * w**2), rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -351,8 +353,8 @@ def test_one_model_is_given(arguments, problem):
 
 def test_coefficients_of_rayleigh_damping_are_numbers_from_zero():
     w = np.array([10.0, 20.0])
-    found = RayleighDamping(0.4, 0.002).loss_factor_of_modes(w)
-    np.testing.assert_allclose(found, 0.4 / w + 0.002 * w, rtol=1e-14)
+    found = RayleighDamping(0.4, 0.002).matrix(ModalStructure(w)).at(3.0)
+    np.testing.assert_allclose(found, np.diag(3.0 * (0.4 + 0.002 * w**2)), rtol=1e-14)
     for given in ((-1.0, 0.0), (0.0, np.nan)):
         with pytest.raises(ValueError, match="coefficient is"):
             RayleighDamping(*given)
