@@ -27,6 +27,7 @@ from boltjoint.dynamics.rdnm import SelfConsistentRDNM
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.bands import (
     bands_of_equal_load,
@@ -56,6 +57,7 @@ CONSTANT_LAW, VARIABLE_LAW = JOINT.law, VARIABLE.law
 TABULATED = TabulatedLoad(
     CONSTANT_LAW.point_of_element, CONSTANT_LAW.tangential_stiffness, CONSTANT_LAW.slip_force
 )
+IWAN = FourParameterIwan([0], [1.0], [1.0], [-0.5], [0.0])
 SAMPLED = AlternatingFrequencyTime(VARIABLE_LAW, 2, 16)
 BALANCE = HarmonicBalance(JOINT, 0.01, 1.0)
 MODE = EPMCEquations(JOINT, 0.01)
@@ -91,21 +93,6 @@ def regions(count=4, **options):
 
 def fitted(stiffness=K, slip_force=SLIP, count=2, **options):
     return fit_elements(stiffness, slip_force, count, **options)
-
-
-def forces_over_time(motion=None, **changes):
-    """Forces of two elements on two points over time."""
-    ones = np.ones(2)
-    arguments = {
-        "point_of_element": np.arange(2),
-        "tangential_stiffness": ones,
-        "normal_stiffness": ones,
-        "normal_load": ones,
-        "friction_coefficient": ones,
-        "motion": np.zeros((2, 6)) if motion is None else motion,
-        "samples": 8,
-    }
-    return residual_in_time.contact_forces_in_time(**arguments | changes)
 
 
 def steady(joint=JOINT, frequency=70.0, force=1.0, loss_factor=0.01, **options):
@@ -156,9 +143,12 @@ ATTACKS = {
         lambda: SAMPLED.force(np.zeros((59, 10))),
         lambda: SAMPLED.force_and_tangent(np.zeros((60, 6))),
         lambda: SAMPLED.contact_state(np.zeros((1, 10))),
-        lambda: forces_over_time(np.zeros((2, 2))),
-        lambda: forces_over_time(np.full((2, 6), NAN)),
-        lambda: residual_in_time.forces_in_time([0], [1.0], [1.0], np.zeros((1, 6)), 8),
+        lambda: VARIABLE_LAW.forces_in_time(np.zeros((60, 2)), 8),
+        lambda: VARIABLE_LAW.forces_in_time(np.full((60, 6), NAN), 8),
+        lambda: VARIABLE_LAW.forces_in_time(np.zeros((59, 6)), 8),
+        lambda: CONSTANT_LAW.forces_in_time(np.zeros((60, 2)), 8),
+        lambda: IWAN.forces_in_time(np.zeros((1, 2)), 8),
+        lambda: IWAN.forces_in_time(np.zeros((0, 6)), 8),
         lambda: regions(motion="nope"),
         lambda: choose_count(JOINT, PRELOAD, 0.1, motion="nope"),
         lambda: partition_regions(JOINT, PRELOAD, 2, motion=None),
@@ -169,8 +159,7 @@ ATTACKS = {
         lambda: ConstantLoad([[0]], [1.0], [1.0]),
         lambda: replace(VARIABLE_LAW, point_of_element=VARIABLE_LAW.point_of_element - 1),
         lambda: VARIABLE_LAW.replaced_by([60], [1.0], [1.0]),
-        lambda: forces_over_time(point_of_element=[0, 2]),
-        lambda: forces_over_time(point_of_element=[0.0, 1.0]),
+        lambda: replace(VARIABLE_LAW, point_of_element=np.arange(60.0)),
         lambda: replace(JOINT, law=replace(CONSTANT_LAW, point_of_element=np.full(60, 60))),
     ],
     "tangential_stiffness": [
@@ -178,7 +167,7 @@ ATTACKS = {
         lambda: ConstantLoad([0], [np.inf], [1.0]),
         lambda: ConstantLoad([0], ["nope"], [1.0]),
         lambda: replace(VARIABLE_LAW, tangential_stiffness=np.ones(59)),
-        lambda: forces_over_time(tangential_stiffness=[1.0, -1.0]),
+        lambda: replace(VARIABLE_LAW, tangential_stiffness=np.full(60, -1.0)),
         lambda: connected(k=0.0),
         lambda: connected(k=NAN),
     ],
@@ -188,23 +177,22 @@ ATTACKS = {
         lambda: ConstantLoad([0], [1.0], [1.0, 2.0]),
         lambda: fitted(slip_force=SLIP[:2]),
         lambda: fitted(slip_force=spoiled(SLIP, 0.0)),
-        lambda: residual_in_time.forces_in_time([0], [1.0], [0.0], np.zeros((1, 2)), 8),
+        lambda: ConstantLoad([0], [1.0], [0.0]),
     ],
     "normal_stiffness": [
         lambda: replace(VARIABLE_LAW, normal_stiffness=np.zeros(60)),
-        lambda: forces_over_time(normal_stiffness=[1.0, NAN]),
+        lambda: replace(VARIABLE_LAW, normal_stiffness=np.full(60, NAN)),
         lambda: connected(normal=-1.0),
     ],
     "normal_load": [
         lambda: replace(VARIABLE_LAW, normal_load=spoiled(VARIABLE_LAW.normal_load)),
-        lambda: forces_over_time(normal_load=[1.0, np.inf]),
-        lambda: forces_over_time(normal_stiffness=None, normal_load=[1.0, -1.0]),
+        lambda: replace(VARIABLE_LAW, normal_load=np.full(60, np.inf)),
         lambda: connected(preload={"normal_load": ("pair", [1.0, NAN])}),
         lambda: connected(preload={"normal_load": ("pair", [1.0, -1.0])}),
     ],
     "friction_coefficient": [
         lambda: replace(VARIABLE_LAW, friction_coefficient=np.full(60, -0.1)),
-        lambda: forces_over_time(friction_coefficient=[1.0]),
+        lambda: replace(VARIABLE_LAW, friction_coefficient=[1.0]),
         lambda: connected(mu=0.0),
         lambda: connected(mu="nope"),
     ],
@@ -225,8 +213,9 @@ ATTACKS = {
     "samples": [
         lambda: AlternatingFrequencyTime(CONSTANT_LAW, 4, 8),
         lambda: AlternatingFrequencyTime(CONSTANT_LAW, 1, NAN),
-        lambda: forces_over_time(samples=2),
-        lambda: forces_over_time(samples=8.0),
+        lambda: VARIABLE_LAW.forces_in_time(np.zeros((60, 6)), 2),
+        lambda: CONSTANT_LAW.forces_in_time(np.zeros((60, 6)), 8.0),
+        lambda: IWAN.forces_in_time(np.zeros((1, 6)), 0),
         lambda: periodic(samples=6),
         lambda: PERIODIC.in_time(0),
         lambda: convergence.tabulate_sampling({}, samples=[2]),

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from joint_examples import many_elements
 
+from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.fitting import fit_elements
 from boltjoint.joint.masing import loop_error, unloading_branch
-from boltjoint.verification.residual_in_time import forces_in_time
 
 
 @pytest.mark.parametrize("method", ["loops", "describing-function"])
@@ -76,11 +76,12 @@ def test_unknown_method_is_refused():
 def test_harmonics_of_a_fit_hold_between_the_fitted_amplitudes():
     k, s = many_elements()
     fit = fit_elements(k, s, 7)
-    amplitude = float(np.sqrt(fit.amplitude[0] * fit.amplitude[1]))
+    motion = np.zeros((1, 6))
+    motion[0, 1] = np.sqrt(fit.amplitude[0] * fit.amplitude[1])
 
     def time_integrated(stiffness, slip):
-        together = np.zeros(slip.size, dtype=np.int64)
-        return forces_in_time(together, stiffness, slip, np.array([[amplitude, 0.0]]), 2000)[0]
+        together = ConstantLoad(np.zeros(slip.size, dtype=np.int64), stiffness, slip)
+        return together.forces_in_time(motion, 2000)[0, 1:3]
 
     true = time_integrated(k, s)
     few = time_integrated(fit.tangential_stiffness, fit.slip_force)

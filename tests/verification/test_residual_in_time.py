@@ -7,16 +7,9 @@ from small_joint import make_joint
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import merge_points
-from boltjoint.verification.residual_in_time import (
-    check_solutions,
-    contact_forces_in_time,
-    forces_in_time,
-    residuals_in_time,
-)
+from boltjoint.verification.residual_in_time import check_solutions, residuals_in_time
 
 LOSS = 0.01
 
@@ -27,68 +20,9 @@ def either(request):
     return make_joint(law=request.param)
 
 
-def random_elements(count, seed=0):
-    """Elements that open, close, stick and slip, and their motion."""
-    random = np.random.default_rng(seed)
-    k_u, k_v = 10 ** random.uniform(6, 9, (2, count))
-    load = 10 ** random.uniform(-1, 3, count)
-    mu = random.uniform(0.05, 0.8, count)
-    u, v = random.normal(size=(2, count, 3))
-    u *= (mu * load / k_u * 10 ** random.uniform(-1, 1.5, count))[:, None]
-    v *= (load / k_v * 10 ** random.uniform(-1, 0.5, count))[:, None]
-    elements = np.arange(count), k_u, k_v, load * random.choice([1, 1, 1, -1], count), mu
-    return elements, np.hstack([u, v])
-
-
 def at_peak(response):
     at = response["response_amplitude"].to_numpy().argmax()
     return response.isel(solution=[at]).copy(deep=True)
-
-
-def test_forces_in_time_converge_to_the_exact_ones_with_second_order():
-    elements, motion = random_elements(1000)
-    law = VariableLoad(*elements)
-    exact = law.force(motion)
-    load = np.abs(law.normal_load) + law.normal_stiffness * np.abs(motion[:, 3:]).sum(axis=1)
-    counts = 100 * 2 ** np.arange(6)
-    errors = [
-        np.std((contact_forces_in_time(*elements, motion, count) - exact) / load[:, None])
-        for count in counts
-    ]
-    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert order == pytest.approx(2, abs=0.2)
-
-
-def test_forces_in_time_and_aft_agree_to_rounding_at_the_same_samples():
-    elements, motion = random_elements(300, seed=1)
-    in_time = contact_forces_in_time(*elements, motion, 200)
-    other = AlternatingFrequencyTime(VariableLoad(*elements), samples=200).force(motion)
-    np.testing.assert_allclose(in_time, other, atol=1e-11 * np.abs(other).max())
-    on, k, slip = elements[0], elements[1], elements[4] * np.abs(elements[3])
-    in_time = forces_in_time(on, k, slip, motion[:, 1:3], 200)
-    other = AlternatingFrequencyTime(ConstantLoad(on, k, slip), samples=200).force(motion[:, 1:3])
-    np.testing.assert_allclose(in_time, other, atol=1e-11 * np.abs(other).max())
-
-
-def test_a_load_that_nothing_changes_is_a_constant_one():
-    elements, motion = random_elements(300, seed=2)
-    on, k_u, k_v, load, mu = elements
-    load = np.abs(load)
-    still = motion.copy()
-    still[:, [0, 3, 4, 5]] = 0.0
-    in_time = contact_forces_in_time(on, k_u, k_v, load, mu, still, 200)
-    constant = forces_in_time(on, k_u, mu * load, motion[:, 1:3], 200)
-    np.testing.assert_allclose(in_time[:, 1:3], constant, rtol=1e-9)
-    np.testing.assert_allclose(in_time[:, 3:], 0, atol=1e-12 * load.max())
-
-
-def test_elements_on_one_point_add_up():
-    (_, *elements), motion = random_elements(200, seed=3)
-    on, motion = np.random.default_rng(4).choice([0, 2], 200), motion[:3]
-    together = contact_forces_in_time(on, *elements, motion, 100)
-    alone = contact_forces_in_time(np.arange(200), *elements, motion[on], 100)
-    for p in range(3):
-        np.testing.assert_allclose(together[p], alone[on == p].sum(axis=0), rtol=1e-9)
 
 
 def test_solutions_have_no_residual_in_time(either):

@@ -164,7 +164,7 @@ class FourParameterIwan(ElementLaw):
             friction_coefficient=s.ravel()[kept],
         )
 
-    def forces_in_time(self, motion: Array, samples: int) -> Array:
+    def evaluate_in_time(self, motion: Array, samples: int) -> Array:
         """As of any law, by Masing's rule with a memory of the reversals: exact at the samples."""
         phase = 2 * np.pi * np.arange(1, samples + 1) / samples
         table = np.column_stack([np.ones(samples), np.sin(phase), np.cos(phase)])

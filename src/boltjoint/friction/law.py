@@ -88,7 +88,7 @@ class FrictionLaw(ABC):
             If the motion is not of this shape, has fewer points than there are elements on, or is
             not finite.
         """
-        return self.evaluate(self._checked(motion))
+        return self.evaluate(self._checked(motion, self._columns))
 
     def force_and_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Harmonic forces on each point and their derivative by the motion of that point.
@@ -111,7 +111,7 @@ class FrictionLaw(ABC):
         ValueError
             As for ``force``.
         """
-        return self.evaluate_with_tangent(self._checked(motion))
+        return self.evaluate_with_tangent(self._checked(motion, self._columns))
 
     def contact_state(self, motion: Array) -> NDArray[np.int8]:
         """State of every element over the period (``friction.contact_states``).
@@ -129,7 +129,7 @@ class FrictionLaw(ABC):
         ValueError
             As for ``force``.
         """
-        return self._states(self._checked(motion))
+        return self._states(self._checked(motion, self._columns))
 
     @abstractmethod
     def evaluate(self, motion: Array) -> Array:
@@ -148,8 +148,12 @@ class FrictionLaw(ABC):
         """Number of points up to the last one with an element."""
         return int(self.point_of_element.max(initial=-1)) + 1
 
-    def _checked(self, motion: Array) -> Array:
-        columns = len(self.directions) * len(self.components)
+    @property
+    def _columns(self) -> int:
+        """Number of coefficients of the motion of a point."""
+        return len(self.directions) * len(self.components)
+
+    def _checked(self, motion: Array, columns: int) -> Array:
         found = checks.array("motion", motion, ("points", columns))
         if len(found) < self._points:
             raise ValueError(
@@ -230,7 +234,17 @@ class ElementLaw(FrictionLaw):
         ndarray
             Coefficients of the friction force, then of the change of the normal load from the
             assembled state [N], shape (points, 6).
+
+        Raises
+        ------
+        ValueError
+            As for ``force``, or if there are fewer than three samples.
         """
+        samples = checks.whole("samples", samples, at_least=3)
+        return self.evaluate_in_time(self._checked(motion, 6), samples)
+
+    def evaluate_in_time(self, motion: Array, samples: int) -> Array:
+        """As ``forces_in_time``, without checks; here by the ``sliders`` of the law."""
         found = self.sliders()
         return integrate_friction(
             found.point,

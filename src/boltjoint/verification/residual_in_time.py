@@ -15,86 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, ModalStructure, damping_of_attributes
-from boltjoint.friction.sliders_in_time import integrate_friction
 from boltjoint.joint.io import joint_from_dataset
-
-
-def forces_in_time(
-    point_of_element: NDArray[np.int64],
-    stiffness: NDArray[np.float64],
-    slip_force: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    samples: int,
-) -> NDArray[np.float64]:
-    """Harmonic friction forces on points under constant normal load, as ``contact_forces_in_time``.
-
-    The elements have the stiffness [N/m] and slip force [N]; motion [m] and force [N] have sine and
-    cosine coefficients, shape (points, 2).
-    """
-    motion = checks.array("motion", motion, ("points", 2))
-    slip_force = checks.array("slip_force", slip_force, ("elements",), above=0)
-    stiffness = checks.array("stiffness", stiffness, slip_force.shape, above=0)
-    both = np.zeros((len(motion), 6))
-    both[:, 1:3] = motion
-    elements = point_of_element, stiffness, None, np.ones_like(slip_force), slip_force
-    return contact_forces_in_time(*elements, both, samples)[:, 1:3]
-
-
-def contact_forces_in_time(
-    point_of_element: NDArray[np.int64],
-    tangential_stiffness: NDArray[np.float64],
-    normal_stiffness: NDArray[np.float64] | None,
-    normal_load: NDArray[np.float64],
-    friction_coefficient: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    samples: int,
-) -> NDArray[np.float64]:
-    """Harmonic contact forces on points under variable normal load, integrated in time.
-
-    The normal load of an element is that of its spring and never negative; the friction force is
-    that of its spring, bounded by mu times the normal load. From the assembled state the points
-    move to the start of the period, through one period, and through that which is evaluated.
-
-    Parameters
-    ----------
-    point_of_element
-        The point each element acts on, shape (elements,).
-    tangential_stiffness, normal_stiffness
-        Of each element [N/m], shape (elements,); None under constant normal load, which must then
-        be positive.
-    normal_load
-        Of each element in the assembled state [N], negative for a gap, shape (elements,).
-    friction_coefficient
-        Of each element [-], shape (elements,).
-    motion
-        Bias, sine and cosine coefficients of the points' tangential displacement, then of the
-        normal one, positive when closing [m], shape (points, 6).
-    samples
-        Steps a period.
-
-    Returns
-    -------
-    ndarray
-        Coefficients of the friction force, then of the change of the normal load from the assembled
-        state [N], shape (points, 6).
-
-    Raises
-    ------
-    ValueError
-        If the elements differ in length, act on points that do not move, or are not finite; if a
-        stiffness or friction coefficient is not positive; or if there are fewer than three samples.
-    """
-    motion = checks.array("motion", motion, ("points", 6))
-    samples = checks.whole("samples", samples, at_least=3)
-    on = checks.indices("point_of_element", point_of_element, ("elements",), count=len(motion))
-    k_u = checks.array("tangential_stiffness", tangential_stiffness, on.shape, above=0)
-    k_v = normal_stiffness
-    if k_v is not None:
-        k_v = checks.array("normal_stiffness", k_v, on.shape, above=0)
-    load = {"above": 0} if k_v is None else {}
-    normal_load = checks.array("normal_load", normal_load, on.shape, **load)
-    mu = checks.array("friction_coefficient", friction_coefficient, on.shape, above=0)
-    return integrate_friction(on, k_u, k_v, normal_load, mu, motion, samples)
 
 
 def residuals_in_time(
@@ -188,7 +109,7 @@ class _ModalEquations:
     ) -> NDArray[np.float64]:
         """Residual over the norm of the largest term, shape (modes, 3)."""
         point_motion = np.hstack([self.R @ motion, self.N @ motion])
-        contact = self.law.forces_in_time(point_motion, samples)
+        contact = self.law.evaluate_in_time(point_motion, samples)
         bias, sine, cosine = motion.T
         zero = np.zeros_like(bias)
         terms = (
