@@ -121,10 +121,8 @@ class Contents:
 
         Contact-adapted vectors stick at frequencies that no time integration can resolve.
         """
-        if not self._has_harmonics(case):
-            return None
-        found = (one for one in self.references(case) if not one.basis.is_contact_adapted)
-        return next(found, None)
+        found = self.in_harmonics(case).values()
+        return next((one for one in found if not one.basis.is_contact_adapted), None)
 
     def in_harmonics(self, case: str) -> dict[str, Response]:
         """By basis, the response whose peaks are found with more harmonics: of the lowest mode."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from boltjoint.names import REFERENCE
+from boltjoint.report.displays import further_harmonics
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import table
 
@@ -19,25 +19,14 @@ def _cases(contents: Contents) -> Iterator[dict[str, object]]:
             yield {"case": case, "basis": response.basis}
 
 
-def _integrated(contents: Contents, artefact: Artefact) -> list[Artefact]:
-    response = contents.integrated(artefact.case)._asdict()
-    return [
-        *contents.select("joint", **artefact.which, joint=REFERENCE[0]),
-        *contents.select("response", form="data", case=artefact.case, **response),
-    ]
-
-
 @table(
     "harmonics",
     of=_cases,
-    reads=(_integrated,),
+    reads=(further_harmonics.reads,),
     job="harmonics_{case}_{basis}",
     section="harmonics",
     title="more harmonics, and time integration, in {basis}",
-    options=lambda contents, artefact: {
-        "response": contents.integrated(artefact.case)._asdict(),
-        "forces": contents.study.case(artefact.case).verification_forces_N,
-    },
+    options=further_harmonics.options,
     stage="harmonics",
 )
 def harmonics(
@@ -47,9 +36,7 @@ def harmonics(
     forces: Sequence[float],
 ) -> "pd.DataFrame":
     """Peaks by multi-harmonic balance and by time integration."""
-    from boltjoint.joint.io import joint_from_dataset
     from boltjoint.verification.harmonics_table import tabulate_time_integration
 
-    joint = results.dataset("joint", **artefact.which, joint=REFERENCE[0])
-    solved = results.dataset("response", case=artefact.case, **response)
-    return tabulate_time_integration(joint_from_dataset(joint), solved, forces=forces)
+    joint, solved = further_harmonics.load(artefact, results, response)
+    return tabulate_time_integration(joint, solved, forces=forces)
