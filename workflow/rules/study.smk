@@ -17,12 +17,12 @@ from boltjoint.names import REFERENCE, Basis, JointName
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.published import Published
+from boltjoint.study.case_studies import name_case_studies
 from boltjoint.workflow import environment
 from boltjoint.workflow.code_dependencies import source_hash
 
 SOURCE = Path(workflow.basedir, "resources/source")
-CASE_STUDIES = Published(SOURCE).case_studies if SOURCE.is_dir() else []
+CASE_STUDIES = name_case_studies(SOURCE if SOURCE.is_dir() else None)
 
 if workflow.overwrite_configfiles:
     raise WorkflowError(

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from boltjoint.study.case_studies import CASE_STUDIES, name_case_studies
+
 #: the modal basis of all case studies of the source
 BASIS = "free-4"
 
@@ -47,7 +49,7 @@ class Published:
     @classmethod
     def among(cls, paths: Iterable[str], case: str | None = None) -> "Published":
         """The tables in the folder of which the index is among some files; none if it is not."""
-        found = (Path(path).parent for path in paths if Path(path).name == _CASE_STUDIES)
+        found = (Path(path).parent for path in paths if Path(path).name == CASE_STUDIES)
         folder = next(found, None)
         return cls(folder, case if folder else None)
 
@@ -59,12 +61,12 @@ class Published:
     @property
     def case_studies(self) -> list[str]:
         """Names of the source's case studies."""
-        return list(self._read(_CASE_STUDIES)["case"])
+        return name_case_studies(self.folder)
 
     @property
     def assemblies(self) -> list[str]:
         """Names of the source's assemblies."""
-        return list(dict.fromkeys(self._read(_CASE_STUDIES)["assembly"]))
+        return list(dict.fromkeys(self._read(CASE_STUDIES)["assembly"]))
 
     def material(self) -> dict[str, float]:
         """The material of the source's assemblies, by the keys of an assembly's configuration."""
@@ -77,7 +79,7 @@ class Published:
 
     def contact_nodes(self) -> pd.DataFrame:
         """Columns ``assembly, contact_law, contact_nodes``, of all case studies."""
-        cases = self._read(_CASE_STUDIES)
+        cases = self._read(CASE_STUDIES)
         return cases[["assembly", "contact_law", "contact_nodes"]].drop_duplicates()
 
     def time_reductions(self) -> pd.DataFrame:
@@ -135,7 +137,7 @@ class Published:
 
     def case_study(self) -> dict[str, str]:
         """What the source says of the case study, as in ``case_studies.csv``; empty for none."""
-        cases = self._index(_CASE_STUDIES)
+        cases = self._index(CASE_STUDIES)
         return next(iter(cases[cases["case"] == self.case].to_dict("records")), {})
 
     def tables(self) -> pd.DataFrame:
@@ -202,10 +204,9 @@ class Published:
         return pd.read_csv(self.folder / file, **options)
 
 
-_CASE_STUDIES = "case_studies.csv"
 #: columns of the files that are asked of where there is no source
 _COLUMNS = {
-    _CASE_STUDIES: ["case", "assembly", "contact_law", "contact_nodes"],
+    CASE_STUDIES: ["case", "assembly", "contact_law", "contact_nodes"],
     "natural_frequencies.csv": ["assembly", "bending_mode", "frequency_Hz", "figure"],
     "tables.csv": ["table", "case", "kind", "joint", "file"],
     "figures.csv": [

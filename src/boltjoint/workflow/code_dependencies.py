@@ -105,8 +105,10 @@ def _imported_modules(text: str, file: Path, package: Path) -> tuple[str, ...]:
 
 
 def _statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """All nodes of a syntax tree but those that only type checkers read."""
+    """All statements of a syntax tree, in others too, but those that only type checkers read."""
     for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.expr):
+            continue  # no statement is within an expression, and most nodes are
         if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
             continue
         yield node
