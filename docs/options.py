@@ -70,6 +70,8 @@ def page() -> str:
 
 
 def _shown(default: object) -> str:
+    if isinstance(default, tuple):
+        return ", ".join(map(_shown, default))
     return "as listed" if isinstance(default, Options) else f"{default:.6g}"
 
 

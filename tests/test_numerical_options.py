@@ -5,11 +5,16 @@ import runpy
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+import numpy as np
 import pytest
+from small_joint import make_joint, make_preload
 
 from boltjoint.dynamics.backbone import find_backbone
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import WindowMargins, frequency_window
+from boltjoint.joint.fit_options import FitOptions
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reductions import reduce_joint
 from boltjoint.options import Options
 from boltjoint.solvers.equations import LaggedControl, StepControl
 
@@ -73,6 +78,35 @@ def test_a_backbone_stores_what_it_was_traced_with(joint):
     window = frequency_window(joint)
     found = find_backbone(joint, [1.0], loss_factor=0.01, window=window, control=control)
     assert json.loads(found.attrs["options"])["amplitude_scale"] == 4.0
+
+
+@pytest.mark.parametrize(
+    ("reduction", "changed"),
+    [
+        ("elements", {"loop_samples": 16}),
+        ("harmonic", {"lowest_amplitude": 0.1}),
+        ("harmonic", {"hidden_loss": 0.1}),
+        ("iwan", {"compared_amplitudes": 12}),
+    ],
+)
+def test_fits_follow_and_store_their_options(reduction, changed):
+    nodes = make_joint()
+    regions = partition_regions(nodes, make_preload(nodes), 2)
+    given = {} if reduction == "iwan" else {"count": 3}
+    usual, fit = reduce_joint(regions, reduction, **given)
+    assert json.loads(fit.attrs["options"])["sharpnesses"] == [8.0, 16.0, 32.0, 128.0]
+    other, fit = reduce_joint(regions, reduction, options=FitOptions(**changed), **given)
+    assert json.loads(fit.attrs["options"]).items() >= changed.items()
+    found, known = (
+        [getattr(each.law, name) for name in each.law.quantities] for each in (other, usual)
+    )
+    assert not np.allclose(found, known, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(FitOptions)])
+def test_options_of_fits_are_positive(name):
+    with pytest.raises(ValueError, match=name):
+        FitOptions(**{name: () if name == "sharpnesses" else 0})
 
 
 def test_margins_of_a_window(joint):

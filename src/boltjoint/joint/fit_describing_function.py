@@ -6,20 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.joint.element_shares import ElementShares
-from boltjoint.joint.masing import COMPARED_AMPLITUDES
-from boltjoint.joint.minimax_curve import HIDDEN_LOSS, minimax_loading_curve
+from boltjoint.joint.fit_options import FitOptions
+from boltjoint.joint.minimax_curve import minimax_loading_curve
 
 Array = NDArray[np.float64]
-
-#: smallest compared amplitude, over that of the first slip: a fit must not slip before the region
-_LOWEST_AMPLITUDE = 0.8
-
-#: weight of relative errors of small losses, against errors of force over the slip force; times the
-#: square of the number of elements, with whose inverse errors of force fall
-LOSS_WEIGHT = 0.0023
-
-#: of the initial guesses: the smaller, the more weight small amplitudes have
-_SHARPNESS = (8.0, 16.0, 32.0, 128.0)
 
 
 class DescribingFunctionMisfit(ElementShares):
@@ -35,18 +25,27 @@ class DescribingFunctionMisfit(ElementShares):
         Of the elements of a region [N/m], [N], shape (many,).
     loss_weight
         Weight of relative errors of small losses.
+    options
+        Amplitudes that are compared, and which losses are small.
     """
 
-    def __init__(self, stiffness: Array, slip_force: Array, loss_weight: float) -> None:
+    def __init__(
+        self,
+        stiffness: Array,
+        slip_force: Array,
+        loss_weight: float,
+        options: FitOptions = FitOptions(),
+    ) -> None:
         super().__init__(stiffness, slip_force)
         onset = slip_force / stiffness
         self.amplitude = np.geomspace(
-            _LOWEST_AMPLITUDE * onset.min(), onset.max(), COMPARED_AMPLITUDES
+            options.lowest_amplitude * onset.min(), onset.max(), options.compared_amplitudes
         )
         self._target = self._describing_function(stiffness, slip_force)
         force = self.amplitude / self.total_slip
-        loss = self._target[COMPARED_AMPLITUDES:] / self.total_stiffness
-        small = loss_weight * HIDDEN_LOSS / (loss + HIDDEN_LOSS) ** 2 / self.total_stiffness
+        loss = self._target[options.compared_amplitudes :] / self.total_stiffness
+        hidden = options.hidden_loss
+        small = loss_weight * hidden / (loss + hidden) ** 2 / self.total_stiffness
         self._weight = np.concatenate([force, np.hypot(force, small)])
 
     def residual(self, unknown: Array) -> Array:
@@ -78,8 +77,12 @@ class DescribingFunctionMisfit(ElementShares):
         return ratio, sine, (theta - sine * (1 - 2 * ratio)) / np.pi, sine * sine / np.pi
 
 
-def initial_guesses(stiffness: Array, slip_force: Array, count: int) -> Iterator[Array]:
+def initial_guesses(
+    stiffness: Array, slip_force: Array, count: int, options: FitOptions = FitOptions()
+) -> Iterator[Array]:
     """Minimax loading curves with more or less weight on small amplitudes."""
-    for sharpness in _SHARPNESS:
-        k, s, _ = minimax_loading_curve(stiffness, slip_force, count, sharpness)
+    for sharpness in options.sharpnesses:
+        k, s, _ = minimax_loading_curve(
+            stiffness, slip_force, count, sharpness, hidden_loss=options.hidden_loss
+        )
         yield np.log(np.concatenate([k / k.sum(), s / s.sum()]))

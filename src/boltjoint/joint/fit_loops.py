@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.joint.element_shares import ElementShares
-from boltjoint.joint.masing import LOOP_SAMPLES, force_on_loading_curve
+from boltjoint.joint.fit_options import FitOptions
+from boltjoint.joint.masing import force_on_loading_curve
 
 Array = NDArray[np.float64]
 
@@ -20,14 +21,22 @@ class LoopMisfit(ElementShares):
         Of the elements of a region [N/m], [N], shape (many,).
     amplitude
         Of the loops [m], shape (loops,).
+    samples
+        Points along half a loop.
     """
 
-    def __init__(self, stiffness: Array, slip_force: Array, amplitude: Array) -> None:
+    def __init__(
+        self,
+        stiffness: Array,
+        slip_force: Array,
+        amplitude: Array,
+        samples: int = FitOptions.loop_samples,
+    ) -> None:
         super().__init__(stiffness, slip_force)
-        drop = np.outer(amplitude, 1 - np.cos(np.linspace(0, np.pi, LOOP_SAMPLES))) / 2
+        drop = np.outer(amplitude, 1 - np.cos(np.linspace(0, np.pi, samples))) / 2
         # top of the loop less twice the loading curve over half the drop (Masing)
         self.displacement = np.concatenate([amplitude, drop.ravel()])
-        top = np.repeat(np.arange(amplitude.size), LOOP_SAMPLES)
+        top = np.repeat(np.arange(amplitude.size), samples)
         self._combine = np.zeros((top.size, self.displacement.size))
         self._combine[np.arange(top.size), top] = 1.0
         self._combine[np.arange(top.size), amplitude.size + np.arange(top.size)] = -2.0
@@ -36,7 +45,7 @@ class LoopMisfit(ElementShares):
         )
 
     def residual(self, unknown: Array) -> Array:
-        """Differences along all loops, shape (loops * LOOP_SAMPLES,)."""
+        """Differences along all loops, shape (loops * samples,)."""
         force = self._combine @ force_on_loading_curve(self.displacement, *self.elements(unknown))
         return (force - self._target) / self.total_slip
 

@@ -20,6 +20,7 @@ from scipy.optimize import least_squares
 
 from boltjoint import checks
 from boltjoint.joint import fit_describing_function, fit_loops
+from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.masing import amplitude_of_load, checked_elements
 
 Array = NDArray[np.float64]
@@ -50,6 +51,7 @@ def fit_elements(
     method: Method = "loops",
     load_fractions: Sequence[float] = (0.3, 0.6, 0.9),
     starts: int = 16,
+    options: FitOptions = FitOptions(),
 ) -> Fit:
     """Fit ``count`` elements to the hysteresis of many.
 
@@ -76,6 +78,8 @@ def fit_elements(
         One for each loop of eq. 3.3, between 0 and 1.
     starts
         Number of deterministic initial guesses of ``loops``, of which the best result is taken.
+    options
+        What of the hysteresis is compared.
 
     Returns
     -------
@@ -95,14 +99,16 @@ def fit_elements(
         )
     load_fractions = check_fit_options(method, load_fractions, starts)
     amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in load_fractions])
-    loops = fit_loops.LoopMisfit(stiffness, slip_force, amplitude)
+    loops = fit_loops.LoopMisfit(stiffness, slip_force, amplitude, options.loop_samples)
     if method == "loops":
         misfit = loops
         guesses = fit_loops.initial_guesses(stiffness, slip_force, count, starts)
     else:
-        weight = fit_describing_function.LOSS_WEIGHT * count**2
-        misfit = fit_describing_function.DescribingFunctionMisfit(stiffness, slip_force, weight)
-        guesses = fit_describing_function.initial_guesses(stiffness, slip_force, count)
+        weight = options.loss_weight * count**2
+        misfit = fit_describing_function.DescribingFunctionMisfit(
+            stiffness, slip_force, weight, options
+        )
+        guesses = fit_describing_function.initial_guesses(stiffness, slip_force, count, options)
     tolerances = {"xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
     best = min(
         (least_squares(misfit.residual, guess, misfit.jacobian, **tolerances) for guess in guesses),

@@ -18,14 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.joint.fit_options import FitOptions
 
 Array = NDArray[np.float64]
-
-#: points along half a loop at which forces are compared, evenly in phase
-LOOP_SAMPLES = 64
-
-#: amplitudes between first and full slip at which loops or first harmonics are compared
-COMPARED_AMPLITUDES = 120
 
 
 def loading_curve(displacement: Array, stiffness: Array, slip_force: Array) -> Array:
@@ -76,7 +71,11 @@ class LoopError:
 
 
 def loop_error(
-    stiffness: Array, slip_force: Array, fitted_stiffness: Array, fitted_slip_force: Array
+    stiffness: Array,
+    slip_force: Array,
+    fitted_stiffness: Array,
+    fitted_slip_force: Array,
+    options: FitOptions = FitOptions(),
 ) -> LoopError:
     """Error of the loops of fitted elements against those of a region, at all amplitudes.
 
@@ -86,6 +85,8 @@ def loop_error(
         Of the elements of a region [N/m], [N], shape (many,).
     fitted_stiffness, fitted_slip_force
         Of the fitted elements, with the same total slip force, shape (few,).
+    options
+        Amplitudes and points of the loops whose mean error is found.
 
     Returns
     -------
@@ -105,11 +106,15 @@ def loop_error(
     onset = slip_force / stiffness
     corner = np.unique(np.concatenate([[0.0], onset, fitted_slip_force / fitted_stiffness]))
     few = force_on_loading_curve(corner, fitted_stiffness, fitted_slip_force)
-    return loop_error_of_curve(corner, few, stiffness, slip_force)
+    return loop_error_of_curve(corner, few, stiffness, slip_force, options)
 
 
 def loop_error_of_curve(
-    corner: Array, force: Array, stiffness: Array, slip_force: Array
+    corner: Array,
+    force: Array,
+    stiffness: Array,
+    slip_force: Array,
+    options: FitOptions = FitOptions(),
 ) -> LoopError:
     """As ``loop_error``, of a loading curve that is straight between displacements.
 
@@ -119,14 +124,16 @@ def loop_error_of_curve(
         Displacements from 0 that hold all corners of both curves [m], and the force there [N].
     stiffness, slip_force
         Of the elements of a region [N/m], [N], shape (many,).
+    options
+        As for ``loop_error``.
     """
     onset = slip_force / stiffness
     difference = (force - force_on_loading_curve(corner, stiffness, slip_force)) / slip_force.sum()
     # d(A) - 2 d(v) with v up to A (Masing) is linear in both between corners
     above = difference - 2 * np.minimum.accumulate(difference)
     below = 2 * np.maximum.accumulate(difference) - difference
-    amplitude = np.geomspace(onset.min(), onset.max(), COMPARED_AMPLITUDES)
-    phase = np.pi * (np.arange(LOOP_SAMPLES) + 0.5) / LOOP_SAMPLES
+    amplitude = np.geomspace(onset.min(), onset.max(), options.compared_amplitudes)
+    phase = np.pi * (np.arange(options.loop_samples) + 0.5) / options.loop_samples
     half_drop = np.outer(amplitude, (1 - np.cos(phase)) / 2)
     top = np.interp(amplitude, corner, difference)[:, None]
     along = top - 2 * np.interp(half_drop, corner, difference)

@@ -4,24 +4,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.masing import checked_elements, force_on_loading_curve
 
 Array = NDArray[np.float64]
-
-#: loss, over the total stiffness, below which the structure's own damping hides the contact's
-HIDDEN_LOSS = 1e-3
 
 #: relative difference below which corners of a loading curve are one: rounding
 _SAME_CORNER = 1e-9
 
 
 def minimax_loading_curve(
-    stiffness: Array, slip_force: Array, count: int, sharpness: float = np.inf
+    stiffness: Array,
+    slip_force: Array,
+    count: int,
+    sharpness: float = np.inf,
+    *,
+    hidden_loss: float = FitOptions.hidden_loss,
 ) -> tuple[Array, Array, float]:
     """The ``count`` elements whose loading curve has the smallest largest error against many.
 
     With F the region's curve and K its total stiffness, the largest ratio of the difference to
-    ``min(F, sharpness (K u - F + K u / 1000))`` is minimised: the relative error of force, and
+    ``min(F, sharpness (K u - F + hidden_loss K u))`` is minimised: the relative error of force, and
     where little slips that of the force lost by slip. Loading curves are concave and piecewise
     linear. The one with the fewest corners between two bounds follows each line until it meets the
     upper bound, and from there the tangent to the lower bound. The bounds are brought together
@@ -36,6 +39,8 @@ def minimax_loading_curve(
     sharpness
         The smaller, the more weight small amplitudes have. The result is the nearest curve where
         the ratio found is below the inverse of the sharpness: then the upper bound is concave.
+    hidden_loss
+        As of ``FitOptions``.
 
     Returns
     -------
@@ -47,12 +52,13 @@ def minimax_loading_curve(
     Raises
     ------
     ValueError
-        If a stiffness or slip force, the number or the sharpness is not positive.
+        If a stiffness or slip force, the number, the sharpness or the hidden loss is not positive.
     """
     stiffness, slip_force = checked_elements("stiffness", stiffness, slip_force)
     count = checks.whole("count", count, at_least=1)
     if sharpness != np.inf:
         sharpness = checks.number("sharpness", sharpness, above=0)
+    hidden_loss = checks.number("hidden_loss", hidden_loss, above=0)
     onset = np.sort(slip_force / stiffness)
     onset = onset[np.diff(onset, prepend=0.0) > _SAME_CORNER * onset]
     u = np.append(0.0, onset)
@@ -60,7 +66,7 @@ def minimax_loading_curve(
     if onset.size <= count:
         return *_elements_of_corners(onset, force[1:], count), 0.0
     stuck = stiffness.sum() * onset
-    lost = sharpness * (stuck - force[1:] + HIDDEN_LOSS * stuck)
+    lost = sharpness * (stuck - force[1:] + hidden_loss * stuck)
     allowed = np.append(0.0, np.minimum(force[1:], lost))
     # within the largest bounds is one element of the same totals
     low, high = 0.0, float(np.max((stuck - force[1:]) / allowed[1:]))

@@ -11,8 +11,9 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.friction.law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
+from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.fitting import Method, check_fit_options, fit_elements
-from boltjoint.joint.masing import LOOP_SAMPLES, LoopError, loop_error, unloading_branch
+from boltjoint.joint.masing import LoopError, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 
@@ -26,6 +27,7 @@ def fit_reduced_joint(
     method: Method = "loops",
     load_fractions: Sequence[float] = (0.3, 0.6, 0.9),
     starts: int = 16,
+    options: FitOptions = FitOptions(),
 ) -> tuple[Joint, xr.Dataset]:
     """Replace the elements of every region by ``count`` fitted ones.
 
@@ -36,7 +38,7 @@ def fit_reduced_joint(
     ----------
     joint
         A joint of regions.
-    count, method, load_fractions, starts
+    count, method, load_fractions, starts, options
         As for ``fit_elements``.
 
     Raises
@@ -56,7 +58,7 @@ def fit_reduced_joint(
     load_fractions = check_fit_options(method, load_fractions, starts)
     law = joint.law
     fits, errors, of_region, of_fit, displacement = [], [], [], [], []
-    phase = np.linspace(0, np.pi, LOOP_SAMPLES)
+    phase = np.linspace(0, np.pi, options.loop_samples)
     for point in range(joint.points):
         mine = (law.point_of_element == point) & (law.slip_force > 0)
         k, s = law.tangential_stiffness[mine], law.slip_force[mine]
@@ -65,9 +67,17 @@ def fit_reduced_joint(
                 f"cannot fit {count} elements to region {point + 1}, which has {k.size} under "
                 "load: ask for fewer elements or fewer regions"
             )
-        fit = fit_elements(k, s, count, method=method, load_fractions=load_fractions, starts=starts)
+        fit = fit_elements(
+            k,
+            s,
+            count,
+            method=method,
+            load_fractions=load_fractions,
+            starts=starts,
+            options=options,
+        )
         fits.append(fit)
-        errors.append(loop_error(k, s, fit.tangential_stiffness, fit.slip_force))
+        errors.append(loop_error(k, s, fit.tangential_stiffness, fit.slip_force, options))
         u = np.outer(fit.amplitude, np.cos(phase))
         displacement.append(u)
         of_region.append(_loops(fit.amplitude, u, k, s))
@@ -79,6 +89,7 @@ def fit_reduced_joint(
         displacement=displacement,
         force_of_region=of_region,
         force_of_fit=of_fit,
+        options=options,
     )
     point_of_element = np.repeat(np.arange(joint.points), count)
     reduced = replace(
@@ -101,6 +112,7 @@ def fit_dataset(
     displacement: Sequence[Array],
     force_of_region: Sequence[Array],
     force_of_fit: Sequence[Array],
+    options: FitOptions,
 ) -> xr.Dataset:
     """What is known of the fits of all regions, by point, as it stands in ``joint.nc``.
 
@@ -114,6 +126,8 @@ def fit_dataset(
         Of the compared loops [m], shape (loops,).
     displacement, force_of_region, force_of_fit
         Along their unloading branches [m], [N], shape (loops, samples).
+    options
+        With which they were fitted.
     """
     largest, rms = [e.largest for e in error], [e.rms for e in error]
     of_all, of_mean = "largest force difference of all loops", "mean force difference of loops"
@@ -132,7 +146,8 @@ def fit_dataset(
         ),
         "loop_force_of_fit": (loop, force_of_fit, "N", "force of the fitted elements"),
     }
-    return xr.Dataset({name: quantity(*each) for name, each in stored.items()})
+    variables = {name: quantity(*each) for name, each in stored.items()}
+    return xr.Dataset(variables, attrs={"options": options.stored()})
 
 
 def tabulate_joint(joint: Joint) -> Joint:
