@@ -2,7 +2,7 @@
 
 import json
 import runpy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,11 @@ from small_joint import make_joint, make_preload
 from boltjoint.dynamics.backbone import find_backbone
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import WindowMargins, frequency_window
+from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.fit_options import FitOptions
-from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.partition import partition_regions, region_error
 from boltjoint.joint.reductions import reduce_joint
+from boltjoint.joint.slip_states import SlipStateOptions, find_slip_states
 from boltjoint.options import Options
 from boltjoint.solvers.equations import LaggedControl, StepControl
 
@@ -107,6 +109,33 @@ def test_fits_follow_and_store_their_options(reduction, changed):
 def test_options_of_fits_are_positive(name):
     with pytest.raises(ValueError, match=name):
         FitOptions(**{name: () if name == "sharpnesses" else 0})
+
+
+def test_regions_are_made_and_judged_by_as_many_slip_states_as_asked_for():
+    joint, few = make_joint(200), SlipStateOptions(states=3)
+    states = find_slip_states(joint, 1, few)
+    load = joint.law.slip_force
+    stuck_load = np.array([load[stuck].sum() for stuck in states.stick]) / load.sum()
+    # pairs of the same load are released together, and one pair carries little of it
+    assert stuck_load == pytest.approx([1.0, 0.5, 0.0], abs=3 * load.max() / load.sum())
+    args = joint, make_preload(joint), None, "clusters"
+    counts = [
+        partition_regions(*args, tolerance=0.0035, options=SlipStateOptions(n)).points
+        for n in (3, 9)
+    ]
+    # fewer regions are within a tolerance that is asked for in fewer states
+    assert counts[0] < counts[1]
+    regions = partition_regions(*args[:2], 6, "clusters")
+    assert region_error(joint, regions, options=few) < 0.8 * region_error(joint, regions)
+    # pairs that move alike in one state do not in another
+    mode = np.random.default_rng(0).normal(size=joint.tangential_mode.shape)
+    scattered = replace(joint, tangential_mode=mode)
+    clusters = cluster_by_motion(scattered, 4, options=few)
+    assert not np.array_equal(clusters, cluster_by_motion(scattered, 4))
+    regions = partition_regions(scattered, make_preload(joint), 4, "clusters", options=few)
+    np.testing.assert_array_equal(regions.law.point_of_element, clusters)
+    with pytest.raises(ValueError, match="states"):
+        SlipStateOptions(states=1)
 
 
 def test_margins_of_a_window(joint):

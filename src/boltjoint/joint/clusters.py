@@ -21,13 +21,24 @@ from scipy.cluster.vq import ClusterError, kmeans2
 
 from boltjoint import checks
 from boltjoint.joint.model import Joint
-from boltjoint.joint.slip_states import SlipStates, find_slip_states, stiffness_at_points
+from boltjoint.joint.slip_states import (
+    SlipStateOptions,
+    SlipStates,
+    find_slip_states,
+    stiffness_at_points,
+)
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 
-def cluster_by_motion(joint: Joint, count: int, *, resonances: int = 1) -> Labels:
+def cluster_by_motion(
+    joint: Joint,
+    count: int,
+    *,
+    resonances: int = 1,
+    options: SlipStateOptions = SlipStateOptions(),
+) -> Labels:
     """Cluster the pairs by their motion while a resonance passes from stick to slip.
 
     Parameters
@@ -38,6 +49,8 @@ def cluster_by_motion(joint: Joint, count: int, *, resonances: int = 1) -> Label
         Number of clusters.
     resonances
         Number of resonances whose modes are compared, from the first.
+    options
+        Number of slip states.
 
     Returns
     -------
@@ -50,7 +63,7 @@ def cluster_by_motion(joint: Joint, count: int, *, resonances: int = 1) -> Label
         If there are fewer pairs than clusters, or fewer modes than resonances.
     """
     checks.instance("joint", joint, Joint)
-    return MotionClusters(joint, find_slip_states(joint, resonances)).regions(count)
+    return MotionClusters(joint, find_slip_states(joint, resonances, options)).regions(count)
 
 
 class MotionClusters:

@@ -24,6 +24,7 @@ from boltjoint.joint.bands import (
 from boltjoint.joint.clusters import MotionClusters
 from boltjoint.joint.model import Joint, merge_points
 from boltjoint.joint.slip_states import (
+    SlipStateOptions,
     SlipStates,
     check_resonances,
     find_slip_states,
@@ -53,6 +54,7 @@ def partition_regions(
     *,
     tolerance: float | None = None,
     resonances: int = 1,
+    options: SlipStateOptions = SlipStateOptions(),
 ) -> Joint:
     """Reduce a node-to-node joint to regions, each moving as one artificial point.
 
@@ -77,8 +79,8 @@ def partition_regions(
         that is nearest to the motion of its region; all points stay.
     tolerance
         As for ``choose_count``, where no number is given.
-    resonances
-        For ``clusters``, as for ``cluster_by_motion``.
+    resonances, options
+        For ``clusters``, as for ``cluster_by_motion``; for ``tolerance``, as for ``region_error``.
 
     Raises
     ------
@@ -86,15 +88,22 @@ def partition_regions(
         If there are fewer pairs than regions, neither a number nor a tolerance is given, or
         division or motion are not known.
     """
-    partition = _Partition(joint, preload, division, motion, resonances)
+    partition = _Partition(joint, preload, division, motion, resonances, options)
     if count is None:
         if tolerance is None:
             raise ValueError("regions need a number, or a tolerance that chooses it")
-        count = choose_count(joint, preload, tolerance, division, motion, resonances=resonances)
+        how = {"resonances": resonances, "options": options}
+        count = choose_count(joint, preload, tolerance, division, motion, **how)
     return partition.joint(count)
 
 
-def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
+def region_error(
+    joint: Joint,
+    regions: Joint,
+    *,
+    resonances: int = 1,
+    options: SlipStateOptions = SlipStateOptions(),
+) -> float:
     """Largest relative error of the resonance of regions over nested slip states.
 
     Elements are released in the order of the load they carry, from none to all. In each state, two
@@ -110,6 +119,8 @@ def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
         A joint of regions with the same elements.
     resonances
         Number of resonances that are compared, from the first.
+    options
+        Number of slip states.
 
     Returns
     -------
@@ -125,7 +136,7 @@ def region_error(joint: Joint, regions: Joint, *, resonances: int = 1) -> float:
         checks.instance(name, each, Joint)
     if regions.law.point_of_element.size != joint.law.point_of_element.size:
         raise ValueError("regions must have the elements of the joint they are compared with")
-    return _largest_error(find_slip_states(joint, resonances), joint, regions)
+    return _largest_error(find_slip_states(joint, resonances, options), joint, regions)
 
 
 def choose_count(
@@ -137,12 +148,13 @@ def choose_count(
     *,
     resonances: int = 1,
     maximum: int = 64,
+    options: SlipStateOptions = SlipStateOptions(),
 ) -> int:
     """Fewest regions whose ``region_error`` is within a tolerance.
 
     Parameters
     ----------
-    joint, preload, division, motion, resonances
+    joint, preload, division, motion, resonances, options
         As for ``partition_regions``.
     tolerance
         Largest relative error of the resonance over states of slip.
@@ -156,7 +168,7 @@ def choose_count(
     """
     tolerance = checks.number("tolerance", tolerance, above=0)
     maximum = checks.whole("maximum", maximum, at_least=1)
-    partition = _Partition(joint, preload, division, motion, resonances)
+    partition = _Partition(joint, preload, division, motion, resonances, options)
     best, at = np.inf, 0
     for count in range(1, min(maximum, joint.points) + 1):
         error = partition.error(count)
@@ -174,7 +186,13 @@ class _Partition:
     """Regions of a joint by one division and motion, for any number."""
 
     def __init__(
-        self, joint: Joint, preload: xr.Dataset, division: Division, motion: Motion, resonances: int
+        self,
+        joint: Joint,
+        preload: xr.Dataset,
+        division: Division,
+        motion: Motion,
+        resonances: int,
+        options: SlipStateOptions,
     ) -> None:
         checks.instance("joint", joint, Joint)
         checks.choice("division", division, get_args(Division))
@@ -182,10 +200,11 @@ class _Partition:
         check_resonances(joint, resonances)
         self._joint, self._preload = joint, preload
         self._division, self._motion, self._resonances = division, motion, resonances
+        self._options = options
 
     @cached_property
     def _states(self) -> SlipStates:
-        return find_slip_states(self._joint, self._resonances)
+        return find_slip_states(self._joint, self._resonances, self._options)
 
     @cached_property
     def _clusters(self) -> MotionClusters:
