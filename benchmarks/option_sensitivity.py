@@ -7,7 +7,8 @@ Each option is halved and doubled while the others keep their defaults.
 
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import fields, replace
+from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -51,12 +52,12 @@ def changed() -> Iterator[tuple[str, str, StepControl]]:
     for options in (StepControl, LaggedControl):
         for field in fields(options):
             for factor in (0.5, 2) if isinstance(field.default, int | float) else ():
-                value = type(field.default)(field.default * factor)
-                if options is StepControl:
-                    control = replace(StepControl(), **{field.name: value})
-                else:
-                    control = StepControl(lagged=LaggedControl(**{field.name: value}))
-                yield options.__name__, field.name, control
+                value = {field.name: type(field.default)(field.default * factor)}
+                # not twice a cosine of a half
+                with suppress(ValueError):
+                    lagged = {} if options is StepControl else {"lagged": LaggedControl(**value)}
+                    control = StepControl(**(lagged or value))
+                    yield options.__name__, field.name, control
 
 
 def main(path: str) -> None:

@@ -20,10 +20,10 @@ that users choose are keys of the [configuration](../config/README.md) too. Resu
 options that they were computed with in their attribute `options`.
 
 The last columns are measured (`python benchmarks/option_sensitivity.py`): the largest relative
-change of the frequency and of the amplitude of a peak when the option is halved and doubled, all
-others at their defaults. First of solvers whose peaks solve the equations themselves (linear modes,
-self-consistent modes, backbone), then of those that keep the error of a held basis (lagged and
-complex modes). A dash stands where no peak moves by more than 1e-12.
+change of the frequency and of the amplitude of a peak when the option is halved and, where that is
+allowed, doubled, all others at their defaults. First of solvers whose peaks solve the equations
+themselves (linear modes, self-consistent modes, backbone), then of those that keep the error of a
+held basis (lagged and complex modes). A dash stands where no peak moves by more than 1e-12.
 
 Made from the library by `make reference`.
 """

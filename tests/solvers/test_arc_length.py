@@ -1,5 +1,7 @@
 """Arc-length continuation of known curves past turning points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from curves import FOLDED, PARABOLA, Curve
@@ -26,6 +28,28 @@ def test_branch_is_followed_to_lower_parameters_too():
     branch = trace(FOLDED, np.array([2.5]), (8.0, -8.0), StepControl(), scale=4.0)
     assert branch.complete
     assert branch.solutions[-1].x[0] < -2
+
+
+def test_no_step_deviates_from_the_tangent_by_more_than_allowed():
+    solutions, control = {}, StepControl(first_step=0.4, largest_step=0.4)
+    for limit in (0.5, 0.99):
+        control = replace(control, smallest_cosine=limit)
+        branch = trace(FOLDED, np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
+        assert branch.complete
+        solutions[limit] = branch.solutions[:-1]
+    smallest = {key: min(map(_cosine, found, found[1:])) for key, found in solutions.items()}
+    assert smallest[0.5] < 0.98
+    assert smallest[0.99] >= 0.99 - 1e-3  # the radius holds within 1e-3
+    with pytest.raises(ValueError, match="smallest_cosine"):
+        StepControl(smallest_cosine=1.0)
+
+
+def _cosine(before, after):
+    """Of the angle between a step along the folded curve and the tangent at its start."""
+    x, weights = before.x[0], np.array([1 / abs(before.x[0]), 1 / 4.0])
+    step = weights * [after.x[0] - x, after.p - before.p]
+    tangent = weights * [1.0, 3 * x**2 - 3]
+    return abs(step @ tangent) / np.linalg.norm(step) / np.linalg.norm(tangent)
 
 
 @pytest.mark.parametrize("begin", [-5.0, 0.0, 6.0])

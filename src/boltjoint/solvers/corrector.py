@@ -23,10 +23,8 @@ from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, S
 from boltjoint.solvers.maxima import Arc, Observation
 from boltjoint.solvers.newton import smallest_residual, solve
 
-#: smallest cosine between the step and the tangent, where no other direction is given
-_SMALLEST_COSINE = 0.5
-
-#: distances from a solution below this share of the largest are relative to the latter
+#: distances from a solution below this share of the largest are relative to the latter: only where
+#: the response vanishes, so that peaks are the same with half or twice
 _SMALLEST_SHARE = 1e-3
 
 
@@ -137,7 +135,8 @@ class Corrector:
             sphere = offset @ offset / radius - radius
             limit = smallest_residual(self.equations, self.control, x, jacobian)
             if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * radius:
-                if direction is None and offset @ predictor.tangent < _SMALLEST_COSINE * radius:
+                smallest = self.control.smallest_cosine * radius
+                if direction is None and offset @ predictor.tangent < smallest:
                     return None
                 solution = Solution(x, p, iteration, True)
                 jacobian = jacobian_at() if update_jacobian else jacobian

@@ -129,6 +129,9 @@ class StepControl(Options):
         shrinks.
     maximum_iterations
         Corrector iterations after which a step is retried at half the length.
+    smallest_cosine
+        Cosine of the angle between a step and the tangent below which the solution is rejected, as
+        one of another branch: 60 degrees, far more than a branch turns in the largest step.
     maximum_solutions
         Solutions after which the continuation of a branch stops.
     peak_tolerance
@@ -150,7 +153,7 @@ class StepControl(Options):
     ------
     ValueError
         If one of them is not positive and finite, iterations or solutions are not whole numbers, or
-        the smallest step is not below the first one.
+        the smallest step is not below the first one, or the smallest cosine not below 1.
     """
 
     tolerance: float = 1e-9
@@ -159,6 +162,7 @@ class StepControl(Options):
     largest_step: float = 0.07
     target_iterations: int = 4
     maximum_iterations: int = 12
+    smallest_cosine: float = 0.5
     maximum_solutions: int = 5000
     peak_tolerance: float = 1e-6
     window_scale: float = 1 / 15
@@ -175,6 +179,7 @@ class StepControl(Options):
                 checks.whole(name, value, above=0)
             elif name != "lagged":
                 checks.number(name, value, above=0)
+        checks.number("smallest_cosine", self.smallest_cosine, below=1)
         begin = min(self.first_step, self.largest_step)
         if self.smallest_step >= begin:
             raise ValueError(
