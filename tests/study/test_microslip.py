@@ -51,6 +51,15 @@ def test_an_iwan_joint_has_the_power_of_its_distribution(chi):
     assert row.macroslip_frequency_Hz < row.stuck_frequency_Hz
 
 
+def test_the_power_of_a_power_law_does_not_depend_on_the_points():
+    found = {"node-to-node": backbone_of(joint_of_power(0.0))}
+    few, many = (
+        tabulate_microslip(found, MicroslipOptions(points=count)).iloc[0] for count in (20, 200)
+    )
+    assert few["power"] == pytest.approx(many["power"], rel=0.01)
+    assert few["power"] != many["power"]
+
+
 def test_the_range_ends_where_the_friction_damping_has_its_shares():
     found = {"node-to-node": backbone_of(joint_of_power(0.0))}
     narrow, wide = (
