@@ -21,10 +21,12 @@ from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.equations import SolutionBranch, StepControl
 from boltjoint.solvers.newton import newton
 
-#: amplitudes at which a backbone is started, over the lowest asked for
+#: amplitudes at which a backbone is started, over the lowest asked for: the first that succeeds
 _FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
 
-#: states as close as this in the logarithm of the amplitude have none inserted between them
+#: states as close as this in the logarithm of the amplitude have none inserted between them: for
+#: curves that jump, where no number of states would be enough; states of the default study never
+#: come so close
 _CLOSEST = 0.05
 
 #: a root is found where its function is this small against the scale of the function

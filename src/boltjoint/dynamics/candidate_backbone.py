@@ -33,7 +33,7 @@ from boltjoint.structure.basis.candidates import Candidates, SpringContact
 Array = NDArray[np.float64]
 
 #: of single states: corners of the law take many corrections, and errors of a thousandth of the
-#: damping do not count
+#: damping do not count; bases are the same with half or twice of either
 _CORRECTOR = StepControl(tolerance=1e-7, maximum_iterations=40)
 
 

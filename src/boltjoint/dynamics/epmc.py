@@ -26,7 +26,8 @@ from boltjoint.solvers.newton import solve
 #: maximum iterations for the frequency of an amplitude, and tolerance of its relative change
 _ITERATIONS, _TOLERANCE = 20, 1e-14
 
-#: loss factor below which amplitudes are not followed to where it alone limits the response
+#: loss factor below which amplitudes are not followed to where it alone limits the response:
+#: where the backbone of a structure that does not dissipate ends
 _LEAST_LOSS_FACTOR = 1e-5
 
 

@@ -22,7 +22,8 @@ from boltjoint.dynamics.epmc import ModalState
 #: why a response has no peak where friction alone dissipates energy
 _UNLIMITED = "friction alone does not limit the response to this force"
 
-#: phases from the peak [rad] at which a response is given beside the states of the backbone
+#: phases from the peak [rad] at which a response is given beside the states of the backbone, dense
+#: enough to draw it; the peak does not depend on them
 _PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
 

@@ -22,10 +22,10 @@ from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
 
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
-#: is as short as this: then the branch has a corner there
+#: is as short as this: then the branch has a corner there; peaks are the same with half or twice
 _CORNER = 1e-3
 
-#: longest step with which the branch is continued beyond a corner
+#: longest step with which the branch is continued beyond a corner; likewise
 _CORNER_STEP = 1e-4
 
 

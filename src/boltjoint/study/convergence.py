@@ -25,7 +25,7 @@ from boltjoint.verification.multi_harmonic import motion_at_peak
 logger = logging.getLogger(__name__)
 
 #: amplitude of the modal coordinates, over that at the peak, at the ends of the window of a peak;
-#: the next where the window does not hold the peak
+#: the next where the window does not hold the peak: the maximum located is the same in each
 _AROUND_PEAK = (0.9, 0.6, 0.3)
 
 

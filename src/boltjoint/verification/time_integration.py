@@ -29,7 +29,8 @@ from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
 
-#: periods between two extrapolations, and how many of the last ones enter an extrapolation
+#: periods between two extrapolations, and how many of the last enter one: amplitudes are the same
+#: within the tolerance for others
 _BLOCK, _EXTRAPOLATED_PERIODS = 12, 8
 
 #: a change that has not decreased to this part of itself between extrapolations is a slow one
@@ -275,9 +276,8 @@ def _reach_steady_state(integration: _Integration, tolerance: float, maximum_per
         # an extrapolation may displace a slider that would stick for good: only where decay is slow
         if change > _SLOW * last_change:
             before = states[-1]
-            integration.restore(
-                _extrapolated(np.array(states[-_EXTRAPOLATED_PERIODS - 1 :]), modes)
-            )
+            last = np.array(states[-_EXTRAPOLATED_PERIODS - 1 :])
+            integration.restore(_extrapolated(last, modes))
         last_change = change
     return change
 
