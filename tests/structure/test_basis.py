@@ -1,5 +1,8 @@
 """Contact-adapted bases: symmetry, candidates, snapshots and convergence with their number."""
 
+import json
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -8,8 +11,9 @@ from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.dataset import save
 from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
+from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, balanced_pod_modes
-from boltjoint.structure.basis.snapshots import Snapshot
+from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots
 from boltjoint.structure.constraints import assemble_assembly, factorise, relative_displacements
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in
@@ -262,3 +266,28 @@ def test_result_is_the_same_every_time(assembly, preload, pod_modes, enriched, t
     assert pod_modes.identical(again)
     assert enriched.identical(find_modes(assembly, "enriched-24", again))
     save(pod_modes, tmp_path / "contact_adapted_basis.nc")
+
+
+def test_bases_follow_and_store_their_options(assembly, preload, candidates):
+    # with few vectors to balance the first weights are not the best
+    few = SMALL.model_copy(update={"balanced_vectors": 8})
+    usual, changed = PODOptions(), PODOptions(4, (0.5,), iterations=1, least_weight=0.5)
+    known = find_pod_modes(assembly, preload, CONDITIONS, few)
+    assert json.loads(known.attrs["options"])["load_shares"] == [0.75, 0.4, 0.15]
+    for name in vars(usual):
+        one = replace(usual, **{name: getattr(changed, name)})
+        found = find_pod_modes(assembly, preload, CONDITIONS, few, one)
+        assert found.attrs["options"] == one.stored()
+        assert not np.array_equal(found["energy_share"], known["energy_share"]), name
+    counts = [
+        len(list(pattern_snapshots(candidates, 1e8, 1, 1e-3, shares)))
+        for shares in ((0.5,), (0.5, 0.2))
+    ]
+    # by distance and by pressure, with springs along x and along x and z
+    assert counts[1] - counts[0] == 2 * 2
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(PODOptions)])
+def test_options_of_a_basis_are_positive(name):
+    with pytest.raises(ValueError, match=name):
+        PODOptions(**{name: (0.0,) if name == "load_shares" else 0})

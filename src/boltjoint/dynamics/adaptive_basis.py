@@ -35,6 +35,7 @@ from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.names import FEWEST_AUTOMATIC
 from boltjoint.structure.basis.candidates import Candidates, find_candidates
+from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
 from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots, uniform_modes
 from boltjoint.structure.symmetry import symmetric_half
@@ -45,9 +46,6 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
-
-#: modes of each contact that the first basis holds; later ones do not depend on it
-_FIRST_MODES = 8
 
 
 @dataclass(frozen=True)
@@ -87,6 +85,7 @@ def find_pod_modes(
     preload: xr.Dataset,
     conditions: Sequence[ContactCondition],
     options: "ContactAdaptedBasis",
+    pod_options: PODOptions = PODOptions(),
 ) -> xr.Dataset:
     """POD modes of an assembly for the contact conditions of its cases.
 
@@ -99,6 +98,8 @@ def find_pod_modes(
         Contact and damping that the basis is made for, at least one.
     options
         Number of candidates and POD modes, tolerances, and the states at which errors are found.
+    pod_options
+        Of the snapshots and their decomposition.
 
     Returns
     -------
@@ -128,7 +129,7 @@ def find_pod_modes(
     ]
     stiffness = max(each.contact.tangential_stiffness_N_per_m for each in conditions)
     try:
-        found = _adapted(candidates, connections, stiffness, options)
+        found = _adapted(candidates, connections, stiffness, options, pod_options)
         trials = _error_by_vectors(candidates, connections, found.vector, options)
     except (ArpackError, ValueError) as error:
         # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
@@ -166,7 +167,11 @@ def find_pod_modes(
             "position": assembly["position"].variable,
         },
         coords={"axis": assembly["axis"].variable},
-        attrs={"automatic_vectors": automatic, "within_tolerances": int(within.any())},
+        attrs={
+            "automatic_vectors": automatic,
+            "within_tolerances": int(within.any()),
+            "options": pod_options.stored(),
+        },
     )
 
 
@@ -182,14 +187,15 @@ def _adapted(
     connections: _Connections,
     stiffness: float,
     options: "ContactAdaptedBasis",
+    pod_options: PODOptions,
 ) -> PODModes:
     """POD modes of snapshots in bases that are each made from the one before."""
     tolerances = _tolerances(options)
-    first = uniform_modes(candidates, stiffness, min(_FIRST_MODES, options.free_modes))
+    first = uniform_modes(candidates, stiffness, min(pod_options.first_modes, options.free_modes))
     vectors = EnergyCoordinates(candidates, first, stiffness).basis
-    patterns = list(
-        pattern_snapshots(candidates, stiffness, options.resonances, options.pattern_tolerance)
-    )
+    of_patterns = options.resonances, options.pattern_tolerance, pod_options.load_shares
+    patterns = list(pattern_snapshots(candidates, stiffness, *of_patterns))
+    weighting = pod_options.iterations, pod_options.least_weight
     snapshots: list[Snapshot] = []
     for adaptation in range(options.adaptations):
         before, snapshots, errors = snapshots, [], [np.zeros(2)]
@@ -204,6 +210,7 @@ def _adapted(
             options.balanced_vectors,
             options.maximum_vectors,
             stiffness,
+            *weighting,
         )
         largest = np.max(errors, axis=0)
         logger.info(

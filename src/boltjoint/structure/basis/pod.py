@@ -29,14 +29,12 @@ from boltjoint.structure.basis.candidates import (
     Candidates,
     stuck_spring_stiffness,
 )
+from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.snapshots import Snapshot
 from boltjoint.structure.constraints import check_held
 from boltjoint.structure.symmetry import symmetric_half
 
 Array = NDArray[np.float64]
-
-#: share of the largest weight below which none falls, so that what is held well can come back
-_LEAST_WEIGHT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,8 @@ def balanced_pod_modes(
     number: int,
     maximum: int,
     contact_stiffness: float,
-    iterations: int = 40,
+    iterations: int = PODOptions.iterations,
+    least_weight: float = PODOptions.least_weight,
 ) -> PODModes:
     """POD modes of snapshots whose weights make the largest error bound as small as possible.
 
@@ -128,8 +127,8 @@ def balanced_pod_modes(
         POD modes kept, or as many as the snapshots span if those are fewer.
     contact_stiffness
         Of the norm [N/m].
-    iterations
-        Decompositions.
+    iterations, least_weight
+        As of ``PODOptions``.
     """
     snapshots = list(snapshots)
     columns = [part for each in snapshots for part in (each.motion, *each.adjoints)]
@@ -164,7 +163,7 @@ def balanced_pod_modes(
         if largest <= 0:
             break
         importance = importance * np.sqrt(bound / largest)
-        importance = np.maximum(importance / importance.sum(), _LEAST_WEIGHT / len(adjoint))
+        importance = np.maximum(importance / importance.sum(), least_weight / len(adjoint))
     largest, vectors, share = best
     return PODModes(coordinates.basis @ vectors, share[: vectors.shape[1]], float(largest))
 

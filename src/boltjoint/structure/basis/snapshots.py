@@ -11,18 +11,16 @@ R. Becker, R. Rannacher: An optimal control approach to a posteriori error estim
 element methods. Acta Numerica 10 (2001) 1-102.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.structure.basis.candidates import Candidates, SpringContact
+from boltjoint.structure.basis.options import PODOptions
 
 Array = NDArray[np.float64]
-
-#: share of the load of the pairs that stick around the bolts
-_LOAD_SHARES = (0.75, 0.4, 0.15)
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,11 @@ def uniform_modes(candidates: Candidates, stiffness: float, count: int) -> Array
 
 
 def pattern_snapshots(
-    candidates: Candidates, stiffness: float, resonances: int, tolerance: float
+    candidates: Candidates,
+    stiffness: float,
+    resonances: int,
+    tolerance: float,
+    load_shares: Sequence[float] = PODOptions.load_shares,
 ) -> Iterator[Snapshot]:
     """Modes while a part of the loaded pairs sticks and the others are released.
 
@@ -90,6 +92,8 @@ def pattern_snapshots(
         Modes of each pattern.
     tolerance
         Of the frequencies, relative.
+    load_shares
+        As of ``PODOptions``.
     """
     start, x = initial_guess(candidates), candidates.position[:, 0]
     middle = (x.min() + x.max()) / 2
@@ -99,7 +103,7 @@ def pattern_snapshots(
     inner = [
         grade <= load_quantile(candidates, grade, share)
         for grade in grades
-        for share in _LOAD_SHARES
+        for share in load_shares
     ]
     parts = np.ones(len(x), dtype=bool), x < middle, x > middle, *inner, ~inner[0]
     for part in parts:
