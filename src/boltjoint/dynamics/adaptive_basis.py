@@ -256,7 +256,8 @@ def _snapshots(
     Every other adaptation takes the states between those of the one before.
     """
     last = len(traced.states) - 1
-    at = np.linspace(0, last, number) + (adaptation % 2) / 2 * last / (number - 1)
+    spacing = last / max(number - 1, 1)
+    at = spacing * (np.arange(number) + (adaptation % 2) / 2)
     for index in np.unique(np.minimum(at, last).round().astype(int)):
         found = traced.mode.correct(traced.states[index], traced.sensitivities[index])
         adjoints = zip(found.adjoints, tolerances, strict=True)
