@@ -144,6 +144,7 @@ def balanced_pod_modes(
     def distances(outside: Array) -> Array:
         return np.sqrt(np.add.reduceat((outside**2).sum(axis=0), first[:-1]))
 
+    lowest = max(len(coordinate) - maximum, 0)
     distance = distances(coordinate)
     importance = np.full(len(adjoint), 1.0 / len(adjoint))
     best = None
@@ -152,14 +153,15 @@ def balanced_pod_modes(
         weight = np.bincount(motion, importance * b / a, len(columns))
         weight[adjoint] = importance * a / b
         by_column = np.repeat(weight, np.diff(first))
-        energy, vectors = eigh((coordinate * by_column) @ coordinate.T)
+        correlation = (coordinate * by_column) @ coordinate.T
+        energy, vectors = eigh(correlation, subset_by_index=(lowest, len(correlation) - 1))
         energy, vectors = energy[::-1], vectors[:, ::-1]
         kept = vectors[:, :number]
         distance = distances(coordinate - kept @ (kept.T @ coordinate))
         bound = distance[motion] * distance[adjoint]
         largest = bound.max()
         if best is None or largest < best[0]:
-            best = largest, vectors[:, :maximum], np.maximum(energy, 0.0) / energy.sum()
+            best = largest, vectors, np.maximum(energy, 0.0) / np.trace(correlation)
         if largest <= 0:
             break
         importance = importance * np.sqrt(bound / largest)
