@@ -12,6 +12,7 @@ concept. Computers and Structures 154 (2015) 59-71.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,15 @@ _ITERATIONS, _TOLERANCE = 20, 1e-14
 #: loss factor below which amplitudes are not followed to where it alone limits the response:
 #: where the backbone of a structure that does not dissipate ends
 _LEAST_LOSS_FACTOR = 1e-5
+
+
+class _Unexcited(NamedTuple):
+    """The balance without excitation and inertia at a motion x: residual, Jacobian, tangents."""
+
+    x: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    jacobian_at: LazyJacobian
+    tangent: NDArray[np.float64]
 
 
 class EPMCEquations(Equations):
@@ -75,6 +85,7 @@ class EPMCEquations(Equations):
         at_rest = np.zeros_like(self.stuck)
         loss = self.balance.damping_matrix.work(np.sqrt(self.scale), self.stuck, at_rest)
         self.loss = max(loss / self.scale, _LEAST_LOSS_FACTOR)
+        self._last: _Unexcited | None = None
 
     def start(self) -> NDArray[np.float64]:
         """The stuck mode and its eigenvalue, without damping."""
@@ -89,15 +100,23 @@ class EPMCEquations(Equations):
         a, modes = np.exp(p), self._modes
         s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
         real, imaginary = x[-2:]
-        force, force_jacobian = self.balance.residual_and_jacobian(a * x[:-2], 0.0)
-        residual = np.append(force / (a * self.scale), [s @ s + c @ c - 1, s @ c])
+        unexcited = self._unexcited(a * x[:-2])
+        residual = np.append(unexcited.residual / (a * self.scale), [s @ s + c @ c - 1, s @ c])
         residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
         residual[-2 - modes : -2] -= real * c + imaginary * s
         if self.balance.damping_matrix.varying is not None:
             H = self.balance.damping_matrix.varying.at(self._frequency(real)) / self.scale
             residual[-2 - 2 * modes : -2 - modes] -= H @ c
             residual[-2 - modes : -2] += H @ s
-        return residual, lambda: self._jacobian(x, force_jacobian())
+        return residual, lambda: self._jacobian(x, unexcited.jacobian_at())
+
+    def _unexcited(self, x: NDArray[np.float64]) -> _Unexcited:
+        """The balance at x, kept for the derivative by the parameter that follows the residual."""
+        if self._last is None or not np.array_equal(x, self._last.x):
+            force, tangent = self.balance.joint.law.evaluate_with_tangent(self.balance.motion(x))
+            assembled = self.balance.assemble(x, 0.0, force, tangent)
+            self._last = _Unexcited(x, *assembled, tangent)
+        return self._last
 
     def _frequency(self, real: float) -> float:
         """Frequency w by the real part of lambda, which may be negative in an iteration [rad/s]."""
@@ -137,8 +156,9 @@ class EPMCEquations(Equations):
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the logarithm of the modal amplitude."""
         a, mode = np.exp(p), x[:-2]
-        force, change = self.balance.residual_and_change(a * mode, 0.0, mode)
-        return np.append((change - force / a) / self.scale, [0.0, 0.0])
+        unexcited = self._unexcited(a * mode)
+        change = self.balance.change(mode, 0.0, unexcited.tangent)
+        return np.append((change - unexcited.residual / a) / self.scale, [0.0, 0.0])
 
     def amplitudes_for(
         self, forces: Sequence[float], window: tuple[float, float]
@@ -154,12 +174,11 @@ class EPMCEquations(Equations):
         excitation = self.balance.joint.excitation
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
-        stiffness, damping = self.balance.stiffness, self.balance.damping_matrix
-        losses = max(
-            np.min(np.diag(damping.at(2 * np.pi * window[0]))),
-            _LEAST_LOSS_FACTOR * np.min(np.diag(stiffness)),
-        )
-        return 0.3 * lowest, 1.5 * max(forces) * np.linalg.norm(excitation) / losses
+        damping = np.diag(self.balance.damping_matrix.at(2 * np.pi * window[0]))
+        losses = np.maximum(damping, _LEAST_LOSS_FACTOR * np.diag(self.balance.stiffness))
+        # with H = diag(losses): |phi^T e| / phi^H H phi where phi^H phi = 1, by Cauchy and Schwarz
+        highest = max(forces) * np.sqrt(np.sum(abs(excitation) ** 2 / losses) / np.min(losses))
+        return 0.3 * lowest, 1.5 * highest
 
 
 @dataclass(frozen=True, eq=False)

@@ -150,14 +150,12 @@ class HarmonicBalance:
         residual = linear @ x + self.contact.modal_force(force) - self.modal_force
         return residual, lambda: linear + self.contact.modal_tangent(tangent)
 
-    def residual_and_change(
-        self, x: NDArray[np.float64], w: float, dx: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Residual, and its derivative along dx without a Jacobian."""
-        force, tangent = self.joint.law.evaluate_with_tangent(self.motion(x))
-        residual, _ = self.assemble(x, w, force, tangent)
-        change = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
-        return residual, self.dynamic_stiffness(w) @ dx + self.contact.modal_force(change)
+    def change(
+        self, dx: NDArray[np.float64], w: float, tangent: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Derivative of the residual along dx from the tangents of the points by the law."""
+        along = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
+        return self.dynamic_stiffness(w) @ dx + self.contact.modal_force(along)
 
     def energy_per_period(self, x: NDArray[np.float64], w: float) -> tuple[float, float, float]:
         """Input energy, structural dissipation and friction dissipation in a period at w [J].

@@ -136,6 +136,8 @@ class ModalContact:
 
     def spring_stiffness(self, k: NDArray) -> NDArray:
         """Modal stiffness of springs at the points, real or complex, k (points, directions)."""
+        if np.iscomplexobj(k):  # products of real matrices take a quarter of the time
+            return self.spring_stiffness(k.real) + 1j * self.spring_stiffness(k.imag)
         return sum(B.T @ (each[:, None] * B) for B, each in zip(self.rows, k.T, strict=True))
 
     def spring_force_derivative(

@@ -22,8 +22,8 @@ from boltjoint.dynamics.epmc import ModalState
 #: why a response has no peak where friction alone dissipates energy
 _UNLIMITED = "friction alone does not limit the response to this force"
 
-#: phases from the peak [rad] at which a response is given beside the states of the backbone, dense
-#: enough to draw it; the peak does not depend on them
+#: phases from the peak [rad] at which a response is given where states of the backbone are farther
+#: apart, dense enough to draw it; the peak does not depend on them
 _PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
 
@@ -140,14 +140,15 @@ class _ResponseCurve:
         return [*below, self._point(self.peak, 0), *above]
 
     def _near_peak(self) -> Iterator[ModalState]:
-        """States at phases from the peak."""
+        """States at phases from the peak, where known ones are farther apart."""
         p = np.array([state.log_amplitude for state in self.states])
-        for wanted in p[-1] + np.log(np.cos(_PHASES)):
-            # the last interval that holds the amplitude
-            found = np.flatnonzero((p[:-1] <= wanted) & (wanted <= p[1:]))
-            if found.size:
+        known = np.arccos(np.minimum(np.exp(p - p[-1]), 1.0))
+        for phase, spacing in zip(_PHASES, np.diff(_PHASES, prepend=0.0), strict=True):
+            # the last interval that holds the phase
+            found = np.flatnonzero((known[:-1] >= phase) & (phase >= known[1:]))
+            if found.size and known[found[-1]] - known[found[-1] + 1] > spacing:
                 first, second = self.states[found[-1] : found[-1] + 2]
-                yield self.backbone.solve_between(first, second, float(wanted))
+                yield self.backbone.solve_between(first, second, p[-1] + np.log(np.cos(phase)))
 
     def crossing(self, points: Sequence[_Point], end: float) -> tuple[int, _Point] | None:
         """First crossing of the square of a frequency, with the number of points before it."""
