@@ -39,10 +39,16 @@ class ModalStructure:
     basis
         V, orthonormal combinations of these vectors, shape (vectors, modes); the vectors themselves
         by default.
+    free_frequency
+        w_r of the modes without contact [rad/s], shape (free modes,), where the vectors are others.
+    free_participation
+        ``phi_r^T M`` of these modes times the vectors [-], shape (free modes, vectors).
     """
 
     frequency: Array
     basis: Array | None = None
+    free_frequency: Array | None = None
+    free_participation: Array | None = None
 
     @cached_property
     def mass(self) -> Array:
@@ -58,6 +64,14 @@ class ModalStructure:
         """``V^T diag(value) V`` of a value of each vector of the basis, shape (modes, modes)."""
         diagonal = np.diag(value)
         return diagonal if self.basis is None else self.basis.T @ diagonal @ self.basis
+
+    @cached_property
+    def free_modes(self) -> tuple[Array, Array]:
+        """w_r of modes without contact [rad/s], and ``phi_r^T M V``, shape (free modes, modes)."""
+        w, P = self.free_frequency, self.free_participation
+        if P is None:
+            w, P = self.frequency, np.eye(self.frequency.size)
+        return w, P if self.basis is None else P @ self.basis
 
 
 class Term(NamedTuple):
@@ -160,7 +174,11 @@ class LossFactor(Damping):
 
 @dataclass(frozen=True)
 class ModalDamping(Damping):
-    """Viscous damping ``C = diag(2 zeta_r w_r)`` of the modes without contact."""
+    """Viscous damping ``C = diag(2 zeta_r w_r)`` of the modes without contact.
+
+    Where the basis has other vectors, each mode with a ratio of its own is damped by its share in
+    them, and the last ratio is that of the vectors.
+    """
 
     name: ClassVar[str] = "modal"
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = {
@@ -182,9 +200,18 @@ class ModalDamping(Damping):
 
     def terms(self, structure: ModalStructure) -> tuple[Term, ...]:
         """``w diag(2 zeta_r w_r)``."""
-        w, given = structure.frequency, np.array(self.damping_ratios)
-        ratio = given[np.minimum(np.arange(w.size), given.size - 1)]
-        return (Term(1, 1.0, structure.of_vectors(2 * ratio * w)),)
+        *first, last = self.damping_ratios
+        w, P = structure.free_modes
+        if len(first) > w.size and structure.free_participation is not None:
+            raise ValueError(
+                f"damping_ratios holds {len(first) + 1} ratios, but the basis knows {w.size} modes "
+                "without contact: give fewer, or more contact_adapted_basis.free_modes"
+            )
+        count = min(len(first), w.size)
+        beyond = 2 * (np.array(first[:count]) - last) * w[:count]
+        matrix = structure.of_vectors(2 * last * structure.frequency)
+        matrix += P[:count].T @ (beyond[:, None] * P[:count])
+        return (Term(1, 1.0, matrix),)
 
 
 @dataclass(frozen=True)

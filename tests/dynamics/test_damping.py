@@ -337,6 +337,26 @@ def test_one_ratio_holds_for_all_modes_and_the_last_for_further_ones():
     np.testing.assert_allclose(found, np.diag(0.003 * w**2), rtol=1e-14)
 
 
+@pytest.mark.parametrize(("ratios", "vectors"), [((0.02, 0.001, 0.0), 5), ((0.02, 0.001, 0.01), 8)])
+def test_ratios_by_mode_are_those_of_the_modes_in_any_vectors(ratios, vectors):
+    """Exact in few vectors but for the last ratio, and in vectors that span all motion."""
+    rng = np.random.default_rng(4)
+    K = rng.normal(size=(8, 8))
+    squared, modes = np.linalg.eigh(K @ K.T)
+    zeta = np.array(ratios)[np.minimum(np.arange(8), 2)]
+    C = modes @ np.diag(2 * zeta * np.sqrt(squared)) @ modes.T
+    V = np.linalg.qr(rng.normal(size=(8, vectors)))[0]
+    own, turn = np.linalg.eigh(V.T @ K @ K.T @ V)
+    V = V @ turn
+    Q = np.linalg.qr(rng.normal(size=(vectors, 3)))[0]
+    for basis, wanted in ((None, V), (Q, V @ Q)):
+        structure = ModalStructure(np.sqrt(own), basis, np.sqrt(squared[:4]), modes.T[:4] @ V)
+        found = ModalDamping(ratios).matrix(structure).at(3.0)
+        np.testing.assert_allclose(found, 3.0 * wanted.T @ C @ wanted, atol=1e-13)
+    with pytest.raises(ValueError, match="holds 6 ratios, but the basis knows 4 modes"):
+        ModalDamping([0.01] * 6).matrix(structure)
+
+
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [

@@ -6,8 +6,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from scipy.sparse import diags_array
 
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.damping import ModalDamping, ModalStructure
 from boltjoint.dataset import save
 from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
@@ -133,6 +135,51 @@ def test_basis_is_orthonormal_in_mass_and_diagonal_in_stiffness(assembly, enrich
     np.testing.assert_allclose(shape.T @ K @ shape, np.diag(squared), atol=1e-9 * squared.max())
 
 
+def test_the_modes_without_contact_are_known_in_the_vectors(assembly, enriched):
+    modes = find_modes(assembly, "free-3")
+    _, M = assemble_assembly(assembly)
+    phi, V = (each["mode_shape"].to_numpy().reshape(M.shape[0], -1) for each in (modes, enriched))
+    expected = phi.T @ (M @ V)
+    found = enriched["free_participation"].to_numpy()[:3]
+    sign = np.sign(np.einsum("rv,rv->r", expected, found))[:, None]
+    np.testing.assert_allclose(sign * found, expected, atol=1e-7)
+    np.testing.assert_allclose(
+        enriched["free_frequency"][:3], modes["natural_frequency"], rtol=1e-8
+    )
+
+
+def test_ratios_by_mode_damp_a_basis_as_the_whole_structure(assembly, preload, half, enriched):
+    """Response at the first resonance while nothing slips, against the mesh itself."""
+    modes = find_modes(assembly, "free-3")
+    joint = CONDITIONS[0].connect(preload, enriched)
+    damping = ModalDamping((2e-4, 2e-4, 0.5, 0.0))
+    stuck = joint.stuck_stiffness() + np.diag((2 * np.pi * joint.natural_frequency) ** 2)
+
+    def response(damping, structure):
+        squared = np.linalg.eigvalsh(stuck)[0]
+        H = damping.matrix(structure).at(np.sqrt(squared))
+        dynamic = stuck - squared * np.eye(len(stuck)) + 1j * H
+        return abs(joint.response_mode @ np.linalg.solve(dynamic, joint.excitation_mode))
+
+    slides = relative_displacements(assembly)[::3] @ half.displacement
+    springs = diags_array(1e8 * (preload["normal_load"].to_numpy() > 0))
+    stiffness = (half.stiffness + slides.T @ springs @ slides).tocsc()
+    squared = half.modes(factorise(stiffness), stiffness, 1)[0][0]
+    node, axis = assembly["excitation_node"].item(), 2
+    force = half.displacement[[3 * node + axis]].toarray().ravel()
+    phi = half.unknowns(modes["mode_shape"].to_numpy().reshape(-1, 3))
+    w = 2 * np.pi * modes["natural_frequency"].to_numpy()
+    U, H = half.mass @ phi, np.sqrt(squared) * 2 * np.array([2e-4, 2e-4, 0.5]) * w
+    undamped = factorise((stiffness - squared * half.mass).tocsc())
+    by_force, by_U = undamped.solve(force), undamped.solve(U)
+    # Woodbury's formula for the damping of three modes
+    share = np.linalg.solve(np.diag(1 / (1j * H)) + U.T @ by_U, U.T @ by_force)
+    expected = abs(force @ (by_force - by_U @ share))
+    assert response(damping, joint.structure()) == pytest.approx(expected, rel=1e-3)
+    of_vectors = ModalStructure(2 * np.pi * joint.natural_frequency)
+    assert response(damping, of_vectors) < 0.8 * expected
+
+
 def test_basis_is_exactly_symmetric(assembly, enriched):
     coordinate = assembly["position"].to_numpy()
     relative = enriched["relative_mode"].transpose("pair", "axis", "mode").to_numpy()
@@ -143,7 +190,8 @@ def test_basis_is_exactly_symmetric(assembly, enriched):
 
 def test_basis_has_the_variables_of_modes(assembly, enriched, modes, tmp_path):
     candidate = {"candidate_frequency", "candidate_family", "energy_share", "symmetric_share"}
-    assert set(enriched) == set(modes) - candidate
+    of_free_modes = {"free_frequency", "free_participation"}
+    assert set(enriched) == set(modes) - candidate | of_free_modes
     for name in ("excitation", "response"):
         node = assembly[f"{name}_node"].item()
         np.testing.assert_array_equal(

@@ -8,7 +8,8 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
 from boltjoint.structure.constraints import assemble_assembly
 from boltjoint.structure.half_lap.mesh import build_assembly
-from boltjoint.structure.modes import classify, find_modes, symmetric_share
+from boltjoint.structure.mode_families import classify, symmetric_share
+from boltjoint.structure.modes import find_modes
 
 
 def test_modes_are_normalised_by_mass_and_solve_the_eigenproblem(assembly, modes):

@@ -13,7 +13,8 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.modes import _classified, find_modes
+from boltjoint.structure.mode_families import classify_modes
+from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in, stuck_patterns
 
 
@@ -52,7 +53,7 @@ def test_resonances_are_those_of_the_whole_model_without_assumed_symmetry(
     q = q[:, np.argsort(squared)]
     squared = np.sort(squared)
     frequency = np.sqrt(squared) / (2 * np.pi)
-    found = _classified(assembly, M, frequency, (T @ q).reshape(-1, 3, 10))
+    found = classify_modes(assembly, M, frequency, (T @ q).reshape(-1, 3, 10))
     np.testing.assert_allclose(
         patterns["frequency"].sel(pattern="left half", springs="xz"),
         frequency[found.family == "bending"][:2],

@@ -23,7 +23,8 @@ from boltjoint.structure.half_lap.plan import (
     lap_plan,
     rectangle_plan,
 )
-from boltjoint.structure.modes import classify, find_modes, symmetric_share
+from boltjoint.structure.mode_families import classify, symmetric_share
+from boltjoint.structure.modes import find_modes
 
 NAN = np.nan
 COORDINATE, CONNECTIVITY = brick_bar(1.0, 1.0, 1.0, (1, 1, 1))

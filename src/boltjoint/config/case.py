@@ -75,8 +75,7 @@ class Case(Entry):
     without damping a peak has no bound where friction sticks."""
     damping: StructuralDamping | None = None
     """Another model of structural damping, in place of ``loss_factor``. Viscous ratios of
-    ``model: modal`` are those of the bending modes in ``free-N``; in ``enriched-N`` there is one
-    for all vectors."""
+    ``model: modal`` are those of the bending modes without contact, in ``enriched-N`` too."""
     excitation: Excitation | None = None
     """What excites the structure: forces at points, a load on a surface, or an acceleration of the
     clamp; by default a force at the middle of the free end's top edge, along z."""
@@ -192,10 +191,6 @@ class Case(Entry):
     def conflicts(self) -> Problems:
         if self.damping is not None and self.loss_factor is not None:
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
-        ratios = getattr(self.structural_damping, "damping_ratios", ())
-        if len(ratios) > 1 and any(basis.is_contact_adapted for basis in self.bases):
-            sentence = "must hold one ratio with enriched-N, whose vectors are no modes"
-            yield ("damping", "damping_ratios"), sentence
         yield from self._conflicts_of_excitation()
         for index in range(len(self.solve)):
             yield from self._conflicts_in_block(index)

@@ -31,6 +31,7 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.candidate_backbone import CandidateBackbone, PeakSensitivity
 from boltjoint.dynamics.epmc import ModalState
 from boltjoint.friction.laws import LAWS
+from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.names import FEWEST_AUTOMATIC
@@ -108,7 +109,9 @@ def find_pod_modes(
         strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
         (pod_mode): energy of the weighted snapshots along it, over all of theirs; ``position``
         (pair, axis) [m]; ``frequency_error``, ``amplitude_error`` (trial): largest relative errors
-        of peaks in the first ``trial_vectors`` (trial) POD modes. Attribute
+        of peaks in the first ``trial_vectors`` (trial) POD modes; ``free_frequency`` (free_mode)
+        [Hz] of bending modes without contact, ``free_participation`` (free_mode, pod_mode): ``phi^T
+        M`` of them times the POD modes [s]. Attribute
         ``automatic_vectors``: the fewest of them within the tolerances, or the most if none are.
 
     Raises
@@ -166,6 +169,12 @@ def find_pod_modes(
                 "trial", errors[:, 1], "1", relative_error.format("amplitudes")
             ),
             "position": assembly["position"].variable,
+            **free_mode_quantities(
+                candidates.free_frequency,
+                candidates.free_participation @ found.vector,
+                of="pod_mode",
+                unit="s",
+            ),
         },
         coords={"axis": assembly["axis"].variable},
         attrs={

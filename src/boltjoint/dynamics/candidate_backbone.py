@@ -285,6 +285,11 @@ def _joint_of_side(
                 "response_mode": ("mode", at_rest),
                 "relative_mode": (("pair", "axis", "mode"), relative),
                 "position": (("pair", "axis"), candidates.assembly_position),
+                "free_frequency": ("free_mode", candidates.free_frequency),
+                "free_participation": (
+                    ("free_mode", "mode"),
+                    candidates.free_participation @ modes,
+                ),
             },
             coords={"axis": ["x", "y", "z"]},
         )

@@ -27,6 +27,10 @@ from boltjoint.solvers.newton import solve
 #: maximum iterations for the frequency of an amplitude, and tolerance of its relative change
 _ITERATIONS, _TOLERANCE = 20, 1e-14
 
+#: a backbone begins and ends at these shares of the amplitudes it has to cover, which are those of
+#: the stuck mode and of one whose points move in phase
+_FIRST_SHARE, _LAST_SHARE = 0.3, 1.5
+
 #: loss factor below which amplitudes are not followed to where it alone limits the response:
 #: where the backbone of a structure that does not dissipate ends
 _LEAST_LOSS_FACTOR = 1e-5
@@ -174,11 +178,12 @@ class EPMCEquations(Equations):
         excitation = self.balance.joint.excitation
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
-        damping = np.diag(self.balance.damping_matrix.at(2 * np.pi * window[0]))
-        losses = np.maximum(damping, _LEAST_LOSS_FACTOR * np.diag(self.balance.stiffness))
-        # with H = diag(losses): |phi^T e| / phi^H H phi where phi^H phi = 1, by Cauchy and Schwarz
-        highest = max(forces) * np.sqrt(np.sum(abs(excitation) ** 2 / losses) / np.min(losses))
-        return 0.3 * lowest, 1.5 * highest
+        H = self.balance.damping_matrix.at(2 * np.pi * window[0])
+        H = H + _LEAST_LOSS_FACTOR * self.balance.stiffness
+        # |phi^T e| / phi^H H phi where phi^H phi = 1, by Cauchy and Schwarz
+        compliance = (excitation.conj() @ np.linalg.solve(H, excitation)).real
+        highest = max(forces) * np.sqrt(compliance / np.linalg.eigvalsh(H)[0])
+        return _FIRST_SHARE * lowest, _LAST_SHARE * highest
 
 
 @dataclass(frozen=True, eq=False)

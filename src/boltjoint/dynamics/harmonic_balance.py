@@ -206,7 +206,7 @@ class HarmonicBalance:
     @cached_property
     def _structure(self) -> ModalStructure:
         """The structure in the coordinates of the balance."""
-        return ModalStructure(2 * np.pi * self.joint.natural_frequency, self.basis)
+        return self.joint.structure(self.basis)
 
     @cached_property
     def _constant_complex_stiffness(self) -> NDArray[np.complex128]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
@@ -70,11 +71,39 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     if joint.normal_mode is not None:
         meaning = "relative mode across the contact, positive when closing"
         stored["normal_mode"] = quantity(("point", "mode"), joint.normal_mode, "kg^-1/2", meaning)
+    if joint.free_participation is not None:
+        stored |= free_mode_quantities(joint.free_frequency, joint.free_participation)
     meaning = "slip force of the element in the assembled state"
     stored["slip_force"] = quantity("element", law.slip_force, "N", meaning)
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", getattr(law, name), unit, meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
+
+
+def free_mode_quantities(
+    frequency: NDArray[np.float64],
+    participation: NDArray[np.float64],
+    of: str = "mode",
+    unit: str = "1",
+) -> dict[str, xr.Variable]:
+    """Modes without contact in other vectors, as files hold them.
+
+    Parameters
+    ----------
+    frequency
+        Their natural frequencies [Hz], shape (free modes,).
+    participation
+        ``phi_r^T M`` times the vectors, shape (free modes, vectors).
+    of, unit
+        Dimension of the vectors, and unit of the participation.
+    """
+    meaning = "participation of the mode without contact in the vector, by mass"
+    return {
+        "free_frequency": quantity(
+            "free_mode", frequency, "Hz", "natural frequency of a mode without contact"
+        ),
+        "free_participation": quantity(("free_mode", of), participation, "1", meaning),
+    }
 
 
 def _excitation_and_sensors(joint: Joint) -> dict[str, xr.Variable]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.damping import ModalStructure
 from boltjoint.friction.law import FrictionLaw
 
 if TYPE_CHECKING:
@@ -66,6 +67,10 @@ class Joint:
         alone.
     sensor_name
         Of each sensor.
+    free_frequency, free_participation
+        Where the vectors of the basis are no modes without contact: natural frequencies of such
+        modes [Hz], shape (free modes,), and ``phi_r^T M`` of them times the vectors [-], shape
+        (free modes, modes).
 
     Raises
     ------
@@ -86,6 +91,8 @@ class Joint:
     excitation_unit: str = "N"
     sensor_mode: Array | None = None
     sensor_name: tuple[str, ...] = ()
+    free_frequency: Array | None = None
+    free_participation: Array | None = None
 
     def __post_init__(self) -> None:
         """Check the shapes and convert all entries to arrays."""
@@ -118,6 +125,9 @@ class Joint:
         object.__setattr__(self, "sensor_name", tuple(self.sensor_name))
         if self.sensor_mode is not None or self.sensor_name:
             expected["sensor_mode"] = (len(self.sensor_name), modes)
+        if self.free_frequency is not None or self.free_participation is not None:
+            free = np.size(self.free_frequency)
+            expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
         if elements == 0 or on.max() >= points:
@@ -131,6 +141,16 @@ class Joint:
         if self.excitation_mode_cos is None:
             return self.excitation_mode
         return self.excitation_mode + 1j * self.excitation_mode_cos
+
+    def structure(self, basis: Array | None = None) -> ModalStructure:
+        """The structure without contact in a basis, shape (modes, vectors), or in the modes."""
+        free = self.free_frequency
+        return ModalStructure(
+            2 * np.pi * self.natural_frequency,
+            basis,
+            None if free is None else 2 * np.pi * free,
+            self.free_participation,
+        )
 
     @property
     def sensors(self) -> dict[str, Array]:
@@ -207,7 +227,7 @@ class Joint:
 
 
 def optional_fields(name: str, stored: "xr.Dataset") -> dict[str, Any]:
-    """Fields of a joint for its excitation and sensors that a dataset of this name holds."""
+    """Fields of a joint with a default that a dataset of this name holds."""
     found: dict[str, Any] = {}
     if "excitation_mode_cos" in stored:
         mode = checks.variable(name, stored, "excitation_mode_cos", ("mode",))
@@ -217,6 +237,9 @@ def optional_fields(name: str, stored: "xr.Dataset") -> dict[str, Any]:
         found["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
     if "level_units" in stored["excitation_mode"].attrs:
         found["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
+    if "free_participation" in stored:
+        dims = {"free_frequency": ("free_mode",), "free_participation": ("free_mode", "mode")}
+        found |= {each: checks.variable(name, stored, each, dims[each]) for each in dims}
     return found
 
 

@@ -7,16 +7,15 @@ together. Families of modes are distinguished by kinetic energy. A contact-adapt
 
 import logging
 import re
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import sparse
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
+from boltjoint.joint.io import free_mode_quantities
 from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
 from boltjoint.structure.constraints import (
     assemble_assembly,
@@ -25,7 +24,7 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.half_lap.mesh import FIRST_BOLT
+from boltjoint.structure.mode_families import Modes, classify_modes
 from boltjoint.structure.symmetry import symmetric_half
 
 logger = logging.getLogger(__name__)
@@ -43,22 +42,6 @@ _MAXIMUM_OF_WHOLE = 12
 
 #: families of bases
 _FAMILIES = ("free", "enriched")
-
-
-@dataclass(frozen=True)
-class Modes:
-    """Modes of vibration and their families.
-
-    ``frequency`` (modes,) [Hz]; ``shape`` (nodes, 3, modes) [kg^-1/2], mass-normalised;
-    ``energy_share`` (modes, 3): kinetic energy along x, y, z over all of it; ``symmetric_share``
-    (modes,): see ``symmetric_share``; ``family`` (modes,): see ``classify``.
-    """
-
-    frequency: Array
-    shape: Array
-    energy_share: Array
-    symmetric_share: Array
-    family: NDArray[np.str_]
 
 
 # one thread: sums in another order would change the last digits from machine to machine
@@ -90,7 +73,9 @@ def find_modes(
         axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode that was solved for, for
         large N symmetric ones only: ``candidate_frequency`` (candidate) [Hz], ``candidate_family``
         (candidate), and the shares of kinetic energy that decided it, ``energy_share`` (candidate,
-        axis) and ``symmetric_share`` (candidate). With ``enriched-auto``, and where they are known
+        axis) and ``symmetric_share`` (candidate). With ``enriched-N``, of bending modes without
+        contact, ``free_frequency`` (free_mode) [Hz] and ``free_participation`` (free_mode, mode),
+        phi^T M of them times the vectors [-]. With ``enriched-auto``, and where they are known
         with ``enriched-N``, the attributes ``estimated_frequency_error`` and
         ``estimated_amplitude_error``: largest relative errors of peaks that are due to the basis.
 
@@ -109,15 +94,14 @@ def find_modes(
     attributes: dict[str, str | float] = {"modes": family}
     if kind == "free":
         modes, bending = _free_bending(assembly, number)
-        candidates = _candidates(modes)
         frequency, shape = modes.frequency[bending], modes.shape[..., bending]
     else:
         if pod_modes is None:
             raise ValueError(f"{family} needs POD modes of the assembly, from find_pod_modes")
-        candidates = {}
         number = pod_modes.attrs["automatic_vectors"] if number is None else number
         attributes |= {"vectors": number, **estimated_errors(pod_modes, number)}
-        frequency, shape = basis_of_pod_modes(assembly, pod_modes, number)
+        basis = basis_of_pod_modes(assembly, pod_modes, number)
+        frequency, shape = basis.frequency, basis.shape
     response, excitation = (_at_point(assembly, point, shape) for point in _POINTS)
     largest = abs(shape).max(axis=(0, 1))
     for (point, problem), found in zip(_POINTS.items(), (response, excitation), strict=True):
@@ -128,6 +112,10 @@ def find_modes(
             )
     sign = _signs(response, shape)
     shape = shape * sign
+    if kind == "free":
+        of_family = _candidates(modes)
+    else:
+        of_family = free_mode_quantities(basis.free_frequency, basis.free_participation * sign)
     relative = relative_displacements(assembly) @ shape.reshape(-1, number)
     logger.info("modes %s: %s Hz", family, ", ".join(f"{f:.6g}" for f in frequency))
     per_mass = "kg^-1/2"
@@ -157,89 +145,11 @@ def find_modes(
             ),
             "position": assembly["position"].variable,
             "area": assembly["area"].variable,
-            **candidates,
+            **of_family,
         },
         coords={"axis": assembly["axis"].variable},
         attrs=attributes,
     )
-
-
-def classify(
-    energy_share: Array, symmetric_share: Array, width: float, height: float
-) -> NDArray[np.str_]:
-    """Classify bending, axial, lateral and torsional modes of a bar.
-
-    Symmetric about the width: bending where more than half of the kinetic energy is along z, else
-    axial. Antisymmetric: the energy along z is all from twisting. A rigidly twisting rectangle has
-    energies along y and z as height^2 to width^2, so the twist has 1 + (height / width)^2 times the
-    energy along z: torsional where that is more than half of all, else lateral.
-
-    Parameters
-    ----------
-    energy_share
-        Kinetic energy along x, y, z over all of it, shape (modes, 3).
-    symmetric_share
-        1 for a symmetric mode, 0 for an antisymmetric one, shape (modes,).
-    width, height
-        Of the cross-section [m].
-
-    Returns
-    -------
-    ndarray
-        The words ``bending``, ``axial``, ``lateral``, ``torsional``, shape (modes,).
-
-    Raises
-    ------
-    ValueError
-        If shapes do not fit each other, a share is not from 0 to 1, or a side is not positive.
-    """
-    share = {"at_least": 0, "at_most": 1 + 1e-9}  # but for rounding
-    energy_share = checks.array("energy_share", energy_share, ("modes", 3), **share)
-    symmetric_share = checks.array(
-        "symmetric_share", symmetric_share, energy_share.shape[:1], **share
-    )
-    width = checks.number("width", width, above=0)
-    height = checks.number("height", height, above=0)
-    along_z = energy_share[:, 2]
-    twist = along_z * (1 + (height / width) ** 2)
-    symmetric = np.where(along_z > 0.5, "bending", "axial")
-    antisymmetric = np.where(twist > 0.5, "torsional", "lateral")
-    return np.where(symmetric_share > 0.5, symmetric, antisymmetric)
-
-
-def symmetric_share(coordinate: Array, mass: Array, shape: Array) -> Array:
-    """Share of the middle plane's kinetic energy that belongs to motion symmetric about it.
-
-    On y = 0 a symmetric mode moves along x and z only, an antisymmetric one along y only.
-
-    Parameters
-    ----------
-    coordinate
-        Nodes, shape (nodes, 3) [m].
-    mass
-        Lumped mass of the nodes, shape (nodes,) [kg].
-    shape
-        Modes, shape (nodes, 3, modes).
-
-    Returns
-    -------
-    ndarray
-        Between 0 and 1, shape (modes,).
-
-    Raises
-    ------
-    ValueError
-        If no nodes lie on y = 0, or shapes do not fit each other.
-    """
-    coordinate = checks.array("coordinate", coordinate, ("nodes", 3))
-    mass = checks.array("mass", mass, coordinate.shape[:1], at_least=0)
-    shape = checks.array("shape", shape, (*coordinate.shape, "modes"))
-    y = coordinate[:, 1]
-    on_plane = abs(y) < 1e-9 * np.ptp(y)
-    if not on_plane.any():
-        raise ValueError("no nodes lie on the middle plane y = 0")
-    energy = np.einsum("n,nam->ma", mass[on_plane], shape[on_plane] ** 2)
-    return (energy[:, 0] + energy[:, 2]) / energy.sum(axis=1)
 
 
 def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
@@ -256,7 +166,7 @@ def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.
     while count < K.shape[0] - 1:
         squared, q = structure.modes(factors, K, count)
         shape = (structure.displacement @ q).reshape(-1, 3, count)
-        modes = _classified(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
+        modes = classify_modes(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
         bending = np.flatnonzero(modes.family == "bending")
         if len(bending) >= number:
             return modes, bending[:number]
@@ -296,19 +206,6 @@ def _parse(family: str) -> tuple[str, int | None]:
             "enriched-auto"
         )
     return match[1], int(match[2])
-
-
-def _classified(assembly: xr.Dataset, M: sparse.csc_array, frequency: Array, shape: Array) -> Modes:
-    moved = (M @ shape.reshape(-1, len(frequency))).reshape(shape.shape)
-    energy_share = np.einsum("nam,nam->ma", shape, moved)
-    energy_share /= energy_share.sum(axis=1, keepdims=True)
-    lumped = np.asarray(M.sum(axis=0)).reshape(-1, 3)[:, 0]
-    symmetric = symmetric_share(assembly["coordinate"].to_numpy(), lumped, shape)
-    of_bars = np.unique(assembly["connectivity"].to_numpy()[assembly["part"] < FIRST_BOLT])
-    _, width, height = np.ptp(assembly["coordinate"].to_numpy()[of_bars], axis=0)
-    return Modes(
-        frequency, shape, energy_share, symmetric, classify(energy_share, symmetric, width, height)
-    )
 
 
 def _at_point(assembly: xr.Dataset, point: str, shape: Array) -> Array:

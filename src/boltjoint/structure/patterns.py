@@ -83,7 +83,7 @@ def resonances(
     """First bending resonances of the full model for each pattern of sticking pairs.
 
     They are the modes symmetric about the width with more than half of their kinetic energy along
-    z, as bending modes of ``modes.classify``.
+    z, as bending modes of ``mode_families.classify``.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.damping import Damping, ModalStructure, damping_of_attributes
+from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.joint.io import joint_from_dataset
 
 
@@ -88,12 +88,12 @@ class _ModalEquations:
         self.phi_cos = np.zeros_like(self.phi)
         if "excitation_mode_cos" in joint:
             self.phi_cos = joint["excitation_mode_cos"].to_numpy()
-        self.damping = damping.matrix(ModalStructure(natural))
         self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
         self.N = np.zeros_like(self.R)
         if "normal_mode" in joint:
             self.N = joint["normal_mode"].transpose("point", "mode").to_numpy()
-        self.law = joint_from_dataset(joint).law
+        model = joint_from_dataset(joint)
+        self.law, self.damping = model.law, damping.matrix(model.structure())
 
     def extrapolated(
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int

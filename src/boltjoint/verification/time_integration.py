@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.signal import resample
 
 from boltjoint import checks
-from boltjoint.damping import Damping, ModalStructure, as_damping
+from boltjoint.damping import Damping, as_damping
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
 
@@ -188,7 +188,7 @@ class _Integration:
         sliders = joint.law.sliders()
         on, k_v = sliders.point, sliders.normal_stiffness
         w, natural = 2 * np.pi * frequency, 2 * np.pi * joint.natural_frequency
-        L, H = natural**2, damping.matrix(ModalStructure(natural)).at(w)
+        L, H = natural**2, damping.matrix(joint.structure()).at(w)
         R = np.ascontiguousarray(joint.tangential_mode[on].T)
         X = sliders.tangential_stiffness * R
         stuck = np.diag(L) + R @ X.T

@@ -23,7 +23,13 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial import cKDTree
 
-from boltjoint.structure.constraints import ConstrainedStructure, factorise, relative_displacements
+from boltjoint.structure.constraints import (
+    ConstrainedStructure,
+    assemble_assembly,
+    factorise,
+    relative_displacements,
+)
+from boltjoint.structure.mode_families import classify_modes
 
 Array = NDArray[np.float64]
 
@@ -65,6 +71,10 @@ class Candidates:
     pair_on_side
         The pair here that each pair of the assembly is, or is the mirror image of, shape (pairs of
         the assembly,).
+    free_frequency
+        Of the bending modes without contact [Hz], shape (free modes,).
+    free_participation
+        ``phi^T M`` of these modes, shape (free modes, candidates).
     """
 
     vector: Array
@@ -80,6 +90,8 @@ class Candidates:
     bolt_position: Array
     assembly_position: Array
     pair_on_side: NDArray[np.int64]
+    free_frequency: Array
+    free_participation: Array
 
     @cached_property
     def rows(self) -> Array:
@@ -196,6 +208,10 @@ def find_candidates(
     stiffness[free_modes:] = moved
     stiffness[:free_modes, free_modes:] = moved[:, :free_modes].T
     stiffness, mass = _symmetric(stiffness), _projected(M, vector)
+    frequency = np.sqrt(squared) / (2 * np.pi)
+    shape = (half.displacement @ mode).reshape(-1, 3, free_modes)
+    family = classify_modes(assembly, assemble_assembly(assembly)[1], frequency, shape).family
+    bending = np.flatnonzero(family == "bending")
     scale = 1 / np.sqrt(np.diag(stiffness))
     share, turn = eigh(scale[:, None] * stiffness * scale)
     independent = share > DEPENDENT_SHARE * share[-1]
@@ -218,6 +234,8 @@ def find_candidates(
         bolt_position=assembly["bolt_position"].to_numpy(),
         assembly_position=position,
         pair_on_side=cKDTree(position[pair]).query(position * [1, -1, 1] * side)[1],
+        free_frequency=frequency[bending],
+        free_participation=mass[bending] @ coordinate,
     )
 
 

@@ -17,6 +17,7 @@ applications. Theory of Computing 8 (2012) 121-164.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -170,9 +171,21 @@ def balanced_pod_modes(
     return PODModes(coordinates.basis @ vectors, share, float(largest))
 
 
-def basis_of_pod_modes(
-    assembly: xr.Dataset, pod_modes: xr.Dataset, number: int
-) -> tuple[Array, Array]:
+class Basis(NamedTuple):
+    """Vectors that are used like modes, orthonormal in M and diagonal in K.
+
+    ``frequency`` (vectors,) [Hz], ascending; ``shape`` (nodes, 3, vectors) [kg^-1/2];
+    ``free_frequency`` (free modes,) [Hz] of modes without contact, and ``free_participation`` (free
+    modes, vectors), phi^T M of them times the vectors [-].
+    """
+
+    frequency: Array
+    shape: Array
+    free_frequency: Array
+    free_participation: Array
+
+
+def basis_of_pod_modes(assembly: xr.Dataset, pod_modes: xr.Dataset, number: int) -> Basis:
     """The first POD modes of an assembly as a basis that is used like modes.
 
     Parameters
@@ -181,12 +194,6 @@ def basis_of_pod_modes(
         As from ``build_assembly`` and, for the same assembly, ``find_pod_modes``.
     number
         Number of vectors.
-
-    Returns
-    -------
-    tuple
-        Frequencies of the vectors without contact, ascending, shape (number,) [Hz], and their
-        shapes (nodes, 3, number) [kg^-1/2], orthonormal in M and diagonal in K.
 
     Raises
     ------
@@ -212,7 +219,13 @@ def basis_of_pod_modes(
     squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
     check_held(squared, half.stiffness, half.mass)
     shape = half.displacement @ (vector @ share)
-    return np.sqrt(squared) / (2 * np.pi), shape.reshape(-1, 3, number)
+    participation = pod_modes["free_participation"].transpose("free_mode", "pod_mode")
+    return Basis(
+        frequency=np.sqrt(squared) / (2 * np.pi),
+        shape=shape.reshape(-1, 3, number),
+        free_frequency=pod_modes["free_frequency"].to_numpy(),
+        free_participation=participation.to_numpy()[:, :number] @ share,
+    )
 
 
 def estimated_errors(pod_modes: xr.Dataset, number: int) -> dict[str, float]:
