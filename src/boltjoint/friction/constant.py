@@ -12,17 +12,28 @@ University: section 2.2.1.
 """
 
 from dataclasses import dataclass
-from math import atan2, hypot, pi, sqrt
-from typing import ClassVar, Self
+from functools import cached_property
+from math import atan2, pi, sqrt
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.compiled import implements
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import CONSTANT, LawDeclaration
+from boltjoint.friction.kernels import add_forces
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
+
+
+class ConstantElements(NamedTuple):
+    """Elements under constant normal load in compiled loops."""
+
+    point_of_element: NDArray[np.int64]
+    tangential_stiffness: Array
+    slip_force: Array
 
 
 @dataclass(frozen=True)
@@ -75,14 +86,14 @@ class ConstantLoad(ElementLaw):
     def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
-        _add_forces(self._arrays(), motion, force, np.zeros((0, 2, 2)))
+        _add_forces(self.compiled_elements, motion, force, np.zeros((0, 2, 2)))
         return force
 
     def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """First-harmonic force on each point and its derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))
-        _add_forces(self._arrays(), motion, force, tangent)
+        _add_forces(self.compiled_elements, motion, force, tangent)
         return force, tangent
 
     def stuck_stiffness(self, points: int) -> Array:
@@ -114,8 +125,10 @@ class ConstantLoad(ElementLaw):
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
         return type(self)(point_of_element, tangential_stiffness, slip_force)
 
-    def _arrays(self) -> tuple[NDArray[np.int64], Array, Array]:
-        return self.point_of_element, self.tangential_stiffness, self.slip_force
+    @cached_property
+    def compiled_elements(self) -> ConstantElements:
+        """The elements as compiled loops take them."""
+        return ConstantElements(self.point_of_element, self.tangential_stiffness, self.slip_force)
 
 
 @njit(cache=True)
@@ -136,8 +149,9 @@ def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float
     return in_phase, quadrature, sine
 
 
+@implements(add_forces, of=ConstantElements)
 @njit(cache=True)
-def _add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
+def _add_forces(elements: ConstantElements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
     point_of_element, stiffness, slip_force = elements
     with_tangent = tangent.size > 0
@@ -145,14 +159,15 @@ def _add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tang
         p = point_of_element[e]
         k, slip = stiffness[e], slip_force[e]
         s, c = motion[p, 0], motion[p, 1]
-        amplitude = hypot(s, c)
-        if k * amplitude <= slip:
+        square = s * s + c * c
+        if k * k * square <= slip * slip:
             force[p, 0] += k * s
             force[p, 1] += k * c
             if with_tangent:
                 tangent[p, 0, 0] += k
                 tangent[p, 1, 1] += k
         else:
+            amplitude = sqrt(square)
             real, imag, sine = _describing_function(k, slip, amplitude)
             force[p, 0] += real * s - imag * c
             force[p, 1] += real * c + imag * s
@@ -161,7 +176,6 @@ def _add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tang
             # f = D'(A) q + D''(A) Jq with J a quarter turn, so
             # df = D' dq + D'' J dq + (dD'/dA q + dD''/dA Jq) dA, where A dA = q . dq
             ratio = slip / (k * amplitude)
-            square = amplitude * amplitude
             d_real = -4.0 * k / pi * ratio * sine / square
             d_imag = 4.0 * k / pi * ratio * (2.0 * ratio - 1.0) / square
             g_s = d_real * s - d_imag * c

@@ -23,15 +23,17 @@ D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Appl
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, exp, hypot, lgamma, pi, sqrt
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.compiled import implements
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import IWAN, LawDeclaration
+from boltjoint.friction.kernels import add_forces
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding
@@ -42,6 +44,17 @@ _SMALLEST = 1e-6
 
 #: reversals of the motion that are remembered: one harmonic needs three
 _REVERSALS = 8
+
+
+class IwanElements(NamedTuple):
+    """Four-parameter Iwan elements in compiled loops, with B(chi + 5/2, 3/2) of each."""
+
+    point_of_element: NDArray[np.int64]
+    power_law_stiffness: Array
+    largest_slip_displacement: Array
+    chi: Array
+    beta: Array
+    complete_beta: Array
 
 
 @dataclass(frozen=True)
@@ -124,13 +137,13 @@ class FourParameterIwan(ElementLaw):
     def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
-        _add_forces(self._arrays, motion, force, np.zeros((0, 2, 2)))
+        _add_forces(self.compiled_elements, motion, force, np.zeros((0, 2, 2)))
         return force
 
     def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """First-harmonic force on each point and its derivative, as ``force_and_tangent``."""
         force, tangent = np.zeros_like(motion), np.zeros((*motion.shape, 2))
-        _add_forces(self._arrays, motion, force, tangent)
+        _add_forces(self.compiled_elements, motion, force, tangent)
         return force, tangent
 
     def stuck_stiffness(self, points: int) -> Array:
@@ -169,7 +182,7 @@ class FourParameterIwan(ElementLaw):
         phase = 2 * np.pi * np.arange(1, samples + 1) / samples
         table = np.column_stack([np.ones(samples), np.sin(phase), np.cos(phase)])
         force = np.zeros_like(motion)
-        _follow(self._arrays, motion, table, force)
+        _follow(self.compiled_elements, motion, table, force)
         return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
@@ -182,10 +195,11 @@ class FourParameterIwan(ElementLaw):
         return self.tangential_stiffness / (1 + self.beta)
 
     @cached_property
-    def _arrays(self) -> tuple[NDArray, ...]:
+    def compiled_elements(self) -> IwanElements:
+        """The elements as compiled loops take them."""
         complete = np.array([_complete_beta(chi + 2.5) for chi in self.chi])
         of_element = self._power_law_stiffness, self.largest_slip_displacement
-        return self.point_of_element, *of_element, self.chi, self.beta, complete
+        return IwanElements(self.point_of_element, *of_element, self.chi, self.beta, complete)
 
 
 def _complete_beta(a: float) -> float:
@@ -234,8 +248,9 @@ def _describing_function(
     return real, 4 / pi * k_p * (once - twice), d_real, 4 / pi * k_p * (2 * twice - once)
 
 
+@implements(add_forces, of=IwanElements)
 @njit(cache=True)
-def _add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
+def _add_forces(elements: IwanElements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
     point_of_element, k_p, phi, chi, beta, complete = elements
     for e in range(point_of_element.size):
@@ -266,7 +281,7 @@ def _first_loading(k_p: float, phi: float, chi: float, beta: float, u: float) ->
 
 
 @njit(cache=True)
-def _follow(elements: tuple[NDArray, ...], motion: Array, table: Array, force: Array) -> None:
+def _follow(elements: IwanElements, motion: Array, table: Array, force: Array) -> None:
     """Sum the friction of all elements over a second period, times 1, sine and cosine.
 
     From a reversal at (u_r, f_r) the force is ``f_r +- 2 F(|u - u_r| / 2)`` (Masing), until it

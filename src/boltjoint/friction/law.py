@@ -131,6 +131,15 @@ class FrictionLaw(ABC):
         """
         return self._states(self._checked(motion, self._columns))
 
+    @property
+    def compiled_elements(self) -> tuple | None:
+        """The elements as compiled loops take them, None of a law without compiled forces.
+
+        A named tuple of a class for which a compiled function ``implements``
+        ``kernels.add_forces``.
+        """
+        return None
+
     @abstractmethod
     def evaluate(self, motion: Array) -> Array:
         """As ``force``, without checks."""

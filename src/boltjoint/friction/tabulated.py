@@ -9,14 +9,16 @@ part is interpolated.
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, log, pi, sqrt
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint.compiled import implements
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import TABULATED, LawDeclaration
+from boltjoint.friction.kernels import add_forces
 from boltjoint.friction.law import Array
 
 #: tolerance of the interpolation, relative to the describing function; half or twice moves peaks by
@@ -32,6 +34,20 @@ _FAR = 100.0
 _SAME = 1e-9
 
 
+class TabulatedElements(NamedTuple):
+    """Tables of the points in compiled loops.
+
+    First knot of each point, and the end of the last; stiffness in stick; knots; series. A knot has
+    the logarithm of its amplitude, in-phase stiffness and its slope by that logarithm, and the sums
+    of slip force and of its square over k of the elements in slip.
+    """
+
+    first: NDArray[np.int64]
+    stuck_stiffness: Array
+    knots: Array
+    far: Array
+
+
 @dataclass(frozen=True)
 class TabulatedLoad(ConstantLoad):
     """Friction elements under constant normal load with a tabulated describing function.
@@ -45,23 +61,19 @@ class TabulatedLoad(ConstantLoad):
     def evaluate(self, motion: Array) -> Array:
         """First-harmonic force of all elements on each point, as ``force``."""
         force = np.zeros_like(motion)
-        _add_forces(self.table, motion, force, np.zeros((0, 2, 2)))
+        _add_forces(self.compiled_elements, motion, force, np.zeros((0, 2, 2)))
         return force
 
     def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Force and the exact derivative of the tabulated force by the motion of the point."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 2))
-        _add_forces(self.table, motion, force, tangent)
+        _add_forces(self.compiled_elements, motion, force, tangent)
         return force, tangent
 
     @cached_property
-    def table(self) -> tuple[NDArray, ...]:
-        """First knot of each point, and the end of the last; stiffness in stick; knots; series.
-
-        A knot has the logarithm of its amplitude, in-phase stiffness and its slope by that
-        logarithm, and the sums of slip force and of its square over k of the elements in slip.
-        """
+    def compiled_elements(self) -> TabulatedElements:
+        """The tables as compiled loops take them."""
         points = self.point_of_element.max() + 1
         first, total = np.zeros(points + 1, dtype=np.int64), np.zeros(points)
         knots, far = [np.zeros((0, 5))], np.zeros((points, 3))
@@ -74,7 +86,7 @@ class TabulatedLoad(ConstantLoad):
                 first[p + 1] += len(knots[-1])
                 total[p] = k.sum()
                 far[p] = [(k * (s / k) ** (n + 1.5)).sum() for n in range(3)]
-        return first, total, np.concatenate(knots), far
+        return TabulatedElements(first, total, np.concatenate(knots), far)
 
 
 def _tabulate(k: Array, s: Array) -> Array:
@@ -123,8 +135,9 @@ def _in_phase(x: Array, k: Array, s: Array) -> tuple[Array, Array, Array]:
     return value, -4 / pi * (ratio * sine) @ k, np.hypot(value, sine * sine @ k / pi)
 
 
+@implements(add_forces, of=TabulatedElements)
 @njit(cache=True)
-def _add_forces(table: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
+def _add_forces(table: TabulatedElements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all points, and the tangents where their array is not empty."""
     first, total, knots, far = table
     for p in range(total.size):

@@ -5,6 +5,7 @@ is in ``variable_kernels``, with its references.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.declarations import VARIABLE, LawDeclaration
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
-from boltjoint.friction.variable_kernels import add_forces, find_states
+from boltjoint.friction.variable_kernels import VariableElements, add_forces, find_states
 
 
 @dataclass(frozen=True)
@@ -103,14 +104,14 @@ class VariableLoad(ElementLaw):
         The normal force is the excess of the normal load over ``max(n0, 0)``.
         """
         force = np.zeros_like(motion)
-        add_forces(self._arrays(), motion, force, np.zeros((0, 6, 6)))
+        add_forces(self.compiled_elements, motion, force, np.zeros((0, 6, 6)))
         return force
 
     def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """These forces on each point and their derivative, as ``force_and_tangent``."""
         force = np.zeros_like(motion)
         tangent = np.zeros((*motion.shape, 6))
-        add_forces(self._arrays(), motion, force, tangent)
+        add_forces(self.compiled_elements, motion, force, tangent)
         return force, tangent
 
     def stuck_stiffness(self, points: int) -> Array:
@@ -126,11 +127,11 @@ class VariableLoad(ElementLaw):
 
     def sliders(self) -> Sliders:
         """The elements themselves."""
-        return Sliders(np.arange(self.point_of_element.size), *self._arrays())
+        return Sliders(np.arange(self.point_of_element.size), *self.compiled_elements)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         state = np.empty(self.point_of_element.size, dtype=np.int8)
-        find_states(self._arrays(), motion, state)
+        find_states(self.compiled_elements, motion, state)
         return state
 
     def replaced_by(
@@ -161,5 +162,8 @@ class VariableLoad(ElementLaw):
             friction_coefficient=sums[3] / sums[2],
         )
 
-    def _arrays(self) -> tuple[NDArray, ...]:
-        return (self.point_of_element, *(getattr(self, name) for name in self.quantities))
+    @cached_property
+    def compiled_elements(self) -> VariableElements:
+        """The elements as compiled loops take them."""
+        quantities = (getattr(self, name) for name in self.quantities)
+        return VariableElements(self.point_of_element, *quantities)

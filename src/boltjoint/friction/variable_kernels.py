@@ -14,11 +14,14 @@ University: section 2.2.2.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from boltjoint.compiled import implements
+from boltjoint.friction import kernels
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.law import Array
 
@@ -259,8 +262,19 @@ def _subtract_position(
             secants[_OF_N, j, k] -= product * events[i, _KAPPA]
 
 
+class VariableElements(NamedTuple):
+    """Elements under variable normal load in compiled loops."""
+
+    point_of_element: NDArray[np.int64]
+    tangential_stiffness: Array
+    normal_stiffness: Array
+    normal_load: Array
+    friction_coefficient: Array
+
+
+@implements(kernels.add_forces, of=VariableElements)
 @njit(cache=True)
-def add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tangent: Array) -> None:
+def add_forces(elements: VariableElements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
     point_of_element, k_u, k_v, normal_load, friction_coefficient = elements
     x, n, above = np.empty(3), np.empty(3), np.empty(3)
@@ -294,7 +308,7 @@ def add_forces(elements: tuple[NDArray, ...], motion: Array, force: Array, tange
 
 
 @njit(cache=True)
-def find_states(elements: tuple[NDArray, ...], motion: Array, state: NDArray[np.int8]) -> None:
+def find_states(elements: VariableElements, motion: Array, state: NDArray[np.int8]) -> None:
     """Contact state of every element over the period."""
     point_of_element, k_u, k_v, normal_load, friction_coefficient = elements
     x, n, events = np.empty(3), np.empty(3), np.empty((_MAXIMUM_EVENTS, 8))
