@@ -104,7 +104,7 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual and Jacobian at the frequency p [rad/s]."""
-        if not self._analytic:
+        if not self.is_analytic:
             return self._with_differences(x, p)
         force, tangent = self.balance.joint.law.evaluate_with_tangent(self._motion(x))
         return self._residual_under(x, p, force), lambda: self._jacobian(p, tangent)

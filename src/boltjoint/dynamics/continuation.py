@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.dynamics.branch import OutputPoint
+from boltjoint.dynamics.compiled_balance import balance_system
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.dynamics.load_stepping import LoadStepping
 from boltjoint.solvers import arc_length, lagged_continuation
+from boltjoint.solvers.compiled_path import follow
+from boltjoint.solvers.compiled_steps import Limits
 from boltjoint.solvers.equations import SolutionBranch, StepControl
 from boltjoint.solvers.lagged_basis import LaggedEquations
 from boltjoint.solvers.newton import newton
@@ -56,6 +59,9 @@ class Continuation:
     ) -> SolutionBranch:
         """Branch from the lower end of a window [rad/s], or from other starts if incomplete."""
         low, high = window
+        regular = self._follow_compiled(window, start)
+        if regular is not None:
+            return regular
         branch = self._follow((low, high), low, start)
         if branch.complete or start is not None:
             return branch
@@ -92,6 +98,27 @@ class Continuation:
             maximise=self._output,
             begin=begin,
         )
+
+    def _follow_compiled(
+        self, window: tuple[float, float], start: NDArray[np.float64] | None
+    ) -> SolutionBranch | None:
+        """The branch where it takes its regular course, and has a compiled system."""
+        if type(self._equations) is not LinearModes or not self._equations.is_analytic:
+            return None
+        system = balance_system(self._balance)
+        if system is None:
+            return None
+        limits = Limits.of(
+            self._control,
+            self._equations.residual_scale,
+            self._largest_scale,
+            self._control.parameter_scale,
+        )
+        guess = self._balance.stuck_solution(window[0]) if start is None else start
+        path = follow(system, guess, window, limits)
+        if path.count == 0 and start is None:
+            path = follow(system, self._start(window[0]), window, limits)
+        return path.branch() if path.complete else None
 
     def _scale(self, w: float) -> float:
         return min(self._largest_scale, self._control.parameter_scale * w)

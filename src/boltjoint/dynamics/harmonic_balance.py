@@ -197,6 +197,23 @@ class HarmonicBalance:
         motion = self.motion(x)
         return self.contact.describing_function(motion, self.joint.law.evaluate(motion))
 
+    def linear_part(self) -> tuple[NDArray[np.float64], ...]:
+        """What ``dynamic_stiffness`` is made of.
+
+        Returns
+        -------
+        tuple
+            The matrix at zero frequency; harmonic number of every entry of the unknown; powers of
+            the frequency w of further terms, and their matrices, shape (terms, n, n).
+        """
+        terms = () if self.damping_matrix.varying is None else self.damping_matrix.varying.terms
+        n = self._harmonic.size
+        varying = np.zeros((len(terms), n, n))
+        for matrix, term in zip(varying, terms, strict=True):
+            self._add_damping(matrix, lambda h, t=term: h**t.power * t.factor * t.matrix)
+        power = np.array([term.power for term in terms], dtype=float)
+        return self._static_stiffness, self._harmonic, power, varying
+
     @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
         """Harmonic number of every entry of the unknown."""

@@ -42,13 +42,13 @@ class LinearModes(Equations):
         checks.choice("jacobian", jacobian, get_args(Jacobian))
         self.balance = balance
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
-        self._analytic = jacobian == "analytic"
+        self.is_analytic = jacobian == "analytic"
 
     def evaluate(
         self, x: NDArray[np.float64], p: float, load_factor: float = 1.0
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual and Jacobian at the frequency p [rad/s], under a part of the excitation."""
-        if self._analytic:
+        if self.is_analytic:
             residual, jacobian = self.balance.residual_and_jacobian(x, p)
         else:
             residual, jacobian = self._with_differences(x, p)

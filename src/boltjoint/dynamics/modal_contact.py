@@ -209,7 +209,13 @@ class ModalContact:
         return self.joint.law.stuck_stiffness(self.joint.points)
 
     @cached_property
+    def stuck_tangents(self) -> NDArray[np.float64]:
+        """Tangents of the points while nothing slips and open elements stay open [N/m].
+
+        Their diagonals, shape (points, directions * components); the rest is zero.
+        """
+        return np.repeat(self._stuck_stiffness_of_points, len(self.components), axis=1)
+
+    @cached_property
     def _stuck_tangent(self) -> NDArray[np.float64]:
-        """Tangents of the points while nothing slips and open elements stay open."""
-        each = np.repeat(self._stuck_stiffness_of_points, len(self.components), axis=1)
-        return each[:, :, None] * np.eye(each.shape[1])
+        return self.stuck_tangents[:, :, None] * np.eye(self.stuck_tangents.shape[1])

@@ -23,10 +23,10 @@ from boltjoint.solvers.newton import newton
 
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
 #: is as short as this: then the branch has a corner there; peaks are the same with half or twice
-_CORNER = 1e-3
+CORNER = 1e-3
 
 #: longest step with which the branch is continued beyond a corner; likewise
-_CORNER_STEP = 1e-4
+CORNER_STEP = 1e-4
 
 
 def trace(
@@ -170,7 +170,7 @@ class Tracer:
         control, updated = self.corrector.control, False
         # at least one length is below each limit, whatever the smallest step
         corner, corner_step = (
-            max(length, 2 * control.smallest_step) for length in (_CORNER, _CORNER_STEP)
+            max(length, 2 * control.smallest_step) for length in (CORNER, CORNER_STEP)
         )
         while self.step_length >= control.smallest_step:
             step = self.corrector.correct(self.predictor, self.step_length)

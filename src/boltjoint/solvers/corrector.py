@@ -25,7 +25,7 @@ from boltjoint.solvers.newton import smallest_residual, solve
 
 #: distances from a solution below this share of the largest are relative to the latter: only where
 #: the response vanishes, so that peaks are the same with half or twice
-_SMALLEST_SHARE = 1e-3
+SMALLEST_SHARE = 1e-3
 
 
 class Predictor(NamedTuple):
@@ -72,7 +72,7 @@ class Corrector:
         """The predictor from a solution, its tangent along an unweighted direction."""
         size = float(np.linalg.norm(x))
         self.largest_norm = max(self.largest_norm, size)
-        size = max(size, _SMALLEST_SHARE * self.largest_norm) or 1.0
+        size = max(size, SMALLEST_SHARE * self.largest_norm) or 1.0
         weights = np.append(np.full_like(x, 1 / size), 1 / self.scale(p))
         return Predictor(x, p, weights, self.tangent(x, p, jacobian, weights, direction))
 

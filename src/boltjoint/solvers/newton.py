@@ -11,7 +11,7 @@ import numpy as np
 from boltjoint.solvers.equations import Equations, Matrix, Solution, StepControl, Vector
 
 #: a residual this small against the terms it is the sum of is their rounding
-_ROUNDING = 4 * np.finfo(float).eps
+ROUNDING = 4 * np.finfo(float).eps
 
 #: largest reduction of the residual by a correction whose Jacobian serves the next one too: a chord
 #: correction costs a tenth of one with a new Jacobian, or less
@@ -71,7 +71,7 @@ def smallest_residual(
     At a sharp resonance the terms are orders of magnitude larger than what they balance.
     """
     terms = float(np.linalg.norm(abs(jacobian) @ abs(x)))
-    return max(control.tolerance * equations.residual_scale, _ROUNDING * terms)
+    return max(control.tolerance * equations.residual_scale, ROUNDING * terms)
 
 
 def solve(matrix: Matrix, right: Vector) -> Vector | None:

@@ -1,0 +1,302 @@
+"""Arc-length continuation in one compiled loop: the regular course of ``arc_length.trace``.
+
+Start, steps, location of maxima by their slope and the end of the window are here. What a branch
+rarely needs is not: corners, a start by load stepping, maxima that the slope does not show. A path
+that needs them is not complete, and ``arc_length`` follows the branch instead. Its solutions are
+those of ``arc_length`` to rounding.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.compiled import kept_loop, loop, source_version
+from boltjoint.solvers.arc_length import CORNER, CORNER_STEP
+from boltjoint.solvers.compiled_steps import (
+    SCALE,
+    SIZE,
+    SLOPE,
+    Limits,
+    P,
+    Place,
+    Work,
+    copy_to,
+    correct,
+    evaluate,
+    form_jacobian,
+    make_place,
+    make_work,
+    norm,
+    observe,
+    scale_at,
+    settle,
+    size_of,
+    solve_at,
+)
+from boltjoint.solvers.equations import Solution, SolutionBranch
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+#: solutions for which there is room at first
+_ROOM = 512
+
+#: more than Brent's method ever needs
+_MOST_ITERATIONS = 100
+
+
+class Path(NamedTuple):
+    """Solutions of a path: the first ``count`` rows of the arrays.
+
+    ``complete``: whether it took its regular course to the far end of the window.
+    """
+
+    x: Matrix
+    p: Vector
+    iterations: NDArray[np.int64]
+    located: NDArray[np.bool_]
+    count: int
+    complete: bool
+
+    def branch(self) -> SolutionBranch:
+        """The path as ``arc_length.trace`` gives it."""
+        rows = (each[: self.count].tolist() for each in (self.p, self.iterations, self.located))
+        solutions = [
+            Solution(x, p, iterations, True, located)
+            for x, p, iterations, located in zip(self.x[: self.count], *rows, strict=True)
+        ]
+        return SolutionBranch(solutions, self.complete)
+
+
+@loop
+def _reach(
+    system,  # noqa: ANN001
+    here: Place,
+    distance: float,
+    limits: Limits,
+    work: Work,
+    found: Place,
+) -> int:
+    """Solve at a distance from a place, and settle there in its distances; as ``correct``."""
+    iterations = correct(system, here, distance, limits, work, True)
+    if iterations >= 0:
+        p, size, scale, _ = here.numbers
+        for j in range(work.x.size):
+            found.arrival[j] = work.offset[j] * size
+        found.arrival[-1] = work.offset[-1] * scale
+        settle(system, p + found.arrival[-1], size, scale, work, found)
+    return iterations
+
+
+@loop
+def _locate(
+    system,  # noqa: ANN001
+    here: Place,
+    length: float,
+    limits: Limits,
+    work: Work,
+    found: Place,
+) -> int:
+    """Settle where the slope is zero within a step, by Brent's method as ``scipy.optimize.brentq``.
+
+    Iterations of the solution; -1 without one.
+    """
+    absolute, relative = limits.peak_tolerance * length, 1e-9
+    before, at, other = 0.0, length, 0.0
+    f_before, f_at, f_other = here.numbers[SLOPE], 0.0, 0.0
+    last, move = 0.0, 0.0
+    for evaluation in range(_MOST_ITERATIONS):
+        iterations = _reach(system, here, at, limits, work, found)
+        if iterations < 0:
+            return -1
+        f_at = found.numbers[SLOPE]
+        if evaluation == 0 and f_at > 0.0:
+            return -1
+        if f_before != 0.0 and f_at != 0.0 and (f_before < 0.0) != (f_at < 0.0):
+            other, f_other = before, f_before
+            last = move = at - before
+        swapped = abs(f_other) < abs(f_at)
+        if swapped:
+            before, at, other = at, other, at
+            f_before, f_at, f_other = f_at, f_other, f_at
+        delta = (absolute + relative * abs(at)) / 2
+        bisection = (other - at) / 2
+        if f_at == 0.0 or abs(bisection) < delta:
+            if not swapped:
+                return iterations
+            return _reach(system, here, at, limits, work, found) if at > 0.0 else -1
+        attempt = np.inf
+        if abs(last) > delta and abs(f_at) < abs(f_before):
+            if before == other:
+                attempt = -f_at * (at - before) / (f_at - f_before)
+            else:
+                d_before = (f_before - f_at) / (before - at)
+                d_other = (f_other - f_at) / (other - at)
+                attempt = -f_at * (f_other * d_other - f_before * d_before)
+                attempt /= d_other * d_before * (f_other - f_before)
+        if 2 * abs(attempt) < min(abs(last), 3 * abs(bisection) - delta):
+            last, move = move, attempt
+        else:
+            last = move = bisection
+        before, f_before = at, f_at
+        if abs(move) > delta:
+            at += move
+        else:
+            at += delta if bisection > 0 else -delta
+    return -1
+
+
+@loop
+def _advance(
+    system,  # noqa: ANN001
+    here: Place,
+    length: float,
+    limits: Limits,
+    work: Work,
+    renewed: Place,
+) -> tuple[int, float]:
+    """The next solution, at half the length where the corrector fails or the branch turns back.
+
+    Iterations of the solution ``work.x``, -1 without one, and the length.
+    """
+    corner = max(CORNER, 2 * limits.smallest_step)
+    corner_step = max(CORNER_STEP, 2 * limits.smallest_step)
+    size, scale, n = here.numbers[SIZE], here.numbers[SCALE], here.x.size
+    updated = False
+    while length >= limits.smallest_step:
+        iterations = correct(system, here, length, limits, work, False)
+        if iterations < 0 and not updated:
+            # the tangent of the Jacobian at the solution itself
+            copy_to(work.x, here.x)
+            evaluate(system, here.x, here.numbers[P], work.residual)
+            form_jacobian(system, here.x, here.numbers[P], work.jacobian)
+            copy_to(renewed.arrival, here.tangent)
+            for j in range(n):
+                renewed.arrival[j] *= size
+            renewed.arrival[n] *= scale
+            settle(system, here.numbers[P], size, scale, work, renewed)
+            copy_to(here.tangent, renewed.tangent)
+            here.numbers[SLOPE] = renewed.numbers[SLOPE]
+            updated = True
+            continue
+        if iterations < 0 and length <= corner_step:
+            return -1, length
+        if iterations >= 0:
+            turn = work.offset[n] * here.arrival[n] / scale
+            for j in range(n):
+                turn += work.offset[j] * here.arrival[j] / size
+            if length <= corner or turn >= 0.0:
+                return iterations, length
+        length *= 0.5
+    return -1, length
+
+
+@loop
+def _follow(
+    system,  # noqa: ANN001
+    start: Vector,
+    window: tuple[float, float],
+    limits: Limits,
+) -> Path:
+    """As ``follow``."""
+    n, (begin, end) = start.size, window
+    sense = 1.0 if end > begin else -1.0
+    xs, ps = np.empty((_ROOM, n)), np.empty(_ROOM)
+    iterations, located = np.zeros(_ROOM, np.int64), np.zeros(_ROOM, np.bool_)
+    work, here, ahead, peak = make_work(n), make_place(n), make_place(n), make_place(n)
+    copy_to(work.x, start)
+    iterations[0], converged = solve_at(system, begin, limits, work)
+    if not converged:
+        return Path(xs, ps, iterations, located, 0, False)
+    here.arrival[n] = sense
+    largest = norm(work.x)
+    settle(system, begin, size_of(work.x, largest), scale_at(begin, limits), work, here)
+    here.arrival[n] = 0.0
+    ps[0] = begin
+    copy_to(xs[0], here.x)
+    count = accepted = 1
+    length = min(limits.first_step, limits.largest_step)
+    # of the last two solutions, and of the maximum between them
+    value = before = observe(system, here.x)
+    last_highest = -np.inf
+    finished = False
+    while not finished and accepted < limits.maximum_solutions:
+        step_iterations, length = _advance(system, here, length, limits, work, ahead)
+        p = here.numbers[P] + work.offset[n] * here.numbers[SCALE]
+        if step_iterations < 0 or (p - begin) * sense < 0:
+            break
+        for j in range(n):
+            ahead.arrival[j] = work.offset[j] * here.numbers[SIZE]
+        ahead.arrival[n] = work.offset[n] * here.numbers[SCALE]
+        largest = max(largest, norm(work.x))
+        settle(system, p, size_of(work.x, largest), scale_at(p, limits), work, ahead)
+        if count + 2 > ps.size:
+            xs, ps = np.concatenate((xs, xs)), np.concatenate((ps, ps))
+            iterations = np.concatenate((iterations, iterations))
+            located = np.concatenate((located, np.zeros_like(located)))
+        highest = -np.inf
+        if here.numbers[SLOPE] > 0 and ahead.numbers[SLOPE] <= 0:
+            iterations[count] = _locate(system, here, length, limits, work, peak)
+            if iterations[count] < 0:
+                break
+            if (peak.numbers[P] - end) * sense < 0:
+                ps[count], located[count] = peak.numbers[P], True
+                copy_to(xs[count], peak.x)
+                highest = observe(system, peak.x)
+                count += 1
+        finished = (p - end) * sense >= 0
+        if finished:
+            fraction = (end - here.numbers[P]) / (p - here.numbers[P])
+            for j in range(n):
+                work.x[j] = here.x[j] + fraction * ahead.arrival[j]
+            ahead.numbers[P] = end
+            step_iterations, converged = solve_at(system, end, limits, work)
+            if not converged:
+                finished = False
+                break
+            copy_to(ahead.x, work.x)
+        ps[count], iterations[count] = ahead.numbers[P], step_iterations
+        copy_to(xs[count], ahead.x)
+        count, accepted = count + 1, accepted + 1
+        first, before, value = before, value, observe(system, ahead.x)
+        is_highest = before >= max(first, value) and not first == before == value
+        if accepted > 2 and is_highest and max(last_highest, highest) < before:
+            finished = False  # a maximum that the slope does not show
+            break
+        last_highest = highest
+        effort = (limits.target_iterations + 1) / (step_iterations + 1)
+        length = min(length * min(max(effort, 0.5), 2.0), limits.largest_step)
+        here, ahead = ahead, here
+    return Path(xs, ps, iterations, located, count, finished)
+
+
+def _kept(version: str) -> Callable:
+    @kept_loop
+    def follow(system, start, window, limits):  # noqa: ANN001, ANN202
+        if version == "":  # the code that is kept is that of this version
+            raise ValueError("no version")
+        return _follow(system, start, window, limits)
+
+    return follow
+
+
+_compiled = _kept(source_version())
+
+
+def follow(system: NamedTuple, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
+    """Follow a branch from one end of a window to the other, as ``arc_length.trace``.
+
+    Parameters
+    ----------
+    system
+        A named tuple for which compiled functions implement those of ``compiled_steps``.
+    start
+        Initial guess of the unknown at the first end, shape (n,).
+    window
+        Parameter where the branch starts and where it ends.
+    limits
+        Step lengths, tolerances and scales.
+    """
+    return _compiled(system, start, window, limits)

@@ -1,0 +1,321 @@
+"""Newton's method, tangents and corrector of a branch as parts of compiled loops.
+
+They are those of ``solvers.newton`` and ``solvers.corrector``, whose solutions these are to
+rounding. A system is a named tuple of arrays for which compiled functions implement the five
+functions below.
+"""
+
+from math import isfinite, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.compiled import loop
+from boltjoint.solvers.corrector import SMALLEST_SHARE
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import ROUNDING
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+
+def evaluate(system, x, p, residual):  # noqa: ANN001, ANN201
+    """Write the residual at x and p; what its derivatives need is kept in the system."""
+
+
+def form_jacobian(system, x, p, jacobian):  # noqa: ANN001, ANN201
+    """Write the Jacobian at x and p, where the residual was evaluated last."""
+
+
+def form_parameter_derivative(system, x, p, derivative):  # noqa: ANN001, ANN201
+    """Write the derivative of the residual by p, where the residual was evaluated last."""
+
+
+def observe(system, x):  # noqa: ANN001, ANN201
+    """The quantity whose maxima are located."""
+
+
+def observe_slope(system, x, dx):  # noqa: ANN001, ANN201
+    """Its directional derivative, or a number of the same sign."""
+
+
+class Limits(NamedTuple):
+    """``StepControl`` as compiled loops take it, and the scales of a system.
+
+    ``residual_scale`` as of ``Equations``. A change of the parameter by ``largest_scale``, or by
+    ``relative_scale`` times the parameter if that is less, counts as much as doubling the unknown.
+    """
+
+    tolerance: float
+    first_step: float
+    smallest_step: float
+    largest_step: float
+    target_iterations: int
+    maximum_iterations: int
+    smallest_cosine: float
+    maximum_solutions: int
+    peak_tolerance: float
+    residual_scale: float
+    largest_scale: float
+    relative_scale: float
+
+    @classmethod
+    def of(
+        cls, control: StepControl, residual_scale: float, largest: float, relative: float
+    ) -> "Limits":
+        """The limits of a control."""
+        of_control = (getattr(control, name) for name in cls._fields[:9])
+        return cls(*of_control, float(residual_scale), float(largest), float(relative))
+
+
+#: parameter, size of the unknown, scale of the parameter, slope of what is observed
+P, SIZE, SCALE, SLOPE = range(4)
+
+
+class Place(NamedTuple):
+    """A solution from which steps are taken, as ``corrector.Predictor``.
+
+    Attributes
+    ----------
+    x
+        Unknown, shape (n,).
+    numbers
+        By ``P``, ``SIZE``, ``SCALE`` and ``SLOPE``: distances are those of the unknown over its
+        size, and of the parameter over its scale.
+    tangent
+        Unit tangent in these distances, shape (n + 1,).
+    arrival
+        Change of unknown and parameter in the step that ended here, shape (n + 1,).
+    """
+
+    x: Vector
+    numbers: Vector
+    tangent: Vector
+    arrival: Vector
+
+
+class Work(NamedTuple):
+    """Arrays of a loop: a solution x with its offset in distances, and linear systems."""
+
+    x: Vector
+    offset: Vector
+    residual: Vector
+    jacobian: Matrix
+    by_parameter: Vector
+    matrix: Matrix
+    right: Vector
+    trial: Vector
+
+
+@loop
+def make_place(n: int) -> Place:
+    """A place for n unknowns."""
+    return Place(np.zeros(n), np.zeros(4), np.zeros(n + 1), np.zeros(n + 1))
+
+
+@loop
+def make_work(n: int) -> Work:
+    """The arrays for n unknowns."""
+    m = n + 1
+    return Work(
+        *(np.zeros(n), np.zeros(m), np.zeros(n), np.zeros((n, n)), np.zeros(n)),
+        *(np.zeros((m, m)), np.zeros(m), np.zeros(n)),
+    )
+
+
+@loop
+def copy_to(target: Vector, source: Vector) -> None:
+    """Copy one vector to another: a loop that costs less to compile than an assignment."""
+    for i in range(source.size):
+        target[i] = source[i]
+
+
+@loop
+def norm(vector: Vector) -> float:
+    """Euclidean norm."""
+    total = 0.0
+    for value in vector:
+        total += value * value
+    return sqrt(total)
+
+
+@loop
+def solve_in_place(matrix: Matrix, right: Vector) -> bool:
+    """Gaussian elimination with partial pivoting; false where it fails."""
+    n = right.size
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        if not abs(matrix[pivot, k]) > 0.0:
+            return False
+        if pivot != k:
+            for j in range(k, n):
+                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+            right[k], right[pivot] = right[pivot], right[k]
+        for i in range(k + 1, n):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k + 1, n):
+                matrix[i, j] -= factor * matrix[k, j]
+            right[i] -= factor * right[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            right[k] -= matrix[k, j] * right[j]
+        right[k] /= matrix[k, k]
+        if not isfinite(right[k]):
+            return False
+    return True
+
+
+@loop
+def _smallest_residual(limits: Limits, x: Vector, jacobian: Matrix) -> float:
+    """As ``newton.smallest_residual``."""
+    total = 0.0
+    for i in range(x.size):
+        row = 0.0
+        for j in range(x.size):
+            row += abs(jacobian[i, j] * x[j])
+        total += row * row
+    return max(limits.tolerance * limits.residual_scale, ROUNDING * sqrt(total))
+
+
+@loop
+def solve_at(system, p: float, limits: Limits, work: Work) -> tuple[int, bool]:  # noqa: ANN001
+    """Solve for ``work.x`` at p, as ``newton.newton``: iterations, and whether it converged."""
+    x, n, size, damping = work.x, work.x.size, np.inf, 1.0
+    # a matrix and a right side of n, in the arrays for n + 1
+    matrix, correction = work.matrix[:n, :n], work.right[:n]
+    copy_to(work.trial, x)
+    iteration = 0
+    while True:
+        evaluate(system, work.trial, p, work.residual)
+        trial_size = norm(work.residual)
+        if not trial_size < size and damping > 0.125:
+            damping *= 0.5
+        else:
+            copy_to(x, work.trial)
+            size, damping = trial_size, 1.0
+            # the limit is that of the last Jacobian
+            if iteration == 0:
+                form_jacobian(system, x, p, work.jacobian)
+            converged = size <= _smallest_residual(limits, x, work.jacobian)
+            if converged or iteration == limits.maximum_iterations:
+                return iteration, converged
+            if iteration > 0:
+                form_jacobian(system, x, p, work.jacobian)
+            copy_to(correction, work.residual)
+            for i in range(n):
+                copy_to(matrix[i], work.jacobian[i])
+            if not solve_in_place(matrix, correction):
+                return iteration, False
+            iteration += 1
+        for i in range(n):
+            work.trial[i] = x[i] - damping * correction[i]
+
+
+@loop
+def settle(
+    system,  # noqa: ANN001
+    p: float,
+    size: float,
+    scale: float,
+    work: Work,
+    place: Place,
+) -> None:
+    """Make ``work.x`` a place, with the tangent of ``work.jacobian`` (``Corrector.tangent``).
+
+    The tangent has the sense of the arrival, which the place holds already.
+    """
+    n, matrix, right, tangent = work.x.size, work.matrix, work.right, place.tangent
+    form_parameter_derivative(system, work.x, p, work.by_parameter)
+    for j in range(n):
+        tangent[j] = place.arrival[j] / size
+    tangent[n] = place.arrival[n] / scale
+    length = norm(tangent)
+    for i in range(n):
+        for j in range(n):
+            matrix[i, j] = work.jacobian[i, j] * size
+        matrix[i, n] = work.by_parameter[i] * scale
+        size_of_row = norm(matrix[i])
+        for j in range(n + 1):
+            matrix[i, j] /= size_of_row
+        right[i] = 0.0
+    for j in range(n + 1):
+        matrix[n, j] = tangent[j] / length
+    right[n] = 1.0
+    if solve_in_place(matrix, right):
+        copy_to(tangent, right)
+        length = norm(right)
+    for j in range(n + 1):
+        tangent[j] /= length
+    copy_to(place.x, work.x)
+    place.numbers[P], place.numbers[SIZE], place.numbers[SCALE] = p, size, scale
+    for j in range(n):
+        work.trial[j] = tangent[j] * size
+    place.numbers[SLOPE] = observe_slope(system, place.x, work.trial)
+
+
+@loop
+def size_of(x: Vector, largest: float) -> float:
+    """Size of an unknown, in a path with this largest norm."""
+    return max(norm(x), SMALLEST_SHARE * largest) or 1.0
+
+
+@loop
+def scale_at(p: float, limits: Limits) -> float:
+    """Scale of the parameter."""
+    return min(limits.largest_scale, limits.relative_scale * abs(p))
+
+
+@loop
+def correct(
+    system,  # noqa: ANN001
+    place: Place,
+    radius: float,
+    limits: Limits,
+    work: Work,
+    update_jacobian: bool,
+) -> int:
+    """Solve on a sphere around a place, as ``Corrector.correct``: iterations, -1 if it fails.
+
+    The solution is ``work.x``, at ``work.offset`` from the place.
+    """
+    n, x, offset, matrix, right = work.x.size, work.x, work.offset, work.matrix, work.right
+    p, size, scale = place.numbers[P], place.numbers[SIZE], place.numbers[SCALE]
+    for j in range(n + 1):
+        offset[j] = radius * place.tangent[j]
+    for iteration in range(limits.maximum_iterations + 1):
+        for j in range(n):
+            x[j] = place.x[j] + offset[j] * size
+        at = p + offset[n] * scale
+        evaluate(system, x, at, work.residual)
+        sphere = norm(offset) ** 2 / radius - radius
+        # the limit is that of the Jacobian of the last correction
+        near = iteration > 0 and abs(sphere) <= 1e-3 * radius
+        solved = near and norm(work.residual) <= _smallest_residual(limits, x, work.jacobian)
+        if not solved or update_jacobian:
+            form_jacobian(system, x, at, work.jacobian)
+        if iteration == 0:
+            near = abs(sphere) <= 1e-3 * radius
+            solved = near and norm(work.residual) <= _smallest_residual(limits, x, work.jacobian)
+        if solved:
+            along = 0.0
+            for j in range(n + 1):
+                along += offset[j] * place.tangent[j]
+            return -1 if along < limits.smallest_cosine * radius else iteration
+        form_parameter_derivative(system, x, at, work.by_parameter)
+        for i in range(n):
+            for j in range(n):
+                matrix[i, j] = work.jacobian[i, j] * size
+            matrix[i, n] = work.by_parameter[i] * scale
+            right[i] = work.residual[i]
+        for j in range(n + 1):
+            matrix[n, j] = 2.0 * offset[j] / radius
+        right[n] = sphere
+        if not solve_in_place(matrix, right) or norm(right) > 2.0 * radius:
+            return -1
+        for j in range(n + 1):
+            offset[j] -= right[j]
+    return -1
