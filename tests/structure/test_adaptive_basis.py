@@ -43,14 +43,24 @@ def test_dual_weighted_residual_is_the_error_of_the_peak(candidates, preload, la
     small = EnergyCoordinates(candidates, uniform_modes(candidates, 3e7, 8), 3e7).basis
     traced = _trace(CandidateBackbone(candidates, small, connect, 1e-3), OPTIONS)
     whole = CandidateBackbone(candidates, np.eye(len(candidates.mass)), connect, 1e-3)
-    for index in range(6, len(traced.states), 8):
-        state, sensitivity = traced.states[index], traced.sensitivities[index]
+    found, expected = [], []
+    for state, sensitivity in zip(traced.states[::2], traced.sensitivities[::2], strict=True):
         exact = whole.solve_near(whole.transfer(traced.mode)(state), state.log_amplitude)
+        # to first order, an error is known where no pair changes its state by it
+        if not np.array_equal(*(contact_states(each) for each in (state, exact))):
+            continue
         change = state.eigenvalue - exact.eigenvalue
-        expected = sensitivity.gradient @ [change.real, change.imag]
-        found = traced.mode.correct(state, sensitivity)
-        # corrections by static responses to the mean tangent instead of the Jacobian
-        np.testing.assert_allclose(found.errors, expected, rtol=0.3, atol=1e-6)
+        expected.append(sensitivity.gradient @ [change.real, change.imag])
+        found.append(traced.mode.correct(state, sensitivity).errors)
+    assert len(found) >= 3
+    # corrections by static responses to the mean tangent instead of the Jacobian
+    scale = np.max(np.abs(expected), axis=0)
+    np.testing.assert_allclose(found / scale, expected / scale, rtol=0.3, atol=0.01)
+
+
+def contact_states(state):
+    balance = state.equations.balance
+    return balance.joint.law.contact_state(balance.motion(state.amplitude * state.unknown[:-2]))
 
 
 def test_estimated_errors_are_those_of_the_peaks_of_responses(assembly, preload, pod_modes):

@@ -35,7 +35,7 @@ class ContactAdaptedBasis(Entry):
     the dual-weighted residuals of all vectors are within the tolerances."""
     trial_step: Count = 8
     """Step of the numbers of vectors whose errors are estimated."""
-    lowest_amplitude: Positive = 3.0
+    lowest_amplitude: Positive = 1.0
     """Amplitude at which backbones begin, over that at which the first pair slips."""
     highest_amplitude: Positive = 300.0
     """Amplitude at which they end, over that at which half of the pairs slip: all slip there."""
