@@ -37,8 +37,9 @@ from boltjoint.study.artefact_list import Contents
 _GIB = 2**30
 _NUMBER = 8
 
-#: Python with what the finite elements, and what the responses import [byte]
-_PROCESS, _SOLVER = 137e6, 250e6
+#: Python with what the finite elements import, and with what the responses import and compile where
+#: no process before has compiled it (else half of that) [byte]
+_PROCESS, _SOLVER = 137e6, 510e6
 #: factors of the stiffness of all nodes, with contact and without: these times nodes^(4/3), the
 #: fill of a body in space [byte]
 _FACTORS, _FACTORS_FREE = 1860, 1500
@@ -213,7 +214,7 @@ class Resources:
     """What the jobs of each stage need, as Snakemake is told: ``mem_mb`` and ``runtime`` [min]."""
 
     #: of jobs that only read, tabulate or draw: measured for figures
-    SMALL = MappingProxyType({"mem_mb": 400, "runtime": 10})
+    SMALL = MappingProxyType({"mem_mb": 510, "runtime": 10})
 
     def __init__(self, study: Study) -> None:
         self._jobs: defaultdict[tuple[str, str], list[_Job]] = defaultdict(list)
