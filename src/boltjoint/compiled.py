@@ -1,7 +1,8 @@
-"""Functions of compiled loops whose implementation is chosen by the type of their first argument.
+"""Loops compiled by numba, and calls of functions that are compiled apart.
 
-A loop calls a function that does nothing; named tuples of arrays bring what it stands for. Which
-one is meant is known when the loop is compiled, so that the call costs nothing.
+What a loop calls by its name is compiled into it, again for each loop and each type of its
+arguments. A function that is called at its address is compiled once; a loop that calls such
+functions is compiled once for all of them.
 """
 
 from collections.abc import Callable
@@ -10,54 +11,68 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from numba import njit, types
-from numba.extending import overload
+from numba import njit, typeof, types
+from numba.core.caching import FunctionCache
+from numba.extending import intrinsic
 
 #: compiles a function that other loops call: division by zero gives infinity, as in NumPy
 loop = njit(error_model="numpy")
 
-#: compiles one that Python calls, and keeps its machine code for later processes
-kept_loop = njit(error_model="numpy", cache=True)
-
-
-def implements(function: Callable, of: type) -> Callable[[Callable], Callable]:
-    """Decorate the compiled function that stands for another one of a class of named tuples.
-
-    Parameters
-    ----------
-    function
-        Called in compiled loops.
-    of
-        The named tuple that is its first argument.
-    """
-
-    def register(kernel: Callable) -> Callable:
-        @overload(function)
-        def select(*args: Any) -> Callable | None:  # noqa: ANN401
-            first = args[0]
-            if not (isinstance(first, types.NamedTuple) and first.instance_class is of):
-                return None
-
-            def call(*args: Any) -> Any:  # noqa: ANN401
-                return kernel(*args)
-
-            return call
-
-        return kernel
-
-    return register
-
 
 @cache
-def source_version() -> str:
-    """Hash of all files of the library with compiled functions.
-
-    Numba keeps machine code as long as the file of a function does not change, whatever happens to
-    those that it calls. A function that encloses this string is compiled again where it differs.
-    """
+def _source_version() -> str:
+    """Hash of all files of the library with compiled functions."""
     found = sha256()
     for file in sorted(Path(__file__).parent.rglob("*.py")):
         text = file.read_bytes()
         if b"njit" in text or b"boltjoint.compiled import" in text:
             found.update(text)
     return found.hexdigest()
+
+
+class _Cache(FunctionCache):
+    """Machine code of a function for this version of all that it may call.
+
+    Numba keeps it as long as the function's own file does not change, whatever happens to others.
+    """
+
+    def _index_key(self, *given: Any) -> tuple:  # noqa: ANN401
+        return *super()._index_key(*given), _source_version()
+
+
+def kept_loop(function: Callable) -> Callable:
+    """Compile a function, and keep its machine code for later processes."""
+    compiled = loop(function)
+    # what ``cache=True`` does, with a cache of another class
+    compiled._cache = _Cache(function)
+    return compiled
+
+
+def address_of(function: Callable, *arguments: object) -> int:
+    """Where ``call`` finds a compiled function for arguments of the types of these examples."""
+    signature = types.void(*map(typeof, arguments))
+    function.compile(signature)
+    result = function.get_compile_result(signature)
+    return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+
+@intrinsic
+def call(
+    _: object, address: types.Type, a: types.Type, b: types.Type, c: types.Type, d: types.Type
+) -> tuple[Any, Callable]:
+    """In a compiled loop, call the function of four arguments at an address.
+
+    The arguments must be of the types for which ``address_of`` gave the address. The function
+    returns nothing and must not raise errors, which would be lost.
+    """
+    given = a, b, c, d
+
+    def generate(target, builder, _, values):  # noqa: ANN001, ANN202
+        convention = target.call_conv
+        kind = convention.get_function_type(types.void, given)
+        pointer = builder.inttoptr(values[0], kind.as_pointer())
+        # to propagate an error would cost as much as the smallest of these functions
+        convention.call_function(builder, pointer, types.void, given, values[1:])
+        return target.get_dummy_value()
+
+    return types.void(address, *given), generate

@@ -8,6 +8,8 @@ from random_joints import random_joint
 from small_joint import make_joint
 
 from boltjoint.damping import MODELS, LossFactor, make_damping
+from boltjoint.dynamics import backbone
+from boltjoint.dynamics.backbone import trace_for_forces
 from boltjoint.dynamics.continuation import Continuation
 from boltjoint.dynamics.frequency_response import solve_branch
 from boltjoint.friction.constant import ConstantLoad
@@ -81,6 +83,28 @@ def test_solutions_are_those_of_the_general_tracer(law, damping, monkeypatch):
         assert is_compiled
         assert compiled.peak is not None
         assert_same(compiled, general)
+
+
+@pytest.mark.parametrize("damping", [make_damping(name, **DAMPING[name]) for name in MODELS])
+@pytest.mark.parametrize("law", ["constant", "few points", "tabulated", "iwan", "variable"])
+def test_backbones_are_those_of_the_general_tracer(law, damping, monkeypatch):
+    joint = joint_of(law)
+
+    def found():
+        return trace_for_forces(joint, [0.01, 200.0], damping=damping, window=(20.0, 400.0))
+
+    traced = []
+    with monkeypatch.context() as patch:
+        patch.setattr(backbone, "trace", lambda *a, **k: traced.append(a) or trace(*a, **k))
+        compiled = found()
+        assert not traced
+        patch.setattr(backbone, "epmc_system", lambda _: None)
+        general = found()
+        assert traced
+    assert compiled.complete and general.complete
+    for one, other in zip(compiled.states, general.states, strict=True):
+        assert one.log_amplitude == pytest.approx(other.log_amplitude, rel=1e-12)
+        np.testing.assert_allclose(one.unknown, other.unknown, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("law", ["constant", "variable"])

@@ -15,9 +15,12 @@ from scipy.optimize import brentq
 from boltjoint import checks
 from boltjoint.damping import Damping, choose_damping, damping_of_attributes
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.compiled_epmc import epmc_system
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.arc_length import trace
+from boltjoint.solvers.compiled_path import follow
+from boltjoint.solvers.compiled_steps import Limits
 from boltjoint.solvers.equations import SolutionBranch, StepControl
 from boltjoint.solvers.newton import newton
 
@@ -227,7 +230,7 @@ def trace_backbone(
     for first in np.log(_FIRST_AMPLITUDES):
         # the stuck mode is an initial guess where little slips
         window = (low + first, high)
-        found = trace(equations, equations.start(), window, control, scale=control.amplitude_scale)
+        found = _trace(equations, window, control)
         if not branch.solutions or found.complete or len(branch.solutions) < 2:
             branch = found
         if branch.complete:
@@ -235,6 +238,19 @@ def trace_backbone(
     solutions = (solution for solution in branch.solutions if solution.converged)
     states = tuple(ModalState(equations, each.x, each.p) for each in solutions)
     return Backbone(equations, states, control, branch.complete, branch.reason)
+
+
+def _trace(
+    equations: EPMCEquations, window: tuple[float, float], control: StepControl
+) -> SolutionBranch:
+    """Continuation from the stuck mode, in a compiled loop where that takes its regular course."""
+    system, start = epmc_system(equations), equations.start()
+    if system is not None:
+        limits = Limits.of(control, equations.residual_scale, control.amplitude_scale)
+        path = follow(system, start, window, limits)
+        if path.complete:
+            return path.branch()
+    return trace(equations, start, window, control, scale=control.amplitude_scale)
 
 
 def trace_for_forces(

@@ -1,4 +1,4 @@
-"""The harmonic balance in linear modes as a system of ``solvers.compiled_path``."""
+"""The harmonic balance in linear modes as equations of ``solvers.compiled_path``."""
 
 from math import hypot
 from typing import NamedTuple
@@ -7,32 +7,36 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from boltjoint.compiled import implements, loop
+from boltjoint.compiled import call, kept_loop, loop
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.friction.kernels import add_forces
-from boltjoint.solvers import compiled_steps
+from boltjoint.friction.kernels import Elements, address_of_kernel
+from boltjoint.solvers.compiled_steps import System
 
 Array = NDArray[np.float64]
 
-#: fewer points are projected in loops, more by products of matrices
+#: fewer slipping points are projected in loops, more by products of matrices
 _FEWEST_POINTS = 16
 
 #: points whose tangents are projected together, so that their products stay in the cache
 _POINTS_AT_ONCE = 128
 
 
-class BalanceSystem(NamedTuple):
+class BalanceArrays(NamedTuple):
     """Arrays of a balance, and those in which the contact is evaluated.
 
     ``static``, shape (components * modes,) * 2, is the linear part at zero frequency, to which
     ``w^power`` times each of ``varying`` (terms, components * modes, components * modes) and ``-(w
-    harmonic)^2`` are added. ``stuck`` is the contact's part of the Jacobian while nothing slips,
-    and ``stuck_tangent``, shape (points, directions * components), the diagonal of the tangent of
-    each point then.
+    harmonic)^2`` are added; ``stuck``, of the shape of ``static``, the contact's part of the
+    Jacobian while nothing slips, and ``stuck_tangent``, shape (points, directions * components),
+    the diagonal of the tangent of each point then. ``slipping`` has room for the points with
+    another tangent, and ``left``, ``right`` and ``product`` for factors of the modal tangents of
+    some of them. ``add_forces`` is the address of the law's kernel. Nonlinear modes need
+    ``coordinates``, ``jacobian`` and ``scale``.
     """
 
     rows: Array
-    elements: tuple
+    add_forces: int
+    elements: Elements
     static: Array
     harmonic: Array
     power: Array
@@ -44,20 +48,36 @@ class BalanceSystem(NamedTuple):
     motion: Array
     force: Array
     tangent: Array
+    slipping: NDArray[np.int64]
+    left: Array
+    right: Array
+    product: Array
+    coordinates: Array
+    jacobian: Array
+    scale: float
 
 
-def balance_system(balance: HarmonicBalance) -> BalanceSystem | None:
-    """The system of a balance; None where its law has no compiled forces."""
-    elements = balance.joint.law.compiled_elements
-    if elements is None:
+def balance_system(balance: HarmonicBalance) -> System | None:
+    """The equations of a balance; None where its law has no kernel."""
+    arrays = balance_arrays(balance)
+    return None if arrays is None else System.of(_FUNCTIONS, arrays)
+
+
+def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArrays | None:
+    """The arrays of a balance; None where its law has no kernel."""
+    law = balance.joint.law
+    if law.kernel is None:
         return None
     rows = np.ascontiguousarray(np.stack(balance.contact.rows))
-    directions, points, _ = rows.shape
-    columns = directions * len(balance.components)
+    directions, points, modes = rows.shape
+    parts = len(balance.components)
+    columns = directions * parts
     static, harmonic, power, varying = balance.linear_part()
-    return BalanceSystem(
+    n = harmonic.size
+    return BalanceArrays(
         rows=rows,
-        elements=elements,
+        add_forces=address_of_kernel(law.kernel),
+        elements=law.compiled_elements,
         static=static,
         harmonic=harmonic,
         power=power,
@@ -69,30 +89,36 @@ def balance_system(balance: HarmonicBalance) -> BalanceSystem | None:
         motion=np.zeros((points, columns)),
         force=np.zeros((points, columns)),
         tangent=np.zeros((points, columns, columns)),
+        slipping=np.zeros(points, np.int64),
+        left=np.zeros((_POINTS_AT_ONCE, modes)),
+        right=np.zeros((_POINTS_AT_ONCE, parts * parts * modes)),
+        product=np.zeros((modes, parts * parts * modes)),
+        coordinates=np.zeros(n),
+        jacobian=np.zeros((n, n)),
+        scale=scale,
     )
 
 
-@implements(compiled_steps.evaluate, of=BalanceSystem)
-@loop
-def _evaluate(system: BalanceSystem, x: Array, p: float, residual: Array) -> None:
-    """Residual at x and the frequency p; forces and tangents of the contact stay in the system."""
-    motion, force, tangent = system.motion, system.force, system.tangent
-    _move(system.rows, x, motion)
+@kept_loop
+def evaluate_balance(arrays: BalanceArrays, x: Array, p: float, residual: Array) -> None:
+    """Residual at x and the frequency p; forces and tangents of the contact stay in the arrays."""
+    motion, force, tangent = arrays.motion, arrays.force, arrays.tangent
+    _move(arrays.rows, x, motion)
     force[:] = 0.0
     tangent[:] = 0.0
-    add_forces(system.elements, motion, force, tangent)
+    call(arrays.add_forces, arrays.elements, motion, force, tangent)
     n = x.size
     for i in range(n):
-        total = -system.excitation[i] - (p * system.harmonic[i]) ** 2 * x[i]
+        total = -arrays.excitation[i] - (p * arrays.harmonic[i]) ** 2 * x[i]
         for j in range(n):
-            total += system.static[i, j] * x[j]
+            total += arrays.static[i, j] * x[j]
         residual[i] = total
-    for k in range(system.power.size):
-        factor = p ** system.power[k]
+    for k in range(arrays.power.size):
+        factor = p ** arrays.power[k]
         for i in range(n):
             for j in range(n):
-                residual[i] += factor * system.varying[k, i, j] * x[j]
-    _add_modal_force(system.rows, force, residual)
+                residual[i] += factor * arrays.varying[k, i, j] * x[j]
+    _add_modal_force(arrays.rows, force, residual)
 
 
 @njit(error_model="numpy", fastmath={"reassoc", "contract"})
@@ -122,133 +148,123 @@ def _add_modal_force(rows: Array, force: Array, residual: Array) -> None:
                     residual[i * modes + m] += f * rows[d, point, m]
 
 
-@implements(compiled_steps.form_jacobian, of=BalanceSystem)
-@loop
-def _form_jacobian(system: BalanceSystem, x: Array, p: float, jacobian: Array) -> None:
+@kept_loop
+def form_jacobian_of_balance(arrays: BalanceArrays, x: Array, p: float, jacobian: Array) -> None:
     """Jacobian at the frequency p from the tangents of the last evaluation."""
     for i in range(x.size):
         for j in range(x.size):
-            jacobian[i, j] = system.static[i, j] + system.stuck[i, j]
-        jacobian[i, i] -= (p * system.harmonic[i]) ** 2
-    for k in range(system.power.size):
-        factor = p ** system.power[k]
+            jacobian[i, j] = arrays.static[i, j] + arrays.stuck[i, j]
+        jacobian[i, i] -= (p * arrays.harmonic[i]) ** 2
+    for k in range(arrays.power.size):
+        factor = p ** arrays.power[k]
         for i in range(x.size):
             for j in range(x.size):
-                jacobian[i, j] += factor * system.varying[k, i, j]
-    if system.rows.shape[1] < _FEWEST_POINTS:
-        _add_tangents(system, jacobian)
-    else:
-        _add_products(system, jacobian)
-
-
-@loop
-def _sticks(system: BalanceSystem, point: int) -> bool:
-    """Whether the tangent of a point is that of sticking contact."""
-    tangent, stuck = system.tangent[point], system.stuck_tangent[point]
-    for i in range(stuck.size):
-        for j in range(stuck.size):
-            if tangent[i, j] != (stuck[i] if i == j else 0.0):
-                return False
-    return True
-
-
-@loop
-def _add_tangents(system: BalanceSystem, jacobian: Array) -> None:
-    """Add the tangents, beyond those of sticking contact, of all points."""
-    rows, tangent, stuck = system.rows, system.tangent, system.stuck_tangent
-    directions, points, modes = rows.shape
-    parts = stuck.shape[1] // directions
-    for point in range(points):
-        if _sticks(system, point):
-            continue
-        for d in range(directions):
-            for e in range(directions):
-                for m in range(modes):
-                    for k in range(modes):
-                        product = rows[d, point, m] * rows[e, point, k]
-                        for i in range(parts):
-                            for j in range(parts):
-                                a, b = d * parts + i, e * parts + j
-                                t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
-                                jacobian[i * modes + m, j * modes + k] += t * product
-
-
-@loop
-def _add_products(system: BalanceSystem, jacobian: Array) -> None:
-    """As ``_add_tangents``, by products of matrices."""
-    rows, tangent, stuck = system.rows, system.tangent, system.stuck_tangent
-    directions, points, modes = rows.shape
-    parts = stuck.shape[1] // directions
-    slipping = np.empty(points, np.int64)
-    count = 0
-    for point in range(points):
-        if not _sticks(system, point):
-            slipping[count] = point
-            count += 1
-    left = np.zeros((_POINTS_AT_ONCE, modes))
-    right = np.zeros((_POINTS_AT_ONCE, parts * parts * modes))
-    found = np.empty((modes, parts * parts * modes))
+                jacobian[i, j] += factor * arrays.varying[k, i, j]
+    slipping = arrays.slipping[: _find_slipping(arrays)]
+    directions = arrays.rows.shape[0]
     for d in range(directions):
         for e in range(directions):
-            for first in range(0, count, _POINTS_AT_ONCE):
-                size = min(_POINTS_AT_ONCE, count - first)
-                for row in range(size):
-                    point = slipping[first + row]
-                    left[row] = rows[d, point]
-                    for i in range(parts):
-                        for j in range(parts):
-                            a, b = d * parts + i, e * parts + j
-                            t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
-                            begin = (i * parts + j) * modes
-                            for k in range(modes):
-                                right[row, begin + k] = t * rows[e, point, k]
-                np.dot(left[:size].T, right[:size], found)
-                for m in range(modes):
-                    for i in range(parts):
-                        for j in range(parts):
-                            begin = (i * parts + j) * modes
-                            for k in range(modes):
-                                jacobian[i * modes + m, j * modes + k] += found[m, begin + k]
+            if slipping.size < _FEWEST_POINTS:
+                _add_tangents(arrays, slipping, d, e, jacobian)
+            else:
+                _add_products(arrays, slipping, d, e, jacobian)
 
 
-@implements(compiled_steps.form_parameter_derivative, of=BalanceSystem)
 @loop
+def _find_slipping(arrays: BalanceArrays) -> int:
+    """Note the points whose tangent is not that of sticking contact, and count them."""
+    tangent, stuck = arrays.tangent, arrays.stuck_tangent
+    points, columns = stuck.shape
+    count = 0
+    for point in range(points):
+        slips = False
+        for i in range(columns):
+            for j in range(columns):
+                slips |= tangent[point, i, j] != (stuck[point, i] if i == j else 0.0)
+        if slips:
+            arrays.slipping[count] = point
+            count += 1
+    return count
+
+
+@loop
+def _add_tangents(
+    arrays: BalanceArrays, slipping: NDArray[np.int64], d: int, e: int, jacobian: Array
+) -> None:
+    """Add the tangents of a direction by another, beyond stick, of these points."""
+    rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
+    directions, _, modes = rows.shape
+    parts = tangent.shape[1] // directions
+    for point in slipping:
+        for m in range(modes):
+            for k in range(modes):
+                product = rows[d, point, m] * rows[e, point, k]
+                for i in range(parts):
+                    for j in range(parts):
+                        a, b = d * parts + i, e * parts + j
+                        t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
+                        jacobian[i * modes + m, j * modes + k] += t * product
+
+
+@loop
+def _add_products(
+    arrays: BalanceArrays, slipping: NDArray[np.int64], d: int, e: int, jacobian: Array
+) -> None:
+    """As ``_add_tangents``, by products of matrices."""
+    rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
+    left, right = arrays.left, arrays.right
+    directions, _, modes = rows.shape
+    parts = tangent.shape[1] // directions
+    size = 0
+    for index, point in enumerate(slipping):
+        for m in range(modes):
+            left[size, m] = rows[d, point, m]
+        for i in range(parts):
+            for j in range(parts):
+                a, b = d * parts + i, e * parts + j
+                t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
+                begin = (i * parts + j) * modes
+                for k in range(modes):
+                    right[size, begin + k] = t * rows[e, point, k]
+        size += 1
+        if size == left.shape[0] or index == slipping.size - 1:
+            np.dot(left[:size].T, right[:size], arrays.product)
+            size = 0
+            for m in range(modes):
+                for i in range(parts):
+                    for j in range(parts):
+                        begin = (i * parts + j) * modes
+                        for k in range(modes):
+                            of_pair = arrays.product[m, begin + k]
+                            jacobian[i * modes + m, j * modes + k] += of_pair
+
+
+@kept_loop
 def _form_parameter_derivative(
-    system: BalanceSystem, x: Array, p: float, derivative: Array
+    arrays: BalanceArrays, x: Array, p: float, derivative: Array
 ) -> None:
     """Derivative of the residual by the frequency p."""
     for i in range(x.size):
-        derivative[i] = -2.0 * p * system.harmonic[i] ** 2 * x[i]
-    for k in range(system.power.size):
-        factor = system.power[k] * p ** (system.power[k] - 1.0)
+        derivative[i] = -2.0 * p * arrays.harmonic[i] ** 2 * x[i]
+    for k in range(arrays.power.size):
+        factor = arrays.power[k] * p ** (arrays.power[k] - 1.0)
         for i in range(x.size):
             for j in range(x.size):
-                derivative[i] += factor * system.varying[k, i, j] * x[j]
+                derivative[i] += factor * arrays.varying[k, i, j] * x[j]
 
 
-@loop
-def _output(system: BalanceSystem, x: Array) -> tuple[float, float]:
-    """Sine and cosine coefficient of the output point, of the first harmonic."""
-    modes = system.response.size
-    s, c = 0.0, 0.0
-    start = x.size - 2 * modes
+@kept_loop
+def _observe(arrays: BalanceArrays, x: Array, dx: Array, observed: Array) -> None:
+    """Amplitude of the output point [m], and half the slope of its square."""
+    modes = arrays.response.size
+    s, c, ds, dc = 0.0, 0.0, 0.0, 0.0
+    sin, cos = x.size - 2 * modes, x.size - modes
     for m in range(modes):
-        s += system.response[m] * x[start + m]
-        c += system.response[m] * x[start + modes + m]
-    return s, c
+        s += arrays.response[m] * x[sin + m]
+        c += arrays.response[m] * x[cos + m]
+        ds += arrays.response[m] * dx[sin + m]
+        dc += arrays.response[m] * dx[cos + m]
+    observed[0], observed[1] = hypot(s, c), s * ds + c * dc
 
 
-@implements(compiled_steps.observe, of=BalanceSystem)
-@loop
-def _observe(system: BalanceSystem, x: Array) -> float:
-    """Amplitude of the output point [m]."""
-    s, c = _output(system, x)
-    return hypot(s, c)
-
-
-@implements(compiled_steps.observe_slope, of=BalanceSystem)
-@loop
-def _observe_slope(system: BalanceSystem, x: Array, dx: Array) -> float:
-    """Half the derivative of its square."""
-    (s, c), (ds, dc) = _output(system, x), _output(system, dx)
-    return s * ds + c * dc
+_FUNCTIONS = evaluate_balance, form_jacobian_of_balance, _form_parameter_derivative, _observe

@@ -11,29 +11,20 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University: section 2.2.1.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from math import atan2, pi, sqrt
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.compiled import implements
+from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import CONSTANT, LawDeclaration
-from boltjoint.friction.kernels import add_forces
+from boltjoint.friction.kernels import Elements
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
-
-
-class ConstantElements(NamedTuple):
-    """Elements under constant normal load in compiled loops."""
-
-    point_of_element: NDArray[np.int64]
-    tangential_stiffness: Array
-    slip_force: Array
 
 
 @dataclass(frozen=True)
@@ -83,19 +74,6 @@ class ConstantLoad(ElementLaw):
         slip_force = friction_coefficient * pairs.normal_load[loaded]
         return cls(np.arange(loaded.size), stiffness, slip_force), loaded
 
-    def evaluate(self, motion: Array) -> Array:
-        """First-harmonic force of all elements on each point, as ``force``."""
-        force = np.zeros_like(motion)
-        _add_forces(self.compiled_elements, motion, force, np.zeros((0, 2, 2)))
-        return force
-
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
-        """First-harmonic force on each point and its derivative, as ``force_and_tangent``."""
-        force = np.zeros_like(motion)
-        tangent = np.zeros((*motion.shape, 2))
-        _add_forces(self.compiled_elements, motion, force, tangent)
-        return force, tangent
-
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
@@ -125,13 +103,13 @@ class ConstantLoad(ElementLaw):
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
         return type(self)(point_of_element, tangential_stiffness, slip_force)
 
-    @cached_property
-    def compiled_elements(self) -> ConstantElements:
-        """The elements as compiled loops take them."""
-        return ConstantElements(self.point_of_element, self.tangential_stiffness, self.slip_force)
+    @property
+    def kernel(self) -> Callable:
+        """The compiled function that adds the forces."""
+        return _add_forces
 
 
-@njit(cache=True)
+@loop
 def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float, float, float]:
     """In-phase and quadrature stiffness of an element in stick-slip, and sine of its slip angle.
 
@@ -149,11 +127,11 @@ def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float
     return in_phase, quadrature, sine
 
 
-@implements(add_forces, of=ConstantElements)
-@njit(cache=True)
-def _add_forces(elements: ConstantElements, motion: Array, force: Array, tangent: Array) -> None:
+@kept_loop
+def _add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
-    point_of_element, stiffness, slip_force = elements
+    point_of_element, quantities, _ = elements
+    stiffness, slip_force = quantities[0], quantities[1]
     with_tangent = tangent.size > 0
     for e in range(point_of_element.size):
         p = point_of_element[e]

@@ -20,20 +20,20 @@ D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Appl
 (2005) 752-760.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, exp, hypot, lgamma, pi, sqrt
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.compiled import implements
+from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import IWAN, LawDeclaration
-from boltjoint.friction.kernels import add_forces
+from boltjoint.friction.kernels import Elements
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding
@@ -44,17 +44,6 @@ _SMALLEST = 1e-6
 
 #: reversals of the motion that are remembered: one harmonic needs three
 _REVERSALS = 8
-
-
-class IwanElements(NamedTuple):
-    """Four-parameter Iwan elements in compiled loops, with B(chi + 5/2, 3/2) of each."""
-
-    point_of_element: NDArray[np.int64]
-    power_law_stiffness: Array
-    largest_slip_displacement: Array
-    chi: Array
-    beta: Array
-    complete_beta: Array
 
 
 @dataclass(frozen=True)
@@ -134,18 +123,6 @@ class FourParameterIwan(ElementLaw):
         ) / (self.chi + 2)
         return stiffness * part * self.largest_slip_displacement
 
-    def evaluate(self, motion: Array) -> Array:
-        """First-harmonic force of all elements on each point, as ``force``."""
-        force = np.zeros_like(motion)
-        _add_forces(self.compiled_elements, motion, force, np.zeros((0, 2, 2)))
-        return force
-
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
-        """First-harmonic force on each point and its derivative, as ``force_and_tangent``."""
-        force, tangent = np.zeros_like(motion), np.zeros((*motion.shape, 2))
-        _add_forces(self.compiled_elements, motion, force, tangent)
-        return force, tangent
-
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points at rest [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
@@ -195,11 +172,16 @@ class FourParameterIwan(ElementLaw):
         return self.tangential_stiffness / (1 + self.beta)
 
     @cached_property
-    def compiled_elements(self) -> IwanElements:
-        """The elements as compiled loops take them."""
+    def compiled_elements(self) -> Elements:
+        """By element K_p, phi_max, chi, beta and B(chi + 5/2, 3/2)."""
         complete = np.array([_complete_beta(chi + 2.5) for chi in self.chi])
         of_element = self._power_law_stiffness, self.largest_slip_displacement
-        return IwanElements(self.point_of_element, *of_element, self.chi, self.beta, complete)
+        return Elements.of(self.point_of_element, [*of_element, self.chi, self.beta, complete])
+
+    @property
+    def kernel(self) -> Callable:
+        """The compiled function that adds the forces."""
+        return _add_forces
 
 
 def _complete_beta(a: float) -> float:
@@ -207,7 +189,7 @@ def _complete_beta(a: float) -> float:
     return exp(lgamma(a) + lgamma(1.5) - lgamma(a + 1.5))
 
 
-@njit(cache=True)
+@loop
 def _describing_function(
     k_p: float, phi: float, chi: float, beta: float, complete: float, amplitude: float
 ) -> tuple[float, float, float, float]:
@@ -248,11 +230,12 @@ def _describing_function(
     return real, 4 / pi * k_p * (once - twice), d_real, 4 / pi * k_p * (2 * twice - once)
 
 
-@implements(add_forces, of=IwanElements)
-@njit(cache=True)
-def _add_forces(elements: IwanElements, motion: Array, force: Array, tangent: Array) -> None:
+@kept_loop
+def _add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
-    point_of_element, k_p, phi, chi, beta, complete = elements
+    point_of_element, quantities, _ = elements
+    k_p, phi, chi = quantities[0], quantities[1], quantities[2]
+    beta, complete = quantities[3], quantities[4]
     for e in range(point_of_element.size):
         p = point_of_element[e]
         s, c = motion[p, 0], motion[p, 1]
@@ -273,21 +256,22 @@ def _add_forces(elements: IwanElements, motion: Array, force: Array, tangent: Ar
         tangent[p, 1, 1] += real + g_c * unit_c
 
 
-@njit(cache=True)
+@loop
 def _first_loading(k_p: float, phi: float, chi: float, beta: float, u: float) -> float:
     """Force on first loading by u >= 0."""
     part = min(u / phi, 1.0)
     return k_p * phi * part * (1 + beta - part ** (chi + 1) / (chi + 2))
 
 
-@njit(cache=True)
-def _follow(elements: IwanElements, motion: Array, table: Array, force: Array) -> None:
+@kept_loop
+def _follow(elements: Elements, motion: Array, table: Array, force: Array) -> None:
     """Sum the friction of all elements over a second period, times 1, sine and cosine.
 
     From a reversal at (u_r, f_r) the force is ``f_r +- 2 F(|u - u_r| / 2)`` (Masing), until it
     meets the curve that was left at the reversal before, and follows that one again.
     """
-    point_of_element, k_p, phi, chi, beta, _ = elements
+    point_of_element, quantities, _ = elements
+    k_p, phi, chi, beta = quantities[0], quantities[1], quantities[2], quantities[3]
     samples = len(table)
     at, held = np.empty(_REVERSALS), np.empty(_REVERSALS)
     for e in range(point_of_element.size):
@@ -317,7 +301,7 @@ def _follow(elements: IwanElements, motion: Array, table: Array, force: Array) -
                     force[p, j] += friction * row[j]
 
 
-@njit(cache=True)
+@loop
 def _on_branch(
     shape: tuple[float, float, float, float], at: Array, held: Array, count: int, u: float
 ) -> float:

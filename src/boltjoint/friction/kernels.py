@@ -1,20 +1,53 @@
 """Forces of the elements of any law in compiled loops: each law brings its kernel.
 
-A law keeps the arrays of its elements in a named tuple of its own, and has for it a compiled
-function that ``implements`` the one here.
+A kernel is a compiled function ``kernel(elements, motion, force, tangent)`` that adds the forces of
+all ``Elements`` to ``force``, and their tangents to ``tangent`` unless that is empty; motion, force
+and tangent are those of ``FrictionLaw.force_and_tangent``.
 """
 
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import NamedTuple
 
-def add_forces(elements, motion, force, tangent):  # noqa: ANN001, ANN201
-    """Add the forces of all elements, and the tangents where their array is not empty.
+import numpy as np
+from numpy.typing import NDArray
 
-    Parameters
+from boltjoint.compiled import address_of
+
+Array = NDArray[np.float64]
+
+
+class Elements(NamedTuple):
+    """Arrays of the elements of a law.
+
+    Attributes
     ----------
-    elements
-        The named tuple of a law.
-    motion
-        As for ``FrictionLaw.force``, shape (points, directions * components).
-    force, tangent
-        As from ``FrictionLaw.force_and_tangent``.
+    indices
+        By element, as a rule the point it acts on, shape (elements,).
+    quantities
+        What describes each element, shape (quantities, elements).
+    table
+        Empty, or whatever else the kernel needs.
     """
-    raise NotImplementedError
+
+    indices: NDArray[np.int64]
+    quantities: Array
+    table: Array
+
+    @classmethod
+    def of(
+        cls, indices: NDArray[np.int64], quantities: Sequence[Array], table: Array | None = None
+    ) -> "Elements":
+        """Copies of these arrays, as kernels are compiled for them."""
+        table = np.zeros((0, 0)) if table is None else table
+        # a law without elements has quantities too
+        rows = np.array(quantities, float).reshape(len(quantities), -1)
+        return cls(np.array(indices, np.int64), rows, np.array(table, float))
+
+
+@cache
+def address_of_kernel(kernel: Callable) -> int:
+    """Where compiled loops find a kernel."""
+    none = np.zeros((0, 2))
+    elements = Elements.of(np.zeros(0, np.int64), [np.zeros(0)])
+    return address_of(kernel, elements, none, none, np.zeros((0, 2, 2)))

@@ -5,7 +5,7 @@ can also be made from the contact under preload, stored, and followed in time.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Self
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.declarations import LawDeclaration
+from boltjoint.friction.kernels import Elements
 from boltjoint.friction.sliders_in_time import integrate_friction
 
 Array = NDArray[np.float64]
@@ -132,12 +133,8 @@ class FrictionLaw(ABC):
         return self._states(self._checked(motion, self._columns))
 
     @property
-    def compiled_elements(self) -> tuple | None:
-        """The elements as compiled loops take them, None of a law without compiled forces.
-
-        A named tuple of a class for which a compiled function ``implements``
-        ``kernels.add_forces``.
-        """
+    def kernel(self) -> Callable | None:
+        """The compiled function that adds the forces (``friction.kernels``), None without one."""
         return None
 
     @abstractmethod
@@ -215,6 +212,24 @@ class ElementLaw(FrictionLaw):
         ValueError
             If a key is out of its range.
         """
+
+    @cached_property
+    def compiled_elements(self) -> Elements:
+        """The elements as the kernel takes them: by default all quantities in their order."""
+        return Elements.of(self.point_of_element, [getattr(self, name) for name in self.quantities])
+
+    def evaluate(self, motion: Array) -> Array:
+        """As ``force``, without checks; here by the kernel of the law."""
+        force = np.zeros_like(motion)
+        columns = motion.shape[1]
+        self.kernel(self.compiled_elements, motion, force, np.zeros((0, columns, columns)))
+        return force
+
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
+        """As ``force_and_tangent``, without checks; here by the kernel of the law."""
+        force, tangent = np.zeros_like(motion), np.zeros((*motion.shape, motion.shape[1]))
+        self.kernel(self.compiled_elements, motion, force, tangent)
+        return force, tangent
 
     @abstractmethod
     def stuck_stiffness(self, points: int) -> Array:

@@ -6,19 +6,18 @@ dissipation, has a closed form between the amplitudes at which elements begin to
 part is interpolated.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, log, pi, sqrt
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from boltjoint.compiled import implements
+from boltjoint.compiled import kept_loop
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import TABULATED, LawDeclaration
-from boltjoint.friction.kernels import add_forces
+from boltjoint.friction.kernels import Elements
 from boltjoint.friction.law import Array
 
 #: tolerance of the interpolation, relative to the describing function; half or twice moves peaks by
@@ -34,20 +33,6 @@ _FAR = 100.0
 _SAME = 1e-9
 
 
-class TabulatedElements(NamedTuple):
-    """Tables of the points in compiled loops.
-
-    First knot of each point, and the end of the last; stiffness in stick; knots; series. A knot has
-    the logarithm of its amplitude, in-phase stiffness and its slope by that logarithm, and the sums
-    of slip force and of its square over k of the elements in slip.
-    """
-
-    first: NDArray[np.int64]
-    stuck_stiffness: Array
-    knots: Array
-    far: Array
-
-
 @dataclass(frozen=True)
 class TabulatedLoad(ConstantLoad):
     """Friction elements under constant normal load with a tabulated describing function.
@@ -58,25 +43,23 @@ class TabulatedLoad(ConstantLoad):
 
     declaration: ClassVar[LawDeclaration] = TABULATED
 
-    def evaluate(self, motion: Array) -> Array:
-        """First-harmonic force of all elements on each point, as ``force``."""
-        force = np.zeros_like(motion)
-        _add_forces(self.compiled_elements, motion, force, np.zeros((0, 2, 2)))
-        return force
-
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
-        """Force and the exact derivative of the tabulated force by the motion of the point."""
-        force = np.zeros_like(motion)
-        tangent = np.zeros((*motion.shape, 2))
-        _add_forces(self.compiled_elements, motion, force, tangent)
-        return force, tangent
+    @property
+    def kernel(self) -> Callable:
+        """The compiled function that adds the forces."""
+        return _add_forces
 
     @cached_property
-    def compiled_elements(self) -> TabulatedElements:
-        """The tables as compiled loops take them."""
+    def compiled_elements(self) -> Elements:
+        """The tables of the points.
+
+        First knot of each point, and the end of the last; stiffness in stick and three terms of the
+        series, by point; knots. A knot has the logarithm of its amplitude, in-phase stiffness and
+        its slope by that logarithm, and the sums of slip force and of its square over k of the
+        elements in slip.
+        """
         points = self.point_of_element.max() + 1
         first, total = np.zeros(points + 1, dtype=np.int64), np.zeros(points)
-        knots, far = [np.zeros((0, 5))], np.zeros((points, 3))
+        knots, far = [np.zeros((0, 5))], np.zeros((3, points))
         for p in range(points):
             on_point = self.point_of_element == p
             k, s = self.tangential_stiffness[on_point], self.slip_force[on_point]
@@ -85,8 +68,8 @@ class TabulatedLoad(ConstantLoad):
                 knots.append(_tabulate(k, s))
                 first[p + 1] += len(knots[-1])
                 total[p] = k.sum()
-                far[p] = [(k * (s / k) ** (n + 1.5)).sum() for n in range(3)]
-        return TabulatedElements(first, total, np.concatenate(knots), far)
+                far[:, p] = [(k * (s / k) ** (n + 1.5)).sum() for n in range(3)]
+        return Elements.of(first, [total, *far], np.concatenate(knots))
 
 
 def _tabulate(k: Array, s: Array) -> Array:
@@ -135,11 +118,11 @@ def _in_phase(x: Array, k: Array, s: Array) -> tuple[Array, Array, Array]:
     return value, -4 / pi * (ratio * sine) @ k, np.hypot(value, sine * sine @ k / pi)
 
 
-@implements(add_forces, of=TabulatedElements)
-@njit(cache=True)
-def _add_forces(table: TabulatedElements, motion: Array, force: Array, tangent: Array) -> None:
+@kept_loop
+def _add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all points, and the tangents where their array is not empty."""
-    first, total, knots, far = table
+    first, quantities, knots = elements
+    total, far = quantities[0], quantities[1:]
     for p in range(total.size):
         s, c = motion[p, 0], motion[p, 1]
         amplitude = hypot(s, c)
@@ -164,9 +147,9 @@ def _add_forces(table: TabulatedElements, motion: Array, force: Array, tangent: 
             if at == first[p + 1] - 1:
                 # k/pi (theta - sin theta cos theta) as a series in mu N / (k A)
                 scale = 8.0 / (pi * amplitude * sqrt(amplitude))
-                a = scale * far[p, 0] * 2.0 / 3.0
-                b = scale * far[p, 1] / (5.0 * amplitude)
-                e = scale * far[p, 2] / (28.0 * amplitude * amplitude)
+                a = scale * far[0, p] * 2.0 / 3.0
+                b = scale * far[1, p] / (5.0 * amplitude)
+                e = scale * far[2, p] / (28.0 * amplitude * amplitude)
                 real, d_real = a - b - e, -1.5 * a + 2.5 * b + 3.5 * e
             else:
                 h = knots[at + 1, 0] - knots[at, 0]

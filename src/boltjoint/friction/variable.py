@@ -4,8 +4,8 @@ The normal motion loads and unloads the contact, up to separation. The analytic 
 is in ``variable_kernels``, with its references.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.declarations import VARIABLE, LawDeclaration
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
-from boltjoint.friction.variable_kernels import VariableElements, add_forces, find_states
+from boltjoint.friction.variable_kernels import add_forces, find_states
 
 
 @dataclass(frozen=True)
@@ -98,21 +98,13 @@ class VariableLoad(ElementLaw):
         """Mu n0 of each element in the assembled state [N], 0 where it is open."""
         return self.friction_coefficient * np.maximum(self.normal_load, 0.0)
 
-    def evaluate(self, motion: Array) -> Array:
-        """Bias and first harmonic of the forces on each point, as ``force``.
+    @property
+    def kernel(self) -> Callable:
+        """The compiled function that adds the forces.
 
         The normal force is the excess of the normal load over ``max(n0, 0)``.
         """
-        force = np.zeros_like(motion)
-        add_forces(self.compiled_elements, motion, force, np.zeros((0, 6, 6)))
-        return force
-
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
-        """These forces on each point and their derivative, as ``force_and_tangent``."""
-        force = np.zeros_like(motion)
-        tangent = np.zeros((*motion.shape, 6))
-        add_forces(self.compiled_elements, motion, force, tangent)
-        return force, tangent
+        return add_forces
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points with closed elements in stick [N/m], (points, directions)."""
@@ -127,7 +119,9 @@ class VariableLoad(ElementLaw):
 
     def sliders(self) -> Sliders:
         """The elements themselves."""
-        return Sliders(np.arange(self.point_of_element.size), *self.compiled_elements)
+        quantities = (getattr(self, name) for name in self.quantities)
+        every = np.arange(self.point_of_element.size)
+        return Sliders(every, self.point_of_element, *quantities)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         state = np.empty(self.point_of_element.size, dtype=np.int8)
@@ -161,9 +155,3 @@ class VariableLoad(ElementLaw):
             normal_load=slip_force * sums[2] / sums[3],
             friction_coefficient=sums[3] / sums[2],
         )
-
-    @cached_property
-    def compiled_elements(self) -> VariableElements:
-        """The elements as compiled loops take them."""
-        quantities = (getattr(self, name) for name in self.quantities)
-        return VariableElements(self.point_of_element, *quantities)

@@ -14,16 +14,13 @@ University: section 2.2.2.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
-from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from boltjoint.compiled import implements
-from boltjoint.friction import kernels
+from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.friction.law import Array
+from boltjoint.friction.kernels import Array, Elements
 
 Bound = tuple[float, float, float, float]
 """A bound of the slider position: bias, sine, cosine and amplitude."""
@@ -41,12 +38,12 @@ _OF_X, _OF_N, _OF_LOAD = range(3)
 _MAXIMUM_EVENTS = 10
 
 
-@njit(cache=True)
+@loop
 def _set_event(events: Array, i: int, phase: float, sine: float, cosine: float) -> None:
     events[i, _PHASE], events[i, _SIN], events[i, _COS] = phase, sine, cosine
 
 
-@njit(cache=True)
+@loop
 def _set_stick(
     events: Array, i: int, moved: float, sine: float, cosine: float, kappa: float
 ) -> None:
@@ -54,7 +51,7 @@ def _set_stick(
     events[i, _SIN_ZETA], events[i, _COS_ZETA], events[i, _KAPPA] = sine, cosine, kappa
 
 
-@njit(cache=True)
+@loop
 def _phase_to(phase: float, origin: float, largest: float) -> float:
     """Phase difference from an origin, between 0 and the largest, at most a period.
 
@@ -64,7 +61,7 @@ def _phase_to(phase: float, origin: float, largest: float) -> float:
     return 0.0 if difference > 0.5 * largest + pi else min(difference, largest)
 
 
-@njit(cache=True)
+@loop
 def _cosine(level: float, amplitude: float) -> float:
     """Cosine of the phase, from its maximum, at which a sinusoid passes a level.
 
@@ -75,19 +72,19 @@ def _cosine(level: float, amplitude: float) -> float:
     return 1.0 if level > 0 else -1.0
 
 
-@njit(cache=True)
+@loop
 def _sine(cosine: float) -> float:
     """Sine of a phase up to half a period by its cosine, without cancellation near 0."""
     return sqrt((1 - cosine) * (1 + cosine))
 
 
-@njit(cache=True)
+@loop
 def _inverse(amplitude: float) -> float:
     """Inverse of an amplitude, 0 of none: a constant bound has its extremes at every phase."""
     return 1 / amplitude if amplitude > 0 else 0.0
 
 
-@njit(cache=True)
+@loop
 def _divide_period(x: Array, n: Array, mu: float, events: Array) -> tuple[int, int]:
     """Events of the steady period of an element; number of intervals, and contact state.
 
@@ -139,7 +136,7 @@ def _divide_period(x: Array, n: Array, mu: float, events: Array) -> tuple[int, i
     return 4, STICK_SLIP
 
 
-@njit(cache=True)
+@loop
 def _divide_with_separation(
     x: Array, n: Array, mu: float, n_amplitude: float, lower: Bound, upper: Bound, events: Array
 ) -> tuple[int, int]:
@@ -193,7 +190,7 @@ def _divide_with_separation(
     return count, STICK_SLIP_SEPARATION
 
 
-@njit(cache=True)
+@loop
 def _add_moments(events: Array, i: int, j: int, factor: float, to: int, secants: Array) -> None:
     """Add, from event i to j, a factor times integrals of (1/2, sin, cos) (1, sin, cos)^T/pi."""
     s_b, c_b, s_e, c_e = events[i, _SIN], events[i, _COS], events[j, _SIN], events[j, _COS]
@@ -213,7 +210,7 @@ def _add_moments(events: Array, i: int, j: int, factor: float, to: int, secants:
     secants[to, 2, 2] += length + twice
 
 
-@njit(cache=True)
+@loop
 def _find_secants(x: Array, n: Array, mu: float, events: Array, secants: Array) -> int:
     """Matrices A, B, C of one element: friction ``A x + B n``, normal load ``C n``; its state.
 
@@ -248,7 +245,7 @@ def _find_secants(x: Array, n: Array, mu: float, events: Array, secants: Array) 
     return state
 
 
-@njit(cache=True)
+@loop
 def _subtract_position(
     events: Array, i: int, mean: float, mean_sin: float, mean_cos: float, secants: Array
 ) -> None:
@@ -262,21 +259,18 @@ def _subtract_position(
             secants[_OF_N, j, k] -= product * events[i, _KAPPA]
 
 
-class VariableElements(NamedTuple):
-    """Elements under variable normal load in compiled loops."""
-
-    point_of_element: NDArray[np.int64]
-    tangential_stiffness: Array
-    normal_stiffness: Array
-    normal_load: Array
-    friction_coefficient: Array
+@loop
+def _quantities(elements: Elements) -> tuple[Array, Array, Array, Array]:
+    """By element k_u, k_v, n0 and mu."""
+    found = elements.quantities
+    return found[0], found[1], found[2], found[3]
 
 
-@implements(kernels.add_forces, of=VariableElements)
-@njit(cache=True)
-def add_forces(elements: VariableElements, motion: Array, force: Array, tangent: Array) -> None:
+@kept_loop
+def add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
-    point_of_element, k_u, k_v, normal_load, friction_coefficient = elements
+    point_of_element = elements.indices
+    k_u, k_v, normal_load, friction_coefficient = _quantities(elements)
     x, n, above = np.empty(3), np.empty(3), np.empty(3)
     events, secants = np.empty((_MAXIMUM_EVENTS, 8)), np.empty((3, 3, 3))
     for e in range(point_of_element.size):
@@ -307,10 +301,11 @@ def add_forces(elements: VariableElements, motion: Array, force: Array, tangent:
                 tangent[p, 3 + j, 3 + k] += k_v[e] * secants[_OF_LOAD, j, k]
 
 
-@njit(cache=True)
-def find_states(elements: VariableElements, motion: Array, state: NDArray[np.int8]) -> None:
+@kept_loop
+def find_states(elements: Elements, motion: Array, state: NDArray[np.int8]) -> None:
     """Contact state of every element over the period."""
-    point_of_element, k_u, k_v, normal_load, friction_coefficient = elements
+    point_of_element = elements.indices
+    k_u, k_v, normal_load, friction_coefficient = _quantities(elements)
     x, n, events = np.empty(3), np.empty(3), np.empty((_MAXIMUM_EVENTS, 8))
     for e in range(point_of_element.size):
         p = point_of_element[e]

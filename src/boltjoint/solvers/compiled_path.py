@@ -6,30 +6,28 @@ that needs them is not complete, and ``arc_length`` follows the branch instead. 
 those of ``arc_length`` to rounding.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.compiled import kept_loop, loop, source_version
+from boltjoint.compiled import call, kept_loop, loop
 from boltjoint.solvers.arc_length import CORNER, CORNER_STEP
 from boltjoint.solvers.compiled_steps import (
     SCALE,
     SIZE,
     SLOPE,
+    VALUE,
     Limits,
     P,
     Place,
+    System,
     Work,
     copy_to,
     correct,
-    evaluate,
-    form_jacobian,
     make_place,
     make_work,
     norm,
-    observe,
     scale_at,
     settle,
     size_of,
@@ -72,7 +70,7 @@ class Path(NamedTuple):
 
 @loop
 def _reach(
-    system,  # noqa: ANN001
+    system: System,
     here: Place,
     distance: float,
     limits: Limits,
@@ -80,19 +78,21 @@ def _reach(
     found: Place,
 ) -> int:
     """Solve at a distance from a place, and settle there in its distances; as ``correct``."""
-    iterations = correct(system, here, distance, limits, work, True)
+    iterations = correct(system, here, distance, limits, work)
     if iterations >= 0:
-        p, size, scale, _ = here.numbers
+        p, size, scale = here.numbers[P], here.numbers[SIZE], here.numbers[SCALE]
         for j in range(work.x.size):
             found.arrival[j] = work.offset[j] * size
         found.arrival[-1] = work.offset[-1] * scale
-        settle(system, p + found.arrival[-1], size, scale, work, found)
+        p += found.arrival[-1]
+        call(system.form_jacobian, system.arrays, work.x, p, work.jacobian)
+        settle(system, p, size, scale, work, found)
     return iterations
 
 
 @loop
 def _locate(
-    system,  # noqa: ANN001
+    system: System,
     here: Place,
     length: float,
     limits: Limits,
@@ -150,7 +150,7 @@ def _locate(
 
 @loop
 def _advance(
-    system,  # noqa: ANN001
+    system: System,
     here: Place,
     length: float,
     limits: Limits,
@@ -166,12 +166,13 @@ def _advance(
     size, scale, n = here.numbers[SIZE], here.numbers[SCALE], here.x.size
     updated = False
     while length >= limits.smallest_step:
-        iterations = correct(system, here, length, limits, work, False)
+        iterations = correct(system, here, length, limits, work)
         if iterations < 0 and not updated:
             # the tangent of the Jacobian at the solution itself
             copy_to(work.x, here.x)
-            evaluate(system, here.x, here.numbers[P], work.residual)
-            form_jacobian(system, here.x, here.numbers[P], work.jacobian)
+            p = here.numbers[P]
+            call(system.evaluate, system.arrays, here.x, p, work.residual)
+            call(system.form_jacobian, system.arrays, here.x, p, work.jacobian)
             copy_to(renewed.arrival, here.tangent)
             for j in range(n):
                 renewed.arrival[j] *= size
@@ -194,13 +195,34 @@ def _advance(
 
 
 @loop
-def _follow(
-    system,  # noqa: ANN001
-    start: Vector,
-    window: tuple[float, float],
-    limits: Limits,
-) -> Path:
-    """As ``follow``."""
+def _with_more_room(
+    xs: Matrix, ps: Vector, iterations: NDArray[np.int64], located: NDArray[np.bool_]
+) -> tuple[Matrix, Vector, NDArray[np.int64], NDArray[np.bool_]]:
+    """The same solutions in arrays of twice the length."""
+    size, n = xs.shape
+    more, at = np.empty((2 * size, n)), np.empty(2 * size)
+    of_more, of_located = np.empty(2 * size, np.int64), np.zeros(2 * size, np.bool_)
+    for i in range(size):
+        copy_to(more[i], xs[i])
+        at[i], of_more[i], of_located[i] = ps[i], iterations[i], located[i]
+    return more, at, of_more, of_located
+
+
+@kept_loop
+def follow(system: System, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
+    """Follow a branch from one end of a window to the other, as ``arc_length.trace``.
+
+    Parameters
+    ----------
+    system
+        The equations.
+    start
+        Initial guess of the unknown at the first end, shape (n,).
+    window
+        Parameter where the branch starts and where it ends.
+    limits
+        Step lengths, tolerances and scales.
+    """
     n, (begin, end) = start.size, window
     sense = 1.0 if end > begin else -1.0
     xs, ps = np.empty((_ROOM, n)), np.empty(_ROOM)
@@ -219,7 +241,7 @@ def _follow(
     count = accepted = 1
     length = min(limits.first_step, limits.largest_step)
     # of the last two solutions, and of the maximum between them
-    value = before = observe(system, here.x)
+    value = before = here.numbers[VALUE]
     last_highest = -np.inf
     finished = False
     while not finished and accepted < limits.maximum_solutions:
@@ -233,9 +255,7 @@ def _follow(
         largest = max(largest, norm(work.x))
         settle(system, p, size_of(work.x, largest), scale_at(p, limits), work, ahead)
         if count + 2 > ps.size:
-            xs, ps = np.concatenate((xs, xs)), np.concatenate((ps, ps))
-            iterations = np.concatenate((iterations, iterations))
-            located = np.concatenate((located, np.zeros_like(located)))
+            xs, ps, iterations, located = _with_more_room(xs, ps, iterations, located)
         highest = -np.inf
         if here.numbers[SLOPE] > 0 and ahead.numbers[SLOPE] <= 0:
             iterations[count] = _locate(system, here, length, limits, work, peak)
@@ -244,7 +264,7 @@ def _follow(
             if (peak.numbers[P] - end) * sense < 0:
                 ps[count], located[count] = peak.numbers[P], True
                 copy_to(xs[count], peak.x)
-                highest = observe(system, peak.x)
+                highest = peak.numbers[VALUE]
                 count += 1
         finished = (p - end) * sense >= 0
         if finished:
@@ -257,10 +277,11 @@ def _follow(
                 finished = False
                 break
             copy_to(ahead.x, work.x)
+            call(system.observe, system.arrays, work.x, work.x, ahead.numbers[VALUE:])
         ps[count], iterations[count] = ahead.numbers[P], step_iterations
         copy_to(xs[count], ahead.x)
         count, accepted = count + 1, accepted + 1
-        first, before, value = before, value, observe(system, ahead.x)
+        first, before, value = before, value, ahead.numbers[VALUE]
         is_highest = before >= max(first, value) and not first == before == value
         if accepted > 2 and is_highest and max(last_highest, highest) < before:
             finished = False  # a maximum that the slope does not show
@@ -270,33 +291,3 @@ def _follow(
         length = min(length * min(max(effort, 0.5), 2.0), limits.largest_step)
         here, ahead = ahead, here
     return Path(xs, ps, iterations, located, count, finished)
-
-
-def _kept(version: str) -> Callable:
-    @kept_loop
-    def follow(system, start, window, limits):  # noqa: ANN001, ANN202
-        if version == "":  # the code that is kept is that of this version
-            raise ValueError("no version")
-        return _follow(system, start, window, limits)
-
-    return follow
-
-
-_compiled = _kept(source_version())
-
-
-def follow(system: NamedTuple, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
-    """Follow a branch from one end of a window to the other, as ``arc_length.trace``.
-
-    Parameters
-    ----------
-    system
-        A named tuple for which compiled functions implement those of ``compiled_steps``.
-    start
-        Initial guess of the unknown at the first end, shape (n,).
-    window
-        Parameter where the branch starts and where it ends.
-    limits
-        Step lengths, tolerances and scales.
-    """
-    return _compiled(system, start, window, limits)

@@ -1,17 +1,17 @@
 """Newton's method, tangents and corrector of a branch as parts of compiled loops.
 
 They are those of ``solvers.newton`` and ``solvers.corrector``, whose solutions these are to
-rounding. A system is a named tuple of arrays for which compiled functions implement the five
-functions below.
+rounding.
 """
 
+from collections.abc import Callable, Hashable
 from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.compiled import loop
+from boltjoint.compiled import address_of, call, loop
 from boltjoint.solvers.corrector import SMALLEST_SHARE
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import ROUNDING
@@ -20,31 +20,64 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
-def evaluate(system, x, p, residual):  # noqa: ANN001, ANN201
-    """Write the residual at x and p; what its derivatives need is kept in the system."""
+#: by functions and types of arrays
+_ADDRESSES: dict[tuple, list[int]] = {}
 
 
-def form_jacobian(system, x, p, jacobian):  # noqa: ANN001, ANN201
-    """Write the Jacobian at x and p, where the residual was evaluated last."""
+def _types(value: object) -> Hashable:
+    """What compiled functions are compiled for, of named tuples of arrays and numbers."""
+    if isinstance(value, tuple):
+        return type(value), *map(_types, value)
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim, value.flags.carray
+    return type(value)
 
 
-def form_parameter_derivative(system, x, p, derivative):  # noqa: ANN001, ANN201
-    """Write the derivative of the residual by p, where the residual was evaluated last."""
+class System(NamedTuple):
+    """Equations in compiled loops: addresses of compiled functions (``compiled.call``), and arrays.
 
+    Attributes
+    ----------
+    evaluate
+        ``(arrays, x, p, residual)`` writes the residual at x and p; what its derivatives need is
+        kept in the arrays.
+    form_jacobian
+        ``(arrays, x, p, jacobian)`` writes the Jacobian where the residual was evaluated last.
+    form_parameter_derivative
+        ``(arrays, x, p, derivative)`` writes the derivative of the residual by p there.
+    observe
+        ``(arrays, x, dx, observed)`` writes the quantity whose maxima are located, and its
+        derivative in the direction dx or a number of the same sign.
+    arrays
+        A named tuple.
+    """
 
-def observe(system, x):  # noqa: ANN001, ANN201
-    """The quantity whose maxima are located."""
+    evaluate: int
+    form_jacobian: int
+    form_parameter_derivative: int
+    observe: int
+    arrays: tuple
 
-
-def observe_slope(system, x, dx):  # noqa: ANN001, ANN201
-    """Its directional derivative, or a number of the same sign."""
+    @classmethod
+    def of(cls, functions: tuple[Callable, ...], arrays: tuple) -> "System":
+        """The equations of these four compiled functions, in the order above."""
+        key = functions, _types(arrays)
+        if key not in _ADDRESSES:
+            x, jacobian = np.zeros(0), np.zeros((0, 0))
+            examples = (0.0, x), (0.0, jacobian), (0.0, x), (x, x)
+            _ADDRESSES[key] = [
+                address_of(function, arrays, x, *example)
+                for function, example in zip(functions, examples, strict=True)
+            ]
+        return cls(*_ADDRESSES[key], arrays)
 
 
 class Limits(NamedTuple):
     """``StepControl`` as compiled loops take it, and the scales of a system.
 
     ``residual_scale`` as of ``Equations``. A change of the parameter by ``largest_scale``, or by
-    ``relative_scale`` times the parameter if that is less, counts as much as doubling the unknown.
+    ``relative_scale`` times the parameter if that is less and not negative, counts as much as
+    doubling the unknown.
     """
 
     tolerance: float
@@ -62,15 +95,20 @@ class Limits(NamedTuple):
 
     @classmethod
     def of(
-        cls, control: StepControl, residual_scale: float, largest: float, relative: float
+        cls,
+        control: StepControl,
+        residual_scale: float,
+        largest: float,
+        relative: float | None = None,
     ) -> "Limits":
-        """The limits of a control."""
+        """The limits of a control; by default the scale of the parameter is the same everywhere."""
+        relative = -1.0 if relative is None else relative
         of_control = (getattr(control, name) for name in cls._fields[:9])
         return cls(*of_control, float(residual_scale), float(largest), float(relative))
 
 
-#: parameter, size of the unknown, scale of the parameter, slope of what is observed
-P, SIZE, SCALE, SLOPE = range(4)
+#: parameter, size of the unknown, scale of the parameter; what is observed, and its slope
+P, SIZE, SCALE, VALUE, SLOPE = range(5)
 
 
 class Place(NamedTuple):
@@ -81,8 +119,8 @@ class Place(NamedTuple):
     x
         Unknown, shape (n,).
     numbers
-        By ``P``, ``SIZE``, ``SCALE`` and ``SLOPE``: distances are those of the unknown over its
-        size, and of the parameter over its scale.
+        By ``P``, ``SIZE``, ``SCALE``, ``VALUE`` and ``SLOPE``: distances are those of the unknown
+        over its size, and of the parameter over its scale.
     tangent
         Unit tangent in these distances, shape (n + 1,).
     arrival
@@ -111,7 +149,7 @@ class Work(NamedTuple):
 @loop
 def make_place(n: int) -> Place:
     """A place for n unknowns."""
-    return Place(np.zeros(n), np.zeros(4), np.zeros(n + 1), np.zeros(n + 1))
+    return Place(np.zeros(n), np.zeros(5), np.zeros(n + 1), np.zeros(n + 1))
 
 
 @loop
@@ -141,9 +179,8 @@ def norm(vector: Vector) -> float:
 
 
 @loop
-def solve_in_place(matrix: Matrix, right: Vector) -> bool:
-    """Gaussian elimination with partial pivoting; false where it fails."""
-    n = right.size
+def solve_in_place(matrix: Matrix, right: Vector, n: int) -> bool:
+    """Gaussian elimination with partial pivoting, of the first n; false where it fails."""
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
@@ -182,15 +219,14 @@ def _smallest_residual(limits: Limits, x: Vector, jacobian: Matrix) -> float:
 
 
 @loop
-def solve_at(system, p: float, limits: Limits, work: Work) -> tuple[int, bool]:  # noqa: ANN001
+def solve_at(system: System, p: float, limits: Limits, work: Work) -> tuple[int, bool]:
     """Solve for ``work.x`` at p, as ``newton.newton``: iterations, and whether it converged."""
     x, n, size, damping = work.x, work.x.size, np.inf, 1.0
-    # a matrix and a right side of n, in the arrays for n + 1
-    matrix, correction = work.matrix[:n, :n], work.right[:n]
+    matrix, correction = work.matrix, work.right
     copy_to(work.trial, x)
     iteration = 0
     while True:
-        evaluate(system, work.trial, p, work.residual)
+        call(system.evaluate, system.arrays, work.trial, p, work.residual)
         trial_size = norm(work.residual)
         if not trial_size < size and damping > 0.125:
             damping *= 0.5
@@ -199,16 +235,17 @@ def solve_at(system, p: float, limits: Limits, work: Work) -> tuple[int, bool]: 
             size, damping = trial_size, 1.0
             # the limit is that of the last Jacobian
             if iteration == 0:
-                form_jacobian(system, x, p, work.jacobian)
+                call(system.form_jacobian, system.arrays, x, p, work.jacobian)
             converged = size <= _smallest_residual(limits, x, work.jacobian)
             if converged or iteration == limits.maximum_iterations:
                 return iteration, converged
             if iteration > 0:
-                form_jacobian(system, x, p, work.jacobian)
-            copy_to(correction, work.residual)
+                call(system.form_jacobian, system.arrays, x, p, work.jacobian)
             for i in range(n):
-                copy_to(matrix[i], work.jacobian[i])
-            if not solve_in_place(matrix, correction):
+                correction[i] = work.residual[i]
+                for j in range(n):
+                    matrix[i, j] = work.jacobian[i, j]
+            if not solve_in_place(matrix, correction, n):
                 return iteration, False
             iteration += 1
         for i in range(n):
@@ -217,7 +254,7 @@ def solve_at(system, p: float, limits: Limits, work: Work) -> tuple[int, bool]: 
 
 @loop
 def settle(
-    system,  # noqa: ANN001
+    system: System,
     p: float,
     size: float,
     scale: float,
@@ -229,7 +266,7 @@ def settle(
     The tangent has the sense of the arrival, which the place holds already.
     """
     n, matrix, right, tangent = work.x.size, work.matrix, work.right, place.tangent
-    form_parameter_derivative(system, work.x, p, work.by_parameter)
+    call(system.form_parameter_derivative, system.arrays, work.x, p, work.by_parameter)
     for j in range(n):
         tangent[j] = place.arrival[j] / size
     tangent[n] = place.arrival[n] / scale
@@ -245,7 +282,7 @@ def settle(
     for j in range(n + 1):
         matrix[n, j] = tangent[j] / length
     right[n] = 1.0
-    if solve_in_place(matrix, right):
+    if solve_in_place(matrix, right, n + 1):
         copy_to(tangent, right)
         length = norm(right)
     for j in range(n + 1):
@@ -254,7 +291,7 @@ def settle(
     place.numbers[P], place.numbers[SIZE], place.numbers[SCALE] = p, size, scale
     for j in range(n):
         work.trial[j] = tangent[j] * size
-    place.numbers[SLOPE] = observe_slope(system, place.x, work.trial)
+    call(system.observe, system.arrays, place.x, work.trial, place.numbers[VALUE:])
 
 
 @loop
@@ -266,21 +303,23 @@ def size_of(x: Vector, largest: float) -> float:
 @loop
 def scale_at(p: float, limits: Limits) -> float:
     """Scale of the parameter."""
+    if limits.relative_scale < 0:
+        return limits.largest_scale
     return min(limits.largest_scale, limits.relative_scale * abs(p))
 
 
 @loop
 def correct(
-    system,  # noqa: ANN001
+    system: System,
     place: Place,
     radius: float,
     limits: Limits,
     work: Work,
-    update_jacobian: bool,
 ) -> int:
     """Solve on a sphere around a place, as ``Corrector.correct``: iterations, -1 if it fails.
 
-    The solution is ``work.x``, at ``work.offset`` from the place.
+    The solution is ``work.x``, at ``work.offset`` from the place, where the residual was evaluated
+    last.
     """
     n, x, offset, matrix, right = work.x.size, work.x, work.offset, work.matrix, work.right
     p, size, scale = place.numbers[P], place.numbers[SIZE], place.numbers[SCALE]
@@ -290,13 +329,13 @@ def correct(
         for j in range(n):
             x[j] = place.x[j] + offset[j] * size
         at = p + offset[n] * scale
-        evaluate(system, x, at, work.residual)
+        call(system.evaluate, system.arrays, x, at, work.residual)
         sphere = norm(offset) ** 2 / radius - radius
         # the limit is that of the Jacobian of the last correction
         near = iteration > 0 and abs(sphere) <= 1e-3 * radius
         solved = near and norm(work.residual) <= _smallest_residual(limits, x, work.jacobian)
-        if not solved or update_jacobian:
-            form_jacobian(system, x, at, work.jacobian)
+        if not solved:
+            call(system.form_jacobian, system.arrays, x, at, work.jacobian)
         if iteration == 0:
             near = abs(sphere) <= 1e-3 * radius
             solved = near and norm(work.residual) <= _smallest_residual(limits, x, work.jacobian)
@@ -305,7 +344,7 @@ def correct(
             for j in range(n + 1):
                 along += offset[j] * place.tangent[j]
             return -1 if along < limits.smallest_cosine * radius else iteration
-        form_parameter_derivative(system, x, at, work.by_parameter)
+        call(system.form_parameter_derivative, system.arrays, x, at, work.by_parameter)
         for i in range(n):
             for j in range(n):
                 matrix[i, j] = work.jacobian[i, j] * size
@@ -314,7 +353,7 @@ def correct(
         for j in range(n + 1):
             matrix[n, j] = 2.0 * offset[j] / radius
         right[n] = sphere
-        if not solve_in_place(matrix, right) or norm(right) > 2.0 * radius:
+        if not solve_in_place(matrix, right, n + 1) or norm(right) > 2.0 * radius:
             return -1
         for j in range(n + 1):
             offset[j] -= right[j]
