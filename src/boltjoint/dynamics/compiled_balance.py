@@ -29,7 +29,7 @@ class BalanceArrays(NamedTuple):
     harmonic)^2`` are added; ``stuck``, of the shape of ``static``, the contact's part of the
     Jacobian while nothing slips, and ``stuck_tangent``, shape (points, directions * components),
     the diagonal of the tangent of each point then. ``slipping`` has room for the points with
-    another tangent, and ``left``, ``right`` and ``product`` for factors of the modal tangents of
+    another one, and ``left``, ``right`` and ``product`` for factors of the modal tangents of
     some of them. ``add_forces`` is the address of the law's kernel. Nonlinear modes need
     ``coordinates``, ``jacobian`` and ``scale``.
     """
@@ -160,10 +160,10 @@ def form_jacobian_of_balance(arrays: BalanceArrays, x: Array, p: float, jacobian
         for i in range(x.size):
             for j in range(x.size):
                 jacobian[i, j] += factor * arrays.varying[k, i, j]
-    slipping = arrays.slipping[: _find_slipping(arrays)]
     directions = arrays.rows.shape[0]
     for d in range(directions):
         for e in range(directions):
+            slipping = arrays.slipping[: _find_slipping(arrays, d, e)]
             if slipping.size < _FEWEST_POINTS:
                 _add_tangents(arrays, slipping, d, e, jacobian)
             else:
@@ -171,16 +171,19 @@ def form_jacobian_of_balance(arrays: BalanceArrays, x: Array, p: float, jacobian
 
 
 @loop
-def _find_slipping(arrays: BalanceArrays) -> int:
-    """Note the points whose tangent is not that of sticking contact, and count them."""
+def _find_slipping(arrays: BalanceArrays, d: int, e: int) -> int:
+    """Note the points whose tangent of a direction by another is not that of sticking contact.
+
+    Their number. Tangential motion never changes the normal force, so some blocks have none.
+    """
     tangent, stuck = arrays.tangent, arrays.stuck_tangent
-    points, columns = stuck.shape
+    parts = stuck.shape[1] // arrays.rows.shape[0]
     count = 0
-    for point in range(points):
+    for point in range(stuck.shape[0]):
         slips = False
-        for i in range(columns):
-            for j in range(columns):
-                slips |= tangent[point, i, j] != (stuck[point, i] if i == j else 0.0)
+        for a in range(d * parts, (d + 1) * parts):
+            for b in range(e * parts, (e + 1) * parts):
+                slips |= tangent[point, a, b] != (stuck[point, a] if a == b else 0.0)
         if slips:
             arrays.slipping[count] = point
             count += 1
