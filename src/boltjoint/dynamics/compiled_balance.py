@@ -24,14 +24,15 @@ _POINTS_AT_ONCE = 128
 class BalanceArrays(NamedTuple):
     """Arrays of a balance, and those in which the contact is evaluated.
 
-    ``static``, shape (components * modes,) * 2, is the linear part at zero frequency, to which
-    ``w^power`` times each of ``varying`` (terms, components * modes, components * modes) and ``-(w
-    harmonic)^2`` are added; ``stuck``, of the shape of ``static``, the contact's part of the
-    Jacobian while nothing slips, and ``stuck_tangent``, shape (points, directions * components),
-    the diagonal of the tangent of each point then. ``slipping`` has room for the points with
-    another one, and ``left``, ``right`` and ``product`` for factors of the modal tangents of
-    some of them. ``add_forces`` is the address of the law's kernel. Nonlinear modes need
-    ``coordinates``, ``jacobian`` and ``scale``.
+    ``rows``, shape (directions, modes, points), are the modes at the points, which are next to each
+    other so that loops over them are vectorised. ``static``, shape (components * modes,) * 2, is
+    the linear part at zero frequency, to which ``w^power`` times each of ``varying`` (terms,
+    components * modes, components * modes) and ``-(w harmonic)^2`` are added; ``stuck``, of the
+    shape of ``static``, the contact's part of the Jacobian while nothing slips, and
+    ``stuck_tangent``, shape (points, directions * components), the diagonal of the tangent of each
+    point then. ``slipping`` has room for the points with another one; ``column``, ``left``,
+    ``other``, ``right`` and ``product`` for what is summed over points. ``add_forces`` is the
+    address of the law's kernel. Nonlinear modes need ``coordinates``, ``jacobian``, ``scale``.
     """
 
     rows: Array
@@ -49,7 +50,9 @@ class BalanceArrays(NamedTuple):
     force: Array
     tangent: Array
     slipping: NDArray[np.int64]
+    column: Array
     left: Array
+    other: Array
     right: Array
     product: Array
     coordinates: Array
@@ -68,8 +71,8 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
     law = balance.joint.law
     if law.kernel is None:
         return None
-    rows = np.ascontiguousarray(np.stack(balance.contact.rows))
-    directions, points, modes = rows.shape
+    rows = np.ascontiguousarray(np.stack([each.T for each in balance.contact.rows]))
+    directions, modes, points = rows.shape
     parts = len(balance.components)
     columns = directions * parts
     static, harmonic, power, varying = balance.linear_part()
@@ -90,8 +93,10 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
         force=np.zeros((points, columns)),
         tangent=np.zeros((points, columns, columns)),
         slipping=np.zeros(points, np.int64),
-        left=np.zeros((_POINTS_AT_ONCE, modes)),
-        right=np.zeros((_POINTS_AT_ONCE, parts * parts * modes)),
+        column=np.zeros(points),
+        left=np.zeros((modes, _POINTS_AT_ONCE)),
+        other=np.zeros((modes, _POINTS_AT_ONCE)),
+        right=np.zeros((parts * parts * modes, _POINTS_AT_ONCE)),
         product=np.zeros((modes, parts * parts * modes)),
         coordinates=np.zeros(n),
         jacobian=np.zeros((n, n)),
@@ -103,7 +108,7 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
 def evaluate_balance(arrays: BalanceArrays, x: Array, p: float, residual: Array) -> None:
     """Residual at x and the frequency p; forces and tangents of the contact stay in the arrays."""
     motion, force, tangent = arrays.motion, arrays.force, arrays.tangent
-    _move(arrays.rows, x, motion)
+    _move(arrays.rows, x, arrays.column, motion)
     force[:] = 0.0
     tangent[:] = 0.0
     call(arrays.add_forces, arrays.elements, motion, force, tangent)
@@ -118,34 +123,39 @@ def evaluate_balance(arrays: BalanceArrays, x: Array, p: float, residual: Array)
         for i in range(n):
             for j in range(n):
                 residual[i] += factor * arrays.varying[k, i, j] * x[j]
-    _add_modal_force(arrays.rows, force, residual)
+    add_modal_force(arrays.rows, force, arrays.column, residual)
 
 
 @njit(error_model="numpy", fastmath={"reassoc", "contract"})
-def _move(rows: Array, x: Array, motion: Array) -> None:
+def _move(rows: Array, x: Array, column: Array, motion: Array) -> None:
     """Motion of the points by the modal coordinates."""
-    directions, points, modes = rows.shape
+    directions, modes, points = rows.shape
     parts = x.size // modes
-    for point in range(points):
-        for d in range(directions):
-            for i in range(parts):
-                total = 0.0
-                for m in range(modes):
-                    total += rows[d, point, m] * x[i * modes + m]
-                motion[point, d * parts + i] = total
+    for d in range(directions):
+        for i in range(parts):
+            column[:] = 0.0
+            for m in range(modes):
+                factor = x[i * modes + m]
+                for point in range(points):
+                    column[point] += factor * rows[d, m, point]
+            for point in range(points):
+                motion[point, d * parts + i] = column[point]
 
 
 @njit(error_model="numpy", fastmath={"reassoc", "contract"})
-def _add_modal_force(rows: Array, force: Array, residual: Array) -> None:
+def add_modal_force(rows: Array, force: Array, column: Array, residual: Array) -> None:
     """Add the forces of the points on the modes."""
-    directions, points, modes = rows.shape
-    parts = residual.size // modes
-    for point in range(points):
-        for d in range(directions):
-            for i in range(parts):
-                f = force[point, d * parts + i]
-                for m in range(modes):
-                    residual[i * modes + m] += f * rows[d, point, m]
+    directions, modes, points = rows.shape
+    parts = force.shape[1] // directions
+    for d in range(directions):
+        for i in range(parts):
+            for point in range(points):
+                column[point] = force[point, d * parts + i]
+            for m in range(modes):
+                total = 0.0
+                for point in range(points):
+                    total += column[point] * rows[d, m, point]
+                residual[i * modes + m] += total
 
 
 @kept_loop
@@ -196,12 +206,12 @@ def _add_tangents(
 ) -> None:
     """Add the tangents of a direction by another, beyond stick, of these points."""
     rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
-    directions, _, modes = rows.shape
-    parts = tangent.shape[1] // directions
+    directions, modes, _ = rows.shape
+    parts = stuck.shape[1] // directions
     for point in slipping:
         for m in range(modes):
             for k in range(modes):
-                product = rows[d, point, m] * rows[e, point, k]
+                product = rows[d, m, point] * rows[e, k, point]
                 for i in range(parts):
                     for j in range(parts):
                         a, b = d * parts + i, e * parts + j
@@ -215,31 +225,33 @@ def _add_products(
 ) -> None:
     """As ``_add_tangents``, by products of matrices."""
     rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
-    left, right = arrays.left, arrays.right
-    directions, _, modes = rows.shape
-    parts = tangent.shape[1] // directions
-    size = 0
-    for index, point in enumerate(slipping):
+    left, other, right = arrays.left, arrays.other, arrays.right
+    directions, modes, _ = rows.shape
+    parts = stuck.shape[1] // directions
+    for first in range(0, slipping.size, left.shape[1]):
+        some = slipping[first : first + left.shape[1]]
+        if some.size < left.shape[1]:
+            left[:] = right[:] = 0.0
         for m in range(modes):
-            left[size, m] = rows[d, point, m]
+            for s in range(some.size):
+                left[m, s], other[m, s] = rows[d, m, some[s]], rows[e, m, some[s]]
         for i in range(parts):
             for j in range(parts):
                 a, b = d * parts + i, e * parts + j
-                t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
-                begin = (i * parts + j) * modes
+                for s in range(some.size):
+                    known = stuck[some[s], a] if a == b else 0.0
+                    arrays.column[s] = tangent[some[s], a, b] - known
                 for k in range(modes):
-                    right[size, begin + k] = t * rows[e, point, k]
-        size += 1
-        if size == left.shape[0] or index == slipping.size - 1:
-            np.dot(left[:size].T, right[:size], arrays.product)
-            size = 0
-            for m in range(modes):
-                for i in range(parts):
-                    for j in range(parts):
-                        begin = (i * parts + j) * modes
-                        for k in range(modes):
-                            of_pair = arrays.product[m, begin + k]
-                            jacobian[i * modes + m, j * modes + k] += of_pair
+                    row = (i * parts + j) * modes + k
+                    for s in range(some.size):
+                        right[row, s] = arrays.column[s] * other[k, s]
+        np.dot(left, right.T, arrays.product)
+        for m in range(modes):
+            for i in range(parts):
+                for j in range(parts):
+                    begin = (i * parts + j) * modes
+                    for k in range(modes):
+                        jacobian[i * modes + m, j * modes + k] += arrays.product[m, begin + k]
 
 
 @kept_loop

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from boltjoint.compiled import kept_loop
 from boltjoint.dynamics.compiled_balance import (
     BalanceArrays,
+    add_modal_force,
     balance_arrays,
     evaluate_balance,
     form_jacobian_of_balance,
@@ -92,20 +93,18 @@ def _form_parameter_derivative(
     arrays: BalanceArrays, x: Array, p: float, derivative: Array
 ) -> None:
     """Derivative by the logarithm of the amplitude: of f(a x) / a, what is not linear in a."""
-    rows, motion, force, tangent = arrays.rows, arrays.motion, arrays.force, arrays.tangent
-    directions, points, modes = rows.shape
-    parts = motion.shape[1] // directions
+    motion, force, tangent = arrays.motion, arrays.force, arrays.tangent
+    points, columns = motion.shape
     factor = 1 / (exp(p) * arrays.scale)
-    derivative[:] = 0.0
+    change = np.zeros_like(force)
     for point in range(points):
-        for d in range(directions):
-            for i in range(parts):
-                change = -force[point, d * parts + i]
-                for j in range(directions * parts):
-                    change += tangent[point, d * parts + i, j] * motion[point, j]
-                change *= factor
-                for m in range(modes):
-                    derivative[i * modes + m] += change * rows[d, point, m]
+        for i in range(columns):
+            total = -force[point, i]
+            for j in range(columns):
+                total += tangent[point, i, j] * motion[point, j]
+            change[point, i] = factor * total
+    derivative[:] = 0.0
+    add_modal_force(arrays.rows, change, arrays.column, derivative)
 
 
 @kept_loop
