@@ -208,7 +208,6 @@ def _with_more_room(
     return more, at, of_more, of_located
 
 
-@kept_loop
 def follow(system: System, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
     """Follow a branch from one end of a window to the other, as ``arc_length.trace``.
 
@@ -223,6 +222,17 @@ def follow(system: System, start: Vector, window: tuple[float, float], limits: L
     limits
         Step lengths, tolerances and scales.
     """
+    try:
+        return _follow(system, start, window, limits)
+    except np.linalg.LinAlgError:
+        # a singular matrix, or one that has overflowed
+        empty = np.empty(0)
+        return Path(empty[None], empty, empty, empty, 0, False)
+
+
+@kept_loop
+def _follow(system: System, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
+    """As ``follow``."""
     n, (begin, end) = start.size, window
     sense = 1.0 if end > begin else -1.0
     xs, ps = np.empty((_ROOM, n)), np.empty(_ROOM)

@@ -107,6 +107,9 @@ class Limits(NamedTuple):
         return cls(*of_control, float(residual_scale), float(largest), float(relative))
 
 
+#: systems up to this size are solved in place, larger ones by LAPACK
+LARGEST_ELIMINATED = 40
+
 #: parameter, size of the unknown, scale of the parameter; what is observed, and its slope
 P, SIZE, SCALE, VALUE, SLOPE = range(5)
 
@@ -180,7 +183,13 @@ def norm(vector: Vector) -> float:
 
 @loop
 def solve_in_place(matrix: Matrix, right: Vector, n: int) -> bool:
-    """Gaussian elimination with partial pivoting, of the first n; false where it fails."""
+    """Solve for the first n, by Gaussian elimination with partial pivoting; false if that fails.
+
+    LAPACK solves large systems, and raises LinAlgError.
+    """
+    if n > LARGEST_ELIMINATED:
+        right[:n] = np.linalg.solve(matrix[:n, :n], right[:n])
+        return True
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
