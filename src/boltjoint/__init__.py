@@ -21,6 +21,7 @@ _NAMES = {
     "partition_regions": "joint.partition",
     "solve_branch": "dynamics.frequency_response",
     "solve_response": "dynamics.frequency_response",
+    "weigh_pairs": "dynamics.hyper_reduction",
 }
 
 

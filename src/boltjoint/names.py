@@ -127,32 +127,37 @@ class JointName(ParsedName):
     ``division``: pairs gathered in ``regions`` along the bar, or in ``clusters`` of similar motion;
     ``count`` of these, ``auto`` where a tolerance decides; ``reduction``: the name of what stands
     for all elements of each (``REDUCTIONS``); how many ``elements``, where the name holds their
-    number. All None for a node-to-node joint.
+    number. ``pairs``: how many weighted pairs stand for all, or ``auto``, in a hyper-reduced joint.
+    All None for a node-to-node joint.
 
     >>> name = JointName("regions=6/elements=7")
     >>> name.division, name.count, name.reduction, name.elements, name.regions
     ('regions', 6, 'elements', 7, 'regions=6')
     >>> JointName("clusters=auto/table").count, JointName("node-to-node").division is None
     ('auto', True)
+    >>> JointName("hyper=50").pairs, JointName("hyper=auto").pairs
+    (50, 'auto')
     """
 
     QUANTITY = "joint"
     PATTERN = (
-        rf"^(?:node-to-node|(regions|clusters)=(?:{_COUNT}|(auto))"
+        rf"^(?:node-to-node|hyper=(?:{_COUNT}|(auto))|(regions|clusters)=(?:{_COUNT}|(auto))"
         rf"(?:/(?:({'|'.join(_COUNTED)})={_COUNT}|({'|'.join(_PLAIN)})))?)$"
     )
     MEANING = (
-        "must be node-to-node, regions=N or clusters=N, N being a number below 1000000 or auto, "
-        f"alone or with {', '.join(_FORMS[:-1])} or {_FORMS[-1]}"
+        "must be node-to-node, hyper=N, regions=N or clusters=N, N being a number below 1000000 or "
+        f"auto, the last two alone or with {', '.join(_FORMS[:-1])} or {_FORMS[-1]}"
     )
 
     division: Literal["regions", "clusters"] | None
     count: int | Literal["auto"] | None
     reduction: str | None
     elements: int | None
+    pairs: int | Literal["auto"] | None
 
     def _read(self, *parts: str | None) -> None:
-        self.division, count, auto, counted, elements, plain = parts
+        pairs, auto_pairs, self.division, count, auto, counted, elements, plain = parts
+        self.pairs = int(pairs) if pairs else auto_pairs
         self.count = int(count) if count else auto
         self.reduction = counted or plain
         self.elements = int(elements) if elements else None
@@ -171,7 +176,7 @@ class JointName(ParsedName):
     def is_published(self) -> bool:
         """Whether it is a joint of the source: node to node, bands, or its reduction of them."""
         reduced = self.reduction is not None and not REDUCTIONS[self.reduction].is_published
-        return self.division != "clusters" and not reduced
+        return self.division != "clusters" and self.pairs is None and not reduced
 
     @property
     def file_name(self) -> str:
@@ -187,6 +192,9 @@ class JointName(ParsedName):
         >>> JointName("regions=1/elements=1").label, JointName("clusters=auto/table").label
         ('1 region of 1 element', 'clusters to tolerance, tabulated')
         """
+        if self.pairs is not None:
+            few = "weighted pairs to tolerance"
+            return few if self.pairs == "auto" else _counted(self.pairs, "weighted pair")
         if self.division is None:
             return str(self)
         if self.count == "auto":

@@ -14,6 +14,7 @@ from boltjoint.report.figures.contact import (
     plot_contact,
     plot_regions,
     plot_states,
+    plot_weighted_pairs,
 )
 
 
@@ -76,6 +77,23 @@ def test_regions_show_their_place_their_elements_and_their_share(assembly):
     assert [text.get_text() for text in plan.texts] == ["1", "2"]
     assert "(%)" in bars.get_ylabel()
     assert bars.get_xlabel() == "x (mm)"
+
+
+def test_weighted_pairs_have_the_colour_of_their_weight(assembly):
+    joint = on_pairs(assembly, np.array([2, 5, 11]))[["element_position"]].assign(
+        weight=("point", [1.0, 4.0, 16.0]), point_of_element=("element", [0, 1, 2])
+    )
+    plan, scale = plot_weighted_pairs(assembly, joint).axes
+    unused, cells = shapes(plan)
+    area = assembly["area"].to_numpy() * 1e6
+    drawn = [polygon_area(path.to_polygons()) for path in cells.get_paths()]
+    assert drawn == pytest.approx(area[[2, 5, 11]])
+    rest = polygon_area(unused.get_paths()[0].to_polygons())
+    assert rest == pytest.approx(area.sum() - area[[2, 5, 11]].sum())
+    brightness = cells.get_facecolors()[:, :3].sum(axis=1)
+    assert np.all(np.diff(brightness) < 0)
+    assert scale.get_ylim() == pytest.approx((1.0, 16.0))
+    assert "3 of 21 pairs" in plan.get_title() and plan.get_xlabel() == "x (mm)"
 
 
 def test_regions_under_variable_load_tell_open_pairs_from_loaded_ones(assembly, variable):

@@ -31,7 +31,7 @@ rule partition_regions:
     log:
         "results/logs/partition_regions/{case}_{basis}_{joint}.log",
     wildcard_constraints:
-        joint="[a-z]+=[^/]+",
+        joint="(regions|clusters)=[^/]+",
     conda:
         "../envs/boltjoint.yaml"
     resources:
@@ -41,6 +41,29 @@ rule partition_regions:
         regions=lambda w: study.case(w.case).partition(w.joint),
     script:
         "../scripts/partition_regions.py"
+
+
+rule weigh_pairs:
+    input:
+        joint=node_to_node("{case}", "{basis}"),
+    output:
+        joint=layout.PATHS["joint"],
+    log:
+        "results/logs/weigh_pairs/{case}_{basis}_{joint}.log",
+    benchmark:
+        "results/benchmarks/weigh_pairs/{case}_{basis}_{joint}.tsv"
+    wildcard_constraints:
+        joint="hyper=[^/]+",
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
+    params:
+        library=library("weigh_pairs.py"),
+        problem=lambda w: problem(w.case, w.basis),
+        accuracy=lambda w: study.hyper_reduction.options(w.joint),
+    script:
+        "../scripts/weigh_pairs.py"
 
 
 rule reduce_joint:

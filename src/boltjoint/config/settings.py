@@ -6,6 +6,7 @@ from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.convergence import Convergence
 from boltjoint.config.entries import Entry
 from boltjoint.config.fitting import Fitting
+from boltjoint.config.hyper_reduction import HyperReduction
 from boltjoint.config.solver import Solver
 from boltjoint.config.timing import Timing
 from boltjoint.config.types import CaseName, Distinct, Name, Several
@@ -24,5 +25,6 @@ class Settings(Entry):
     contact_adapted_basis: ContactAdaptedBasis = ContactAdaptedBasis()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()
+    hyper_reduction: HyperReduction = HyperReduction()
     timing: Timing = Timing()
     convergence: Convergence = Convergence()

@@ -154,7 +154,7 @@ def _conflicts(
 
 
 def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
-    """Joints with more regions, or elements in all, than there are contact pairs.
+    """Joints with more regions, elements in all or weighted pairs than there are contact pairs.
 
     Bands hold each pair with its mirror image, and so are at most as many as on one side.
     """
@@ -167,6 +167,7 @@ def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
             for count, what, (most, of_what) in (
                 (regions, joint.division, of_regions),
                 (regions * (joint.elements or 0), "elements in all", pairs),
+                (0 if joint.pairs == "auto" else joint.pairs or 0, "weighted pairs", pairs),
             ):
                 if count > most:
                     path = ("solve", block_index, "joints", index)

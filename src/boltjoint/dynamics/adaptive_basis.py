@@ -28,8 +28,9 @@ from threadpoolctl import threadpool_limits
 from boltjoint.config.contact import Contact
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.candidate_backbone import CandidateBackbone, PeakSensitivity
+from boltjoint.dynamics.candidate_backbone import CandidateBackbone
 from boltjoint.dynamics.epmc import ModalState
+from boltjoint.dynamics.peak_sensitivity import PeakSensitivity, peak_sensitivities
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
@@ -248,14 +249,7 @@ def _trace(mode: CandidateBackbone, options: "ContactAdaptedBasis") -> TracedBac
         raise ValueError(f"the backbone ends after {len(states)} states: {backbone.reason}")
     if not backbone.complete:
         logger.warning("a backbone ends before all slips: %s", backbone.reason)
-    p = np.array([state.log_amplitude for state in states])
-    eigenvalue = np.array([[s.eigenvalue.real, s.eigenvalue.imag] for s in states])
-    stiffening, damping = np.gradient(np.log(np.abs(eigenvalue)), p, axis=0).T
-    growth = 1 + damping
-    # where peaks have a fold over the force no basis gives them the same force
-    limited = np.where(growth < 0, -1.0, 1.0) * np.maximum(abs(growth), options.smallest_growth)
-    sensitivities = map(PeakSensitivity, eigenvalue, limited, stiffening)
-    return TracedBackbone(mode, states, tuple(sensitivities))
+    return TracedBackbone(mode, states, peak_sensitivities(states, options.smallest_growth))
 
 
 def _snapshots(

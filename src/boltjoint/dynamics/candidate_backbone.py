@@ -24,6 +24,7 @@ from scipy.linalg import eigh
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone import Backbone, trace_backbone
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
+from boltjoint.dynamics.peak_sensitivity import PeakSensitivity
 from boltjoint.friction.law import FrictionLaw
 from boltjoint.joint.model import Joint, merge_points
 from boltjoint.solvers.equations import StepControl
@@ -35,37 +36,6 @@ Array = NDArray[np.float64]
 #: of single states: corners of the law take many corrections, and errors of a thousandth of the
 #: damping do not count; bases are the same with half or twice of either
 _CORRECTOR = StepControl(tolerance=1e-7, maximum_iterations=40)
-
-
-@dataclass(frozen=True)
-class PeakSensitivity:
-    """Derivatives of a peak by the eigenvalue ``lambda = w^2 (1 + 2 i zeta)`` at its amplitude.
-
-    The response to a force F has its peak where the force of the damping balances it,
-    ``F ~ a Im(lambda)``. An error of Im(lambda) at an amplitude therefore moves the amplitude at a
-    force by itself over ``growth``, the derivative of ln F by ln a, and with it the frequency.
-
-    Attributes
-    ----------
-    eigenvalue
-        lambda, real and imaginary part, shape (2,).
-    growth
-        d ln F / d ln a; where it vanishes, peaks have a fold over the force.
-    stiffening
-        d ln Re(lambda) / d ln a.
-    """
-
-    eigenvalue: Array
-    growth: float
-    stiffening: float
-
-    @property
-    def gradient(self) -> Array:
-        """Of the relative frequency, then amplitude, by both parts of lambda, shape (2, 2)."""
-        real, imaginary = self.eigenvalue
-        amplitude = np.array([0.0, -1.0 / (self.growth * imaginary)])
-        frequency = np.array([0.5 / real, 0.0]) + 0.5 * self.stiffening * amplitude
-        return np.stack([frequency, amplitude])
 
 
 @dataclass(frozen=True)

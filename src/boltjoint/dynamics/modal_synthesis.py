@@ -26,6 +26,10 @@ _UNLIMITED = "friction alone does not limit the response to this force"
 #: apart, dense enough to draw it; the peak does not depend on them
 _PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
+#: relative excess of the force at a peak beyond which its mode is not solved: solutions have 1e-8,
+#: what Newton's method leaves where it fails some tenths or more
+_LARGEST_EXCESS = 1e-3
+
 
 @dataclass(frozen=True)
 class SynthesisedResponse:
@@ -85,6 +89,8 @@ def synthesise_response(
     points = [point for point in points if low <= point.squared <= high]
     if first and last:
         reason = ""
+    elif not curve.is_solved:
+        reason = "no mode was found at the peak, between two states of the backbone"
     elif curve.peak is None:
         reason = backbone.reason or (
             "the backbone ends below the peak"
@@ -125,10 +131,14 @@ class _ResponseCurve:
             (i for i, state in enumerate(backbone.states) if self._excess(state) <= 0), None
         )
         self.peak: ModalState | None = None
+        #: whether the mode could be solved where the force balances the damping
+        self.is_solved = True
         if self.unreached:
             below, above = backbone.states[self.unreached - 1 : self.unreached + 1]
-            self.peak = backbone.solve_root(self._excess, below, above, above.least_distance)
-            self.states[self.unreached :] = [self.peak]
+            peak = backbone.solve_root(self._excess, below, above, above.least_distance)
+            self.is_solved = abs(self._excess(peak)) <= _LARGEST_EXCESS * peak.least_distance
+            self.peak = peak if self.is_solved else None
+            self.states[self.unreached :] = [peak] if self.is_solved else []
 
     def points(self) -> list[_Point]:
         """Points of the response: at states of the backbone, and more near the peak."""

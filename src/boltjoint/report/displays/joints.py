@@ -24,6 +24,14 @@ def _divided(contents: Contents) -> Iterator[dict[str, object]]:
                 yield {"case": case, "basis": basis, "joint": joint}
 
 
+def _hyper_reduced(contents: Contents) -> Iterator[dict[str, object]]:
+    """Joints in which few weighted pairs stand for all."""
+    for case, basis in contents.cases_and_bases():
+        for joint in contents.joints(case, basis):
+            if joint.pairs is not None:
+                yield {"case": case, "basis": basis, "joint": joint}
+
+
 def _fitted(contents: Contents) -> Iterator[dict[str, object]]:
     """Joints whose elements are fitted."""
     for case, basis in contents.cases_and_bases():
@@ -65,6 +73,25 @@ def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
 
     mesh = results.dataset("assembly", assembly=assembly)
     return plot_regions(mesh, results.dataset("joint", **artefact.which))
+
+
+@figure(
+    "weighted_pairs",
+    of=_hyper_reduced,
+    reads=(assembly_of_case, data_of("joint", by=[*_OF_BASIS, "joint"])),
+    job="responses_{case}_{basis}",
+    section="pairs",
+    title=lambda artefact: f"{artefact.joint.label.capitalize()} on the contact",
+    caption="The weight is how many pairs each of them stands for. Grey pairs are left out.",
+    options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
+    printed_by=("joint",),
+)
+def weighted_pairs(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
+    """The pairs of a hyper-reduced joint on the contact surface."""
+    from boltjoint.report.figures.contact import plot_weighted_pairs
+
+    mesh = results.dataset("assembly", assembly=assembly)
+    return plot_weighted_pairs(mesh, results.dataset("joint", **artefact.which))
 
 
 @figure(

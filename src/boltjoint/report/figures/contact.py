@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -150,6 +150,44 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
         where = {"loc": "outside upper center", "ncols": 2}
         figure.legend(patches, ["pairs under load", "open pairs"], **where)
     panels[-1].set_xlabel("x (mm)")
+    return figure
+
+
+@figure_style
+def plot_weighted_pairs(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
+    """The pairs that stand for all others in plan view, by their weight.
+
+    Parameters
+    ----------
+    assembly
+        As ``build_assembly`` returns it.
+    joint
+        A hyper-reduced joint (``joint.nc``) on that assembly.
+
+    Raises
+    ------
+    ValueError
+        If an element lies on no contact pair of the assembly.
+    """
+    surface = ContactSurface.of(assembly)
+    pair = surface.pairs_at(joint)
+    weight = joint["weight"].to_numpy()[joint["point_of_element"].to_numpy()]
+    figure = Figure(figsize=(8, 2.4), layout="compressed")
+    axes = figure.subplots()
+    without = np.setdiff1d(np.arange(len(surface.position)), pair)
+    fill_shapes(axes, [surface.area_of(without)], facecolors=BLANK_COLOUR)
+    colours = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.15, 1.0, 256)))
+    norm = LogNorm(weight.min(), max(weight.max(), 1.01 * weight.min()))
+    cells = [surface.area_of([each]) for each in pair]
+    fill_shapes(axes, cells, facecolors=colours(norm(weight)))
+    scale = ScalarMappable(norm, colours)
+    figure.colorbar(scale, ax=axes, label="weight", pad=0.01, aspect=8, format="{x:g}")
+    _set_plan_view(axes, surface)
+    axes.set_xlabel("x (mm)")
+    axes.set_title(
+        f"{pair.size} of {len(surface.position)} pairs, each standing for {np.median(weight):.2g} "
+        f"(median; {weight.min():.2g} to {weight.max():.2g})"
+    )
     return figure
 
 

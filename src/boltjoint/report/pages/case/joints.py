@@ -13,10 +13,12 @@ _TEXT = prose("case")
 
 
 def joint_figures(basis: CaseBasis, joint: str) -> Markup:
-    """Regions of a joint on the contact, and the fit of its elements."""
+    """Weighted pairs or regions of a joint on the contact, and the fit of its elements."""
     name = JointName(joint)
     content = basis.content
     body = Markup()
+    if name.pairs is not None:
+        body += content.figures("weighted_pairs", basis=basis.name, joint=joint)
     if name.division is not None:
         values = {"basis": basis.name, "joint": name.regions}
         body += content.figures("regions", **values)

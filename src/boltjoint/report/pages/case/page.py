@@ -28,6 +28,7 @@ from boltjoint.study.results import Results
 _TEXT = prose("case")
 _STAGES = {
     "nodes": "Node-to-node joint",
+    "pairs": "Weighted pairs",
     "regions": "Regions",
     "elements": "Few elements in each region",
 }
@@ -92,7 +93,7 @@ def _sections(basis: CaseBasis) -> Iterator[Section]:
 
 
 def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
-    """Node-to-node joint, regions and few elements around the first resonance."""
+    """Node-to-node joint, weighted pairs, regions and few elements at the first resonance."""
     for stage, title in _STAGES.items():
         bodies = {
             joint: joint_figures(basis, joint)
@@ -115,6 +116,8 @@ def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
 
 def _stage_of(joint: str) -> str:
     name = JointName(joint)
+    if name.pairs is not None:
+        return "pairs"
     if name.division is None:
         return "nodes"
     return "regions" if name.reduction is None else "elements"

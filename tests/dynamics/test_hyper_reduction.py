@@ -1,0 +1,151 @@
+"""Weighted pairs: their forces, their weights, and the peaks that they hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+from small_joint import make_joint
+
+from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.hyper_reduction import _Weights, keep_points, weigh_pairs
+from boltjoint.friction.iwan import FourParameterIwan
+
+FORCES, LOSS = (0.5, 5.0, 50.0), 0.01
+
+
+def iwan_joint(pairs):
+    joint = make_joint(pairs)
+    k, slip = joint.law.tangential_stiffness, joint.law.slip_force
+    shape = np.linspace(-0.8, 0.0, k.size), np.linspace(0.0, 2.0, k.size)
+    return replace(joint, law=FourParameterIwan(joint.law.point_of_element, k, slip, *shape))
+
+
+def joint_of(law, pairs=60):
+    return iwan_joint(pairs) if law == "iwan" else make_joint(pairs, law=law)
+
+
+@pytest.mark.parametrize("law", ["constant", "variable", "iwan"])
+def test_a_kept_pair_bears_its_force_times_its_weight(law):
+    joint, random = joint_of(law), np.random.default_rng(0)
+    weight = random.uniform(0.5, 20.0, joint.points) * (random.random(joint.points) < 0.3)
+    kept, points = keep_points(joint, weight), np.flatnonzero(weight)
+    columns = len(joint.rows) * len(joint.law.components)
+    motion = 10 ** random.uniform(-8, -4, (joint.points, 1)) * random.normal(
+        size=(joint.points, columns)
+    )
+    expected = weight[points, None] * joint.law.force(motion)[points]
+    np.testing.assert_allclose(kept.law.force(motion[points]), expected, rtol=1e-12, atol=1e-12)
+    assert np.array_equal(
+        kept.law.contact_state(motion[points]), joint.law.contact_state(motion)[points]
+    )
+    np.testing.assert_array_equal(kept.position, joint.position[points])
+    np.testing.assert_array_equal(kept.tangential_mode, joint.tangential_mode[points])
+
+
+def test_pairs_with_many_elements_keep_them_all():
+    joint = make_joint()
+    few = replace(
+        joint,
+        law=type(joint.law)(
+            joint.law.point_of_element // 10,
+            joint.law.tangential_stiffness,
+            joint.law.slip_force,
+        ),
+        tangential_mode=joint.tangential_mode[::10],
+        position=joint.position[::10],
+    )
+    kept = keep_points(few, np.array([0.0, 2.0, 0.0, 0.0, 3.0, 0.0]))
+    assert kept.points == 2
+    np.testing.assert_array_equal(kept.law.point_of_element, np.repeat([0, 1], 10))
+    expected = (
+        np.repeat([2.0, 3.0], 10) * np.r_[few.law.slip_force[10:20], few.law.slip_force[40:50]]
+    )
+    np.testing.assert_array_equal(kept.law.slip_force, expected)
+
+
+@pytest.mark.parametrize("weight", [np.zeros(60), np.full(60, -1.0), np.ones(59)])
+def test_impossible_weights_are_refused(weight):
+    with pytest.raises(ValueError, match="weight"):
+        keep_points(make_joint(), weight)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_weights_are_those_of_nonnegative_least_squares(seed):
+    matrix = np.random.default_rng(seed).normal(size=(40, 25)) + 0.3
+    search = _Weights(matrix)
+    assert not search.grow(26)
+    np.testing.assert_allclose(search.weight, nnls(matrix, matrix.sum(axis=1))[0], atol=1e-9)
+    few = _Weights(matrix)
+    few.grow(5)
+    assert np.count_nonzero(few.weight) == 5
+    # with its pairs none reduces the residual further
+    gradient = matrix.T @ (matrix.sum(axis=1) - matrix @ few.weight)
+    assert np.abs(gradient[few.weight > 0]).max() < 1e-9 * np.abs(gradient).max()
+
+
+def test_columns_that_would_be_negative_leave_again():
+    random = np.random.default_rng(7)
+    # neighbours that nearly agree compete with each other
+    matrix = np.repeat(random.normal(size=(60, 12)) + 1, 3, axis=1)
+    matrix += 0.05 * random.normal(size=matrix.shape)
+    target = matrix @ random.uniform(0, 2, 36)
+    search = _Weights(matrix)
+    search._target = matrix.T @ target
+    search.grow(36)
+    np.testing.assert_allclose(search.weight, nnls(matrix, target)[0], atol=1e-8)
+
+
+@pytest.mark.parametrize("law", ["constant", "variable", "iwan"])
+def test_peaks_at_all_forces_are_within_the_tolerances(law):
+    joint = joint_of(law, pairs=300)
+    few, fit = weigh_pairs(joint, FORCES, LOSS)
+    assert few.points < joint.points / 3
+    np.testing.assert_array_equal(fit["weight"], fit["weight"].where(fit["weight"] > 0))
+    estimated = [float(fit[f"estimated_{of}_error"]) for of in ("frequency", "amplitude")]
+    assert estimated[0] <= 1e-3 and estimated[1] <= 1e-2
+    for force in np.geomspace(FORCES[0], FORCES[-1], 10):
+        of_all, of_few = (solve_branch(each, force, loss_factor=LOSS) for each in (joint, few))
+        frequency, amplitude = (
+            getattr(of_few, name)[of_few.peak] / getattr(of_all, name)[of_all.peak] - 1
+            for name in ("frequency", "amplitude")
+        )
+        assert abs(frequency) <= 1e-3 and abs(amplitude) <= 1e-2
+
+
+def test_more_pairs_have_smaller_errors():
+    joint = make_joint()
+    errors = [
+        float(weigh_pairs(joint, FORCES, LOSS, count=n)[1]["estimated_amplitude_error"])
+        for n in (4, 12, 24)
+    ]
+    assert errors[2] < 0.1 * errors[0] and errors[1] < errors[0]
+
+
+def test_a_number_is_kept_and_every_resonance_held():
+    joint = make_joint()
+    few, fit = weigh_pairs(joint, FORCES, LOSS, count=15, windows={1: None, 2: (300.0, 500.0)})
+    assert few.points == fit.sizes["point"] == 15
+    first = weigh_pairs(joint, FORCES, LOSS, count=15)[1]
+    assert not np.array_equal(fit["weight"], first["weight"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"count": 61}, "count is 61, but the joint has 60 points"),
+        ({"count": 0}, "count"),
+        ({"frequency_tolerance": 0.0}, "frequency_tolerance"),
+        ({"amplitude_tolerance": -1.0}, "amplitude_tolerance"),
+        ({"windows": {}}, "windows are empty"),
+        ({"windows": {9: None}}, "resonance"),
+    ],
+)
+def test_impossible_options_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        weigh_pairs(make_joint(), FORCES, LOSS, **options)
+
+
+def test_tolerances_that_no_pairs_meet_are_an_error():
+    with pytest.raises(RuntimeError, match="allow larger ones"):
+        weigh_pairs(make_joint(), FORCES, LOSS, amplitude_tolerance=1e-14)
