@@ -21,8 +21,24 @@ def symmetric_half(assembly: xr.Dataset) -> ConstrainedStructure:
     ValueError
         If the mesh is not symmetric about y = 0.
     """
+    return constrain(assembly, symmetric_displacements(assembly, tightened=False))
+
+
+def symmetric_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_array:
+    """The matrix T of ``u = T q`` of motion symmetric about the width, as ``free_displacements``.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0.
+    """
     T = free_displacements(assembly, tightened=False)
-    return constrain(assembly, (T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))).tocsc())
+    symmetric = T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))
+    if not tightened:
+        return symmetric.tocsc()
+    # the bolts lie on the plane of symmetry
+    shortening = free_displacements(assembly, tightened=True)[:, T.shape[1] :]
+    return sparse.hstack([symmetric, shortening], format="csc")
 
 
 def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:
