@@ -57,7 +57,7 @@ _TANGENTS, _JACOBIANS = 3, 4
 _MANY, _SAMPLES = 201, 1024
 
 #: time of the finite elements, of nodes^2 [s]; modes in the symmetric half: for every fourth one
-_TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 4.6e-8, 1.4e-8, 8e-8, 3.2e-8
+_TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 1.4e-8, 8e-8, 3.2e-8
 #: of a response with its timing, check, figure and tables; and of a force level of it, of the
 #: pairs [s]
 _PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
@@ -247,7 +247,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors, factors_of_half = _FACTORS_FREE * fill, _HALF * _FACTORS_FREE * fill
     for _ in contents.select("preload", assembly=name):
-        memory = _PROCESS + _FACTORS * fill
+        memory = _PROCESS + _HALF * _FACTORS * fill
         yield _Job("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
     for modes in contents.select("modes", form="data", assembly=name):
         if modes.basis.is_contact_adapted:
