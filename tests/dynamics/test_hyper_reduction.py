@@ -73,10 +73,10 @@ def test_impossible_weights_are_refused(weight):
 @pytest.mark.parametrize("seed", range(5))
 def test_weights_are_those_of_nonnegative_least_squares(seed):
     matrix = np.random.default_rng(seed).normal(size=(40, 25)) + 0.3
-    search = _Weights(matrix)
+    search = _Weights([matrix[:15], matrix[15:]])
     assert not search.grow(26)
     np.testing.assert_allclose(search.weight, nnls(matrix, matrix.sum(axis=1))[0], atol=1e-9)
-    few = _Weights(matrix)
+    few = _Weights([matrix])
     few.grow(5)
     assert np.count_nonzero(few.weight) == 5
     # with its pairs none reduces the residual further
@@ -90,7 +90,7 @@ def test_columns_that_would_be_negative_leave_again():
     matrix = np.repeat(random.normal(size=(60, 12)) + 1, 3, axis=1)
     matrix += 0.05 * random.normal(size=matrix.shape)
     target = matrix @ random.uniform(0, 2, 36)
-    search = _Weights(matrix)
+    search = _Weights([matrix])
     search._target = matrix.T @ target
     search.grow(36)
     np.testing.assert_allclose(search.weight, nnls(matrix, target)[0], atol=1e-8)

@@ -21,7 +21,7 @@ C. L. Lawson, R. J. Hanson: Solving Least Squares Problems. SIAM, 1995: chapter 
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
@@ -157,8 +157,9 @@ def weigh_pairs(
     ]
     if not traced:
         raise ValueError("windows are empty: pairs are weighted for the peaks of a resonance")
-    rows = [row for each in traced for row in each.rows(tolerances, options.force_tolerance)]
-    search = _Weights(np.concatenate(rows))
+    search = _Weights(
+        row for each in traced for row in each.rows(tolerances, options.force_tolerance)
+    )
     trial = float(options.first_trial if count is None else count)
     while True:
         found = search.grow(round(trial))
@@ -329,15 +330,16 @@ class _Weights:
     """Weights by which columns of a matrix add up to the sum of all: non-negative least squares.
 
     The active-set method of Lawson and Hanson, which adds one column after another, stopped at a
-    number of columns.
+    number of columns. The matrix is given by some rows after others.
     """
 
-    def __init__(self, matrix: Array) -> None:
-        self._product = matrix.T @ matrix
+    def __init__(self, rows: Iterable[Array]) -> None:
+        # all rows at once would take more memory than all else
+        self._product = sum(some.T @ some for some in rows)
         self._target = self._product.sum(axis=1)
         #: of each column
-        self.weight = np.zeros(matrix.shape[1])
-        self._active = np.zeros(matrix.shape[1], dtype=bool)
+        self.weight = np.zeros(self._target.size)
+        self._active = np.zeros(self._target.size, dtype=bool)
         # the product has lost what is smaller
         self._smallest = np.finfo(float).eps * np.trace(self._product)
 
