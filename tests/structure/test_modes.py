@@ -6,7 +6,12 @@ from examples import coarse_assembly, study_assembly
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
-from boltjoint.structure.constraints import assemble_assembly
+from boltjoint.structure.constraints import (
+    assemble_assembly,
+    constrain,
+    factorise,
+    free_displacements,
+)
 from boltjoint.structure.half_lap.mesh import build_assembly
 from boltjoint.structure.mode_families import classify, symmetric_share
 from boltjoint.structure.modes import find_modes
@@ -64,20 +69,24 @@ def test_search_goes_on_until_enough_bending_modes_are_found(assembly, modes):
     np.testing.assert_allclose(many["response_mode"][:3], modes["response_mode"], rtol=1e-6)
 
 
-def test_many_are_found_in_the_symmetric_half_as_in_the_whole(assembly, monkeypatch):
-    of_half = find_modes(assembly, "free-13")
-    monkeypatch.setattr("boltjoint.structure.modes._MAXIMUM_OF_WHOLE", 13)
-    of_whole = find_modes(assembly, "free-13")
-    np.testing.assert_allclose(
-        of_half["natural_frequency"], of_whole["natural_frequency"], rtol=1e-8
-    )
-    np.testing.assert_allclose(of_half["mode_shape"], of_whole["mode_shape"], atol=1e-6)
-    # it has met the symmetric ones, and not one of the others
-    symmetric = of_whole["candidate_frequency"][of_whole["symmetric_share"] > 0.5]
-    np.testing.assert_allclose(
-        of_half["candidate_frequency"][: len(symmetric)], symmetric, rtol=1e-8
-    )
-    np.testing.assert_allclose(of_half["symmetric_share"], 1, rtol=1e-12)
+def test_halves_have_the_modes_of_the_whole(assembly, modes):
+    whole = constrain(assembly, free_displacements(assembly, tightened=False))
+    found = modes["candidate_frequency"].to_numpy()
+    squared, q = whole.modes(factorise(whole.stiffness), whole.stiffness, found.size)
+    np.testing.assert_allclose(found, np.sqrt(squared) / (2 * np.pi), rtol=1e-8)
+    shape = (whole.displacement @ q).reshape(-1, 3, found.size)
+    for frequency, ours in zip(
+        modes["natural_frequency"], modes["mode_shape"].transpose("mode", ...), strict=True
+    ):
+        theirs = shape[..., np.flatnonzero(found == frequency.item())[0]]
+        sign = np.sign(np.vdot(theirs, ours))
+        np.testing.assert_allclose(ours, sign * theirs, atol=1e-6)
+
+
+def test_of_many_only_symmetric_ones_are_sought(assembly):
+    many = find_modes(assembly, "free-13")
+    np.testing.assert_allclose(many["symmetric_share"], 1, rtol=1e-12)
+    assert set(many["candidate_family"].to_numpy()) == {"bending", "axial"}
 
 
 @pytest.mark.parametrize(
@@ -151,8 +160,8 @@ def test_result_is_the_same_every_time(assembly, modes):
     [("three_bolt", [71, 362, 946, 2571]), ("four_bolt", [51, 263, 731, 1899])],
 )
 def test_published_frequencies(name, published, monkeypatch):
-    # the symmetric half has the same ones in a third of the time (test above)
-    monkeypatch.setattr("boltjoint.structure.modes._MAXIMUM_OF_WHOLE", 0)
+    # only symmetric ones are compared
+    monkeypatch.setattr("boltjoint.structure.modes._MOST_BESIDE_OTHERS", 0)
     found = find_modes(build_assembly(study_assembly(name)), "free-4")
     # the dimensions were calibrated on the published values, which have two or three digits
     np.testing.assert_allclose(found["natural_frequency"], published, rtol=0.01)

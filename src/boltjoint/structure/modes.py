@@ -7,6 +7,7 @@ together. Families of modes are distinguished by kinetic energy. A contact-adapt
 
 import logging
 import re
+from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -18,14 +19,13 @@ from boltjoint.dataset import quantity
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
 from boltjoint.structure.constraints import (
+    ConstrainedStructure,
     assemble_assembly,
-    constrain,
     factorise,
-    free_displacements,
     relative_displacements,
 )
 from boltjoint.structure.mode_families import Modes, classify_modes
-from boltjoint.structure.symmetry import symmetric_half
+from boltjoint.structure.symmetry import antisymmetric_half, symmetric_half
 
 logger = logging.getLogger(__name__)
 
@@ -37,8 +37,8 @@ _POINTS = {
     "excitation": "this force does not excite the selected modes",
 }
 
-#: bending modes up to which the whole model is solved; for more, its symmetric half
-_MAXIMUM_OF_WHOLE = 12
+#: bending modes up to which lateral and torsional ones, which are not symmetric, are found as well
+_MOST_BESIDE_OTHERS = 12
 
 #: families of bases
 _FAMILIES = ("free", "enriched")
@@ -82,10 +82,10 @@ def find_modes(
     Raises
     ------
     ValueError
-        If there is no such family, the mesh has not as many modes or, for many, is not symmetric
-        about y = 0; if ``enriched-N`` gets no POD modes, too few, or those of another mesh; or if
-        the force excites none of the modes, or the output point moves in none, as in the clamp, or
-        across the width of a symmetric assembly.
+        If there is no such family, the mesh has not as many modes or is not symmetric about y = 0;
+        if ``enriched-N`` gets no POD modes, too few, or those of another mesh; or if the force
+        excites none of the modes, or the output point moves in none, as in the clamp, or across the
+        width.
     RuntimeError
         If a natural frequency is no number or zero within rounding: the assembly is not held.
     """
@@ -154,24 +154,45 @@ def find_modes(
 
 def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
     """Modes with the contact removed up to the N-th bending one, and which of them bend."""
-    if number > _MAXIMUM_OF_WHOLE:
-        structure = symmetric_half(assembly)
-    else:
-        structure = constrain(assembly, free_displacements(assembly, tightened=False))
     _, M = assemble_assembly(assembly)
+
+    def is_bending(squared: Array, shape: Array) -> NDArray[np.bool_]:
+        return classify_modes(assembly, M, np.sqrt(squared), shape).family == "bending"
+
+    # in a slender bar most symmetric modes bend in the plane
+    squared, shape = _modes_until(
+        symmetric_half(assembly),
+        number + 2,
+        lambda *found: np.count_nonzero(is_bending(*found)) >= number,
+    )
+    if np.count_nonzero(is_bending(squared, shape)) < number:
+        raise ValueError(f"free-{number}: the mesh has not as many bending modes")
+    if number <= _MOST_BESIDE_OTHERS:
+        others = _modes_until(
+            antisymmetric_half(assembly), 2 * number, lambda found, _: found[-1] > squared[-1]
+        )
+        below = others[0] <= squared[-1]
+        squared = np.concatenate([squared, others[0][below]])
+        shape = np.concatenate([shape, others[1][..., below]], axis=-1)
+        order = np.argsort(squared)
+        squared, shape = squared[order], shape[..., order]
+    modes = classify_modes(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
+    return modes, np.flatnonzero(modes.family == "bending")[:number]
+
+
+def _modes_until(
+    structure: ConstrainedStructure, count: int, enough: Callable[[Array, Array], bool]
+) -> tuple[Array, Array]:
+    """Squared frequencies and shapes (nodes, 3, modes) of the first modes, at best of enough."""
     K = structure.stiffness
-    factors = factorise(K)
-    # in a slender bar about every third mode bends in the plane; where not, search further
-    count = 3 * number + 2
-    while count < K.shape[0] - 1:
+    factors, most = factorise(K), K.shape[0] - 2
+    while True:
+        count = min(count, most)
         squared, q = structure.modes(factors, K, count)
         shape = (structure.displacement @ q).reshape(-1, 3, count)
-        modes = classify_modes(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
-        bending = np.flatnonzero(modes.family == "bending")
-        if len(bending) >= number:
-            return modes, bending[:number]
+        if count == most or enough(squared, shape):
+            return squared, shape
         count *= 2
-    raise ValueError(f"free-{number}: the mesh has not as many bending modes")
 
 
 def _candidates(modes: Modes) -> dict[str, xr.Variable]:

@@ -1,7 +1,7 @@
-"""Symmetric half of an assembly: unknowns of the motion symmetric about the width.
+"""Halves of an assembly: unknowns of the motion symmetric about the width, and of the other.
 
-Excitation, response and normal load are symmetric, so bending in the plane of the bar needs these
-unknowns only.
+Excitation, response and normal load are symmetric, so bending in the plane of the bar needs the
+unknowns of symmetric motion only.
 """
 
 import numpy as np
@@ -24,6 +24,18 @@ def symmetric_half(assembly: xr.Dataset) -> ConstrainedStructure:
     return constrain(assembly, symmetric_displacements(assembly, tightened=False))
 
 
+def antisymmetric_half(assembly: xr.Dataset) -> ConstrainedStructure:
+    """The assembly in unknowns that move one half of its width as the negative mirror image.
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not symmetric about y = 0.
+    """
+    T = free_displacements(assembly, tightened=False)
+    return constrain(assembly, (T @ _unknowns_of_half(T, _mirrored_nodes(assembly), -1.0)).tocsc())
+
+
 def symmetric_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_array:
     """The matrix T of ``u = T q`` of motion symmetric about the width, as ``free_displacements``.
 
@@ -33,7 +45,7 @@ def symmetric_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.
         If the mesh is not symmetric about y = 0.
     """
     T = free_displacements(assembly, tightened=False)
-    symmetric = T @ _symmetric_unknowns(T, _mirrored_nodes(assembly))
+    symmetric = T @ _unknowns_of_half(T, _mirrored_nodes(assembly), 1.0)
     if not tightened:
         return symmetric.tocsc()
     # the bolts lie on the plane of symmetry
@@ -60,17 +72,22 @@ def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64]:
     return mirrored
 
 
-def _symmetric_unknowns(T: sparse.csc_array, mirrored_node: NDArray[np.int64]) -> sparse.csc_array:
-    """The matrix that takes unknowns of symmetric motion to those of ``u = T q``."""
+def _unknowns_of_half(
+    T: sparse.csc_array, mirrored_node: NDArray[np.int64], sense: float
+) -> sparse.csc_array:
+    """The matrix that takes unknowns of symmetric motion to those of ``u = T q``.
+
+    With the sense -1 of antisymmetric motion.
+    """
     displacement = T.indices[T.indptr[:-1]]
     node, axis = np.divmod(displacement, 3)
     # every free displacement follows one unknown; held displacements are not used
     follows = np.zeros(T.shape[0], dtype=np.int64)
     follows[T.indices] = np.repeat(np.arange(T.shape[1]), np.diff(T.indptr))
     image = follows[3 * mirrored_node[node] + axis]
-    sign = np.where(axis == 1, -1.0, 1.0)
+    sign = sense * np.where(axis == 1, -1.0, 1.0)
     own = np.arange(T.shape[1])
-    # on the plane of symmetry nothing moves along y
+    # on the plane of symmetry nothing moves across it, or nothing moves along it
     kept = np.flatnonzero((own < image) | ((own == image) & (sign > 0)))
     column = np.arange(kept.size)
     two = image[kept] != kept
