@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
 
@@ -31,6 +32,9 @@ def make_joint(pairs: int = 60, seed: int = 1, law: str = "constant") -> Joint:
             2 * stiffness,
             (load - 0.5 * load.mean()) / FRICTION,
             np.full(pairs, FRICTION),
+        ),
+        "iwan": FourParameterIwan(
+            points, stiffness, load, np.linspace(-0.8, 0.0, pairs), np.linspace(0.0, 2.0, pairs)
         ),
     }
     return Joint(

@@ -1,73 +1,14 @@
 """Weighted pairs: their forces, their weights, and the peaks that they hold."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.optimize import nnls
 from small_joint import make_joint
 
 from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.hyper_reduction import _Weights, keep_points, weigh_pairs
-from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.dynamics.hyper_reduction import _Weights, weigh_pairs
 
 FORCES, LOSS = (0.5, 5.0, 50.0), 0.01
-
-
-def iwan_joint(pairs):
-    joint = make_joint(pairs)
-    k, slip = joint.law.tangential_stiffness, joint.law.slip_force
-    shape = np.linspace(-0.8, 0.0, k.size), np.linspace(0.0, 2.0, k.size)
-    return replace(joint, law=FourParameterIwan(joint.law.point_of_element, k, slip, *shape))
-
-
-def joint_of(law, pairs=60):
-    return iwan_joint(pairs) if law == "iwan" else make_joint(pairs, law=law)
-
-
-@pytest.mark.parametrize("law", ["constant", "variable", "iwan"])
-def test_a_kept_pair_bears_its_force_times_its_weight(law):
-    joint, random = joint_of(law), np.random.default_rng(0)
-    weight = random.uniform(0.5, 20.0, joint.points) * (random.random(joint.points) < 0.3)
-    kept, points = keep_points(joint, weight), np.flatnonzero(weight)
-    columns = len(joint.rows) * len(joint.law.components)
-    motion = 10 ** random.uniform(-8, -4, (joint.points, 1)) * random.normal(
-        size=(joint.points, columns)
-    )
-    expected = weight[points, None] * joint.law.force(motion)[points]
-    np.testing.assert_allclose(kept.law.force(motion[points]), expected, rtol=1e-12, atol=1e-12)
-    assert np.array_equal(
-        kept.law.contact_state(motion[points]), joint.law.contact_state(motion)[points]
-    )
-    np.testing.assert_array_equal(kept.position, joint.position[points])
-    np.testing.assert_array_equal(kept.tangential_mode, joint.tangential_mode[points])
-
-
-def test_pairs_with_many_elements_keep_them_all():
-    joint = make_joint()
-    few = replace(
-        joint,
-        law=type(joint.law)(
-            joint.law.point_of_element // 10,
-            joint.law.tangential_stiffness,
-            joint.law.slip_force,
-        ),
-        tangential_mode=joint.tangential_mode[::10],
-        position=joint.position[::10],
-    )
-    kept = keep_points(few, np.array([0.0, 2.0, 0.0, 0.0, 3.0, 0.0]))
-    assert kept.points == 2
-    np.testing.assert_array_equal(kept.law.point_of_element, np.repeat([0, 1], 10))
-    expected = (
-        np.repeat([2.0, 3.0], 10) * np.r_[few.law.slip_force[10:20], few.law.slip_force[40:50]]
-    )
-    np.testing.assert_array_equal(kept.law.slip_force, expected)
-
-
-@pytest.mark.parametrize("weight", [np.zeros(60), np.full(60, -1.0), np.ones(59)])
-def test_impossible_weights_are_refused(weight):
-    with pytest.raises(ValueError, match="weight"):
-        keep_points(make_joint(), weight)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -98,7 +39,7 @@ def test_columns_that_would_be_negative_leave_again():
 
 @pytest.mark.parametrize("law", ["constant", "variable", "iwan"])
 def test_peaks_at_all_forces_are_within_the_tolerances(law):
-    joint = joint_of(law, pairs=300)
+    joint = make_joint(300, law=law)
     few, fit = weigh_pairs(joint, FORCES, LOSS)
     assert few.points < joint.points / 3
     np.testing.assert_array_equal(fit["weight"], fit["weight"].where(fit["weight"] > 0))

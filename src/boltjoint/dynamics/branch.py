@@ -16,8 +16,10 @@ from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.folds import find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
+from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.options import Options
 from boltjoint.solvers.newton import solve
 
@@ -153,7 +155,7 @@ class BranchError:
 
 def estimate_branch_error(joint: Joint, branch: Branch, damping: Damping | float) -> BranchError:
     """Errors of a branch by the balance in all linear modes (``estimate_solution_error``)."""
-    balance = HarmonicBalance(joint, damping, branch.force)
+    balance = HarmonicBalance(merge_alike(joint), damping, branch.force)
     at = zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True)
     errors = np.array([estimate_solution_error(balance, x, w) for x, w in at])
     if not errors.size:
@@ -202,14 +204,16 @@ def to_dataset(
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
     folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
     residuals, energy_errors, states_at_peak = [], [], []
+    contact, merged = ModalContact(joint), merge_alike(joint)
     for branch in branches:
-        balance = HarmonicBalance(joint, damping, branch.force)
+        balance = HarmonicBalance(merged, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         residuals += [relative_residual(balance, x, w) for x, w in at]
         energy_errors += [_energy_error(balance, x, w) for x, w in at]
         states = np.full(joint.law.point_of_element.size, contact_states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
-            states = joint.law.contact_state(balance.motion(branch.modal_coordinate[branch.peak]))
+            motion = contact.motion(branch.modal_coordinate[branch.peak])
+            states = joint.law.contact_state(motion)
         states_at_peak.append(states)
     components, values = _modal_coordinates(joint, branches)
     dimensions = ("solution", "mode", "component")

@@ -22,7 +22,7 @@ C. L. Lawson, R. J. Hanson: Solving Least Squares Problems. SIAM, 1995: chapter 
 
 import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -39,6 +39,7 @@ from boltjoint.dynamics.peak_sensitivity import PeakSensitivity, peak_sensitivit
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
+from boltjoint.joint.weighted_elements import count_alike, keep_elements
 from boltjoint.options import Options
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
@@ -151,6 +152,9 @@ def weigh_pairs(
     if count is not None and checks.whole("count", count, at_least=1) > joint.points:
         raise ValueError(f"count is {count}, but the joint has {joint.points} points")
     control = StepControl() if control is None else control
+    alike = count_alike(joint)
+    joint, alike = keep_elements(joint, alike), alike[alike > 0]
+    on = joint.law.point_of_element
     traced = [
         _trace(joint, forces, as_damping(damping), resonance, window, control, options)
         for resonance, window in windows.items()
@@ -163,7 +167,7 @@ def weigh_pairs(
     trial = float(options.first_trial if count is None else count)
     while True:
         found = search.grow(round(trial))
-        kept = keep_points(joint, search.weight)
+        kept = keep_elements(joint, search.weight[on])
         errors = options.safety * np.max([each.errors(kept) for each in traced], axis=0)
         logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
         if count is not None or np.all(errors <= tolerances):
@@ -174,53 +178,15 @@ def weigh_pairs(
                 f"still have errors of {errors[0]:.2g} and {errors[1]:.2g}: allow larger ones"
             )
         trial = max(trial + 1, options.trial_growth * trial)
-    weight = search.weight[search.weight > 0]
+    weight = search.weight * np.bincount(on, alike) / np.bincount(on)
     about = "largest relative error of peak {}, estimated on the backbones it is made for"
     return kept, xr.Dataset(
         {
-            "weight": quantity("point", weight, "1", "pairs that each pair stands for"),
+            "weight": quantity("point", weight[weight > 0], "1", "pairs that each pair stands for"),
             "estimated_frequency_error": quantity((), errors[0], "1", about.format("frequencies")),
             "estimated_amplitude_error": quantity((), errors[1], "1", about.format("amplitudes")),
         },
         attrs={"options": options.stored()},
-    )
-
-
-def keep_points(joint: Joint, weight: Array) -> Joint:
-    """A joint of those points that have a weight, whose elements bear all forces times it.
-
-    Parameters
-    ----------
-    joint
-        A joint whose law is made of elements.
-    weight
-        Of each point, zero of those that are left out, shape (points,).
-
-    Raises
-    ------
-    ValueError
-        If a weight is negative, or none is positive.
-    """
-    weight = checks.array("weight", weight, (joint.points,), at_least=0)
-    points = np.flatnonzero(weight)
-    if not points.size:
-        raise ValueError("weight is zero at all points")
-    law, on = joint.law, joint.law.point_of_element
-    mine = np.flatnonzero(weight[on] > 0)
-    # forces and stiffnesses belong to the pairs, ratios of them do not
-    scaled = {
-        name: getattr(law, name)[mine] * (1.0 if unit == "1" else weight[on[mine]])
-        for name, (unit, _) in law.quantities.items()
-    }
-    new = np.full(joint.points, -1)
-    new[points] = np.arange(points.size)
-    return replace(
-        joint,
-        law=type(law)(point_of_element=new[on[mine]], **scaled),
-        tangential_mode=joint.tangential_mode[points],
-        normal_mode=None if joint.normal_mode is None else joint.normal_mode[points],
-        position=joint.position[points],
-        element_position=joint.element_position[mine],
     )
 
 
