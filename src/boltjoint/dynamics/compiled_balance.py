@@ -30,8 +30,8 @@ class BalanceArrays(NamedTuple):
     components * modes, components * modes) and ``-(w harmonic)^2`` are added; ``stuck``, of the
     shape of ``static``, the contact's part of the Jacobian while nothing slips, and
     ``stuck_tangent``, shape (points, directions * components), the diagonal of the tangent of each
-    point then. ``slipping`` has room for the points with another one; ``column``, ``left``,
-    ``other``, ``right`` and ``product`` for what is summed over points. ``add_forces`` is the
+    point then. ``slipping`` has room for the points with another one; ``column``, ``at_points``,
+    ``right`` and ``product`` for what is summed over some points at once. ``add_forces`` is the
     address of the law's kernel. Nonlinear modes need ``coordinates``, ``jacobian``, ``scale``.
     """
 
@@ -51,8 +51,7 @@ class BalanceArrays(NamedTuple):
     tangent: Array
     slipping: NDArray[np.int64]
     column: Array
-    left: Array
-    other: Array
+    at_points: Array
     right: Array
     product: Array
     coordinates: Array
@@ -93,9 +92,8 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
         force=np.zeros((points, columns)),
         tangent=np.zeros((points, columns, columns)),
         slipping=np.zeros(points, np.int64),
-        column=np.zeros(points),
-        left=np.zeros((modes, _POINTS_AT_ONCE)),
-        other=np.zeros((modes, _POINTS_AT_ONCE)),
+        column=np.zeros(_POINTS_AT_ONCE),
+        at_points=np.zeros((directions, modes, _POINTS_AT_ONCE)),
         right=np.zeros((parts * parts * modes, _POINTS_AT_ONCE)),
         product=np.zeros((modes, parts * parts * modes)),
         coordinates=np.zeros(n),
@@ -131,15 +129,18 @@ def _move(rows: Array, x: Array, column: Array, motion: Array) -> None:
     """Motion of the points by the modal coordinates."""
     directions, modes, points = rows.shape
     parts = x.size // modes
-    for d in range(directions):
-        for i in range(parts):
-            column[:] = 0.0
-            for m in range(modes):
-                factor = x[i * modes + m]
-                for point in range(points):
-                    column[point] += factor * rows[d, m, point]
-            for point in range(points):
-                motion[point, d * parts + i] = column[point]
+    for first in range(0, points, column.size):
+        some = min(column.size, points - first)
+        for d in range(directions):
+            for i in range(parts):
+                column[:some] = 0.0
+                for m in range(modes):
+                    factor = x[i * modes + m]
+                    row = rows[d, m, first : first + some]
+                    for point in range(some):
+                        column[point] += factor * row[point]
+                for point in range(some):
+                    motion[first + point, d * parts + i] = column[point]
 
 
 @njit(error_model="numpy", fastmath={"reassoc", "contract"})
@@ -147,15 +148,18 @@ def add_modal_force(rows: Array, force: Array, column: Array, residual: Array) -
     """Add the forces of the points on the modes."""
     directions, modes, points = rows.shape
     parts = force.shape[1] // directions
-    for d in range(directions):
-        for i in range(parts):
-            for point in range(points):
-                column[point] = force[point, d * parts + i]
-            for m in range(modes):
-                total = 0.0
-                for point in range(points):
-                    total += column[point] * rows[d, m, point]
-                residual[i * modes + m] += total
+    for first in range(0, points, column.size):
+        some = min(column.size, points - first)
+        for d in range(directions):
+            for i in range(parts):
+                for point in range(some):
+                    column[point] = force[first + point, d * parts + i]
+                for m in range(modes):
+                    row = rows[d, m, first : first + some]
+                    total = 0.0
+                    for point in range(some):
+                        total += column[point] * row[point]
+                    residual[i * modes + m] += total
 
 
 @kept_loop
@@ -170,29 +174,28 @@ def form_jacobian_of_balance(arrays: BalanceArrays, x: Array, p: float, jacobian
         for i in range(x.size):
             for j in range(x.size):
                 jacobian[i, j] += factor * arrays.varying[k, i, j]
-    directions = arrays.rows.shape[0]
-    for d in range(directions):
-        for e in range(directions):
-            slipping = arrays.slipping[: _find_slipping(arrays, d, e)]
-            if slipping.size < _FEWEST_POINTS:
-                _add_tangents(arrays, slipping, d, e, jacobian)
-            else:
-                _add_products(arrays, slipping, d, e, jacobian)
+    for d in range(arrays.rows.shape[0]):
+        slipping = arrays.slipping[: _find_slipping(arrays, d)]
+        if slipping.size < _FEWEST_POINTS:
+            _add_tangents(arrays, slipping, d, jacobian)
+        else:
+            _add_products(arrays, slipping, d, jacobian)
 
 
 @loop
-def _find_slipping(arrays: BalanceArrays, d: int, e: int) -> int:
-    """Note the points whose tangent of a direction by another is not that of sticking contact.
+def _find_slipping(arrays: BalanceArrays, d: int) -> int:
+    """Note the points whose tangent of the force in a direction is not that of sticking contact.
 
-    Their number. Tangential motion never changes the normal force, so some blocks have none.
+    Their number.
     """
     tangent, stuck = arrays.tangent, arrays.stuck_tangent
-    parts = stuck.shape[1] // arrays.rows.shape[0]
+    points, columns = stuck.shape
+    parts = columns // arrays.rows.shape[0]
     count = 0
-    for point in range(stuck.shape[0]):
+    for point in range(points):
         slips = False
         for a in range(d * parts, (d + 1) * parts):
-            for b in range(e * parts, (e + 1) * parts):
+            for b in range(columns):
                 slips |= tangent[point, a, b] != (stuck[point, a] if a == b else 0.0)
         if slips:
             arrays.slipping[count] = point
@@ -202,50 +205,62 @@ def _find_slipping(arrays: BalanceArrays, d: int, e: int) -> int:
 
 @loop
 def _add_tangents(
-    arrays: BalanceArrays, slipping: NDArray[np.int64], d: int, e: int, jacobian: Array
+    arrays: BalanceArrays, slipping: NDArray[np.int64], d: int, jacobian: Array
 ) -> None:
-    """Add the tangents of a direction by another, beyond stick, of these points."""
+    """Add the tangents of the forces in a direction, beyond stick, of these points."""
     rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
     directions, modes, _ = rows.shape
     parts = stuck.shape[1] // directions
     for point in slipping:
-        for m in range(modes):
-            for k in range(modes):
-                product = rows[d, m, point] * rows[e, k, point]
-                for i in range(parts):
-                    for j in range(parts):
-                        a, b = d * parts + i, e * parts + j
-                        t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
-                        jacobian[i * modes + m, j * modes + k] += t * product
+        for e in range(directions):
+            for i in range(parts):
+                for j in range(parts):
+                    a, b = d * parts + i, e * parts + j
+                    t = tangent[point, a, b] - (stuck[point, a] if a == b else 0.0)
+                    if t == 0.0:
+                        continue
+                    for m in range(modes):
+                        factor = t * rows[d, m, point]
+                        for k in range(modes):
+                            jacobian[i * modes + m, j * modes + k] += factor * rows[e, k, point]
 
 
 @loop
 def _add_products(
-    arrays: BalanceArrays, slipping: NDArray[np.int64], d: int, e: int, jacobian: Array
+    arrays: BalanceArrays, slipping: NDArray[np.int64], d: int, jacobian: Array
 ) -> None:
-    """As ``_add_tangents``, by products of matrices."""
+    """As ``_add_tangents``, by products of matrices.
+
+    The directions of the motion are summed before, as all move by the same coordinates.
+    """
     rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
-    left, other, right = arrays.left, arrays.other, arrays.right
+    at_points, right, column = arrays.at_points, arrays.right, arrays.column
     directions, modes, _ = rows.shape
     parts = stuck.shape[1] // directions
-    for first in range(0, slipping.size, left.shape[1]):
-        some = slipping[first : first + left.shape[1]]
-        if some.size < left.shape[1]:
-            left[:] = right[:] = 0.0
-        for m in range(modes):
-            for s in range(some.size):
-                left[m, s], other[m, s] = rows[d, m, some[s]], rows[e, m, some[s]]
-        for i in range(parts):
-            for j in range(parts):
-                a, b = d * parts + i, e * parts + j
+    for first in range(0, slipping.size, column.size):
+        some = slipping[first : first + column.size]
+        if some.size < column.size:
+            at_points[d] = 0.0
+        right[:] = 0.0
+        for e in range(directions):
+            for m in range(modes):
                 for s in range(some.size):
-                    known = stuck[some[s], a] if a == b else 0.0
-                    arrays.column[s] = tangent[some[s], a, b] - known
-                for k in range(modes):
-                    row = (i * parts + j) * modes + k
+                    at_points[e, m, s] = rows[e, m, some[s]]
+            for i in range(parts):
+                for j in range(parts):
+                    a, b = d * parts + i, e * parts + j
+                    none = True
                     for s in range(some.size):
-                        right[row, s] = arrays.column[s] * other[k, s]
-        np.dot(left, right.T, arrays.product)
+                        known = stuck[some[s], a] if a == b else 0.0
+                        column[s] = tangent[some[s], a, b] - known
+                        none &= column[s] == 0.0
+                    if none:  # tangential motion never changes the normal force
+                        continue
+                    for k in range(modes):
+                        row = (i * parts + j) * modes + k
+                        for s in range(some.size):
+                            right[row, s] += column[s] * at_points[e, k, s]
+        np.dot(at_points[d], right.T, arrays.product)
         for m in range(modes):
             for i in range(parts):
                 for j in range(parts):
