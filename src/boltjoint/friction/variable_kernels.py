@@ -85,6 +85,19 @@ def _inverse(amplitude: float) -> float:
 
 
 @loop
+def _sticks(x: Array, n: Array, mu: float) -> bool:
+    """Whether an element never slips from the assembled state nor separates."""
+    low_s, low_c = x[1] - mu * n[1], x[2] - mu * n[2]
+    high_s, high_c = x[1] + mu * n[1], x[2] + mu * n[2]
+    reach = mu * n[0]
+    return (
+        n[0] > sqrt(n[1] * n[1] + n[2] * n[2])
+        and x[0] - reach + sqrt(low_s * low_s + low_c * low_c) <= 0
+        and x[0] + reach - sqrt(high_s * high_s + high_c * high_c) >= 0
+    )
+
+
+@loop
 def _divide_period(x: Array, n: Array, mu: float, events: Array) -> tuple[int, int]:
     """Events of the steady period of an element; number of intervals, and contact state.
 
@@ -283,6 +296,14 @@ def add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) 
         above[0] += min(normal_load[e], 0.0)
         n[:] = above
         n[0] += assembled
+        if _sticks(x, n, friction_coefficient[e]):
+            for j in range(3):
+                force[p, j] += x[j]
+                force[p, 3 + j] += above[j]
+                if tangent.size > 0:
+                    tangent[p, j, j] += k_u[e]
+                    tangent[p, 3 + j, 3 + j] += k_v[e]
+            continue
         if _find_secants(x, n, friction_coefficient[e], events, secants) == SEPARATION:
             force[p, 3] -= assembled
             continue
