@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.joint.io import joint_from_dataset
+from boltjoint.joint.weighted_elements import merge_alike
 
 
 def residuals_in_time(
@@ -68,13 +69,21 @@ def residuals_in_time(
     frequency = response["frequency"].to_numpy()
     excitation = response["excitation_force"].to_numpy()
     residual = np.empty(frequency.size)
+    finest = max(maximum_samples // 2, 1)
+
+    def needed(count: int, residual: float) -> int:
+        """Samples with which a residual of the integration falls just below the tolerance."""
+        more = float(np.clip(1.1 * np.sqrt(residual / tolerance), 0.1, 8.0))
+        return ceil(min(max(more * count, samples), finest))
+
+    count = min(samples, finest)
     for i in range(residual.size):
-        count, finest = samples, max(maximum_samples // 2, 1)
+        # a solution needs about as many as the one before
         residual[i] = equations.extrapolated(motion[i], frequency[i], excitation[i], count)
         while residual[i] > tolerance and count < finest:
-            more = float(np.clip(1.1 * np.sqrt(residual[i] / tolerance), 1.25, 8.0))
-            count = min(ceil(more * count), finest)
+            count = max(needed(count, residual[i]), min(ceil(1.25 * count), finest))
             residual[i] = equations.extrapolated(motion[i], frequency[i], excitation[i], count)
+        count = needed(count, residual[i])
     return residual
 
 
@@ -82,17 +91,11 @@ class _ModalEquations:
     """Modal equations of one joint, with contact forces integrated in time."""
 
     def __init__(self, joint: xr.Dataset, damping: Damping) -> None:
-        natural = 2 * np.pi * joint["natural_frequency"].to_numpy()
-        self.L = natural[:, None] ** 2
-        self.phi = joint["excitation_mode"].to_numpy()
-        self.phi_cos = np.zeros_like(self.phi)
-        if "excitation_mode_cos" in joint:
-            self.phi_cos = joint["excitation_mode_cos"].to_numpy()
-        self.R = joint["tangential_mode"].transpose("point", "mode").to_numpy()
-        self.N = np.zeros_like(self.R)
-        if "normal_mode" in joint:
-            self.N = joint["normal_mode"].transpose("point", "mode").to_numpy()
-        model = joint_from_dataset(joint)
+        model = merge_alike(joint_from_dataset(joint))
+        self.L = (2 * np.pi * model.natural_frequency[:, None]) ** 2
+        self.phi, self.phi_cos = model.excitation.real, model.excitation.imag
+        self.R = model.tangential_mode
+        self.N = np.zeros_like(self.R) if model.normal_mode is None else model.normal_mode
         self.law, self.damping = model.law, damping.matrix(model.structure())
 
     def extrapolated(
