@@ -2,14 +2,16 @@
 
     python benchmarks/least_work.py JOINT.nc ...
 
-follows the response of joints under constant normal load, loss factor 0.002, through the same
-window with the same steps and tolerance as ``solve_branch``: arc length, tangent predictor and
-analytic Jacobian, without location of peaks, corners, records or checks, and prints the time of
-both and their ratio. Elements that stick cost a comparison: their stiffness is in the linear part.
+follows the response of joints, loss factor 0.002, through the same window with the same steps and
+tolerance as ``solve_branch``: arc length, tangent predictor and analytic Jacobian, without location
+of peaks, corners, records or checks, and prints the time of both and their ratio. Elements that
+stick cost a comparison: their stiffness is in the linear part. Elements that do the same as others
+are there once.
 """
 
 import argparse
 import time
+from collections.abc import Callable
 from math import atan2, pi, sqrt
 
 import numpy as np
@@ -18,10 +20,17 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.windows import frequency_window
+from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.friction.variable_kernels import _find_secants
 from boltjoint.joint.io import load_joint
 from boltjoint.joint.model import Joint
+from boltjoint.joint.weighted_elements import merge_alike
+from boltjoint.solvers.compiled_steps import LARGEST_ELIMINATED
 from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import ROUNDING
 
 LOSS_FACTOR = 0.002
 
@@ -30,12 +39,19 @@ BLOCK = 128
 CONTROL = StepControl()
 
 Array = NDArray[np.float64]
+#: rows of modes along and across the contact, and quantities of the law
+Elements = tuple[Array, Array, tuple[Array, Array, Array, Array]]
+#: linear part with sticking contact, squares of harmonic numbers, and excitation
+Linear = tuple[Array, Array, Array]
 
 
 @njit(cache=True)
 def solve(A: Array, b: Array) -> None:
-    """Gaussian elimination with partial pivoting."""
+    """Gaussian elimination with partial pivoting, by LAPACK where that is faster."""
     n = b.size
+    if n > LARGEST_ELIMINATED:
+        b[:] = np.linalg.solve(A, b)
+        return
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
@@ -57,21 +73,36 @@ def solve(A: Array, b: Array) -> None:
 
 
 @njit(cache=True)
-def evaluate(
-    R: Array, k: Array, slip: Array, L: Array, e: Array, x: Array, w: float, r: Array, J: Array
-) -> None:
-    """Residual and Jacobian at once; L is the linear part with sticking contact.
-
-    Tangents of many slipping elements are projected by one product of matrices.
-    """
-    n, m = x.size, R.shape[1]
-    for i in range(n):
+def evaluate_linear(L: Array, h: Array, e: Array, x: Array, w: float, r: Array, J: Array) -> None:
+    """Residual and Jacobian with sticking contact; h is the square of the harmonic number."""
+    for i in range(x.size):
         r[i] = -e[i]
-        for j in range(n):
+        for j in range(x.size):
             J[i, j] = L[i, j]
             r[i] += L[i, j] * x[j]
-        J[i, i] -= w * w
-        r[i] -= w * w * x[i]
+        J[i, i] -= h[i] * w * w
+        r[i] -= h[i] * w * w * x[i]
+
+
+@njit(cache=True)
+def add_product(left: Array, right: Array, parts: int, J: Array) -> None:
+    """Add the tangents of many slipping elements by one product of matrices."""
+    product, m = np.dot(left.T, right), left.shape[1]
+    for a in range(parts):
+        for i in range(m):
+            for b in range(parts):
+                for j in range(m):
+                    J[a * m + i, b * m + j] += product[i, (a * parts + b) * m + j]
+
+
+@njit(cache=True)
+def evaluate_constant(
+    elements: Elements, linear: Linear, x: Array, w: float, r: Array, J: Array
+) -> None:
+    """Residual and Jacobian of elements under constant normal load at once."""
+    evaluate_linear(*linear, x, w, r, J)
+    R, _, (k, slip, _, _) = elements
+    m = R.shape[1]
     left, right = np.empty((BLOCK, m)), np.empty((BLOCK, 4 * m))
     count = 0
     for p in range(k.size):
@@ -102,59 +133,128 @@ def evaluate(
                 right[count, 2 * m + i], right[count, 3 * m + i] = row * cs, row * cc
             count += 1
         if count == BLOCK or p == k.size - 1:
-            product = np.dot(left[:count].T, right[:count])
+            add_product(left[:count], right[:count], 2, J)
             count = 0
-            for i in range(m):
-                for j in range(m):
-                    J[i, j] += product[i, j]
-                    J[i, m + j] += product[i, m + j]
-                    J[m + i, j] += product[i, 2 * m + j]
-                    J[m + i, m + j] += product[i, 3 * m + j]
 
 
 @njit(cache=True)
-def bordered(J: Array, x: Array, w: float, size: float, scale: float, A: Array) -> None:
+def evaluate_variable(
+    elements: Elements, linear: Linear, x: Array, w: float, r: Array, J: Array
+) -> None:
+    """Residual and Jacobian of elements under variable normal load at once.
+
+    Open elements stay in the linear part with their stiffness in stick too, or without.
+    """
+    evaluate_linear(*linear, x, w, r, J)
+    R, N, (k_u, k_v, load, mu) = elements
+    m = R.shape[1]
+    left, right = np.empty((BLOCK, m)), np.empty((BLOCK, 9 * m))
+    normal_left, normal_right = np.empty((BLOCK, m)), np.empty((BLOCK, 9 * m))
+    u, v, n = np.empty(3), np.empty(3), np.empty(3)
+    events, secants = np.empty((10, 8)), np.empty((3, 3, 3))
+    count, normal_count = 0, 0
+    for p in range(k_u.size):
+        u[:] = v[:] = 0.0
+        for i in range(m):
+            for a in range(3):
+                u[a] += R[p, i] * x[a * m + i]
+                v[a] += N[p, i] * x[a * m + i]
+        for a in range(3):
+            u[a] *= k_u[p]
+            v[a] *= k_v[p]
+            n[a] = v[a]
+        n[0] += load[p]
+        amplitude = sqrt(n[1] * n[1] + n[2] * n[2])
+        was_closed = load[p] > 0.0
+        closed = n[0] > amplitude
+        if closed and was_closed:
+            lower = sqrt((u[1] - mu[p] * n[1]) ** 2 + (u[2] - mu[p] * n[2]) ** 2)
+            upper = sqrt((u[1] + mu[p] * n[1]) ** 2 + (u[2] + mu[p] * n[2]) ** 2)
+            reach = mu[p] * n[0]
+            if u[0] - reach + lower <= 0.0 and u[0] + reach - upper >= 0.0:
+                continue
+        elif not was_closed and n[0] <= -amplitude:
+            continue
+        state = _find_secants(u, n, mu[p], events, secants)
+        if state == SEPARATION:
+            secants[:] = 0.0
+        for a in range(3):
+            friction, above = 0.0, -max(load[p], 0.0) if a == 0 else 0.0
+            for b in range(3):
+                friction += secants[0, a, b] * u[b] + secants[1, a, b] * n[b]
+                above += secants[2, a, b] * n[b]
+            if was_closed:
+                friction -= u[a]
+                above -= v[a]
+            for i in range(m):
+                r[a * m + i] += R[p, i] * friction + N[p, i] * above
+        stuck = 1.0 if was_closed else 0.0
+        moves = state != STICK and state != STICK_SLIP
+        for i in range(m):
+            left[count, i] = R[p, i]
+            for a in range(3):
+                for b in range(3):
+                    known = stuck if a == b else 0.0
+                    t, of_n = k_u[p] * (secants[0, a, b] - known), k_v[p] * secants[1, a, b]
+                    right[count, (3 * a + b) * m + i] = t * R[p, i] + of_n * N[p, i]
+            if moves:
+                normal_left[normal_count, i] = N[p, i]
+                for a in range(3):
+                    for b in range(3):
+                        t = k_v[p] * (secants[2, a, b] - (stuck if a == b else 0.0))
+                        normal_right[normal_count, (3 * a + b) * m + i] = t * N[p, i]
+        count += 1
+        normal_count += moves
+        if count == BLOCK:
+            add_product(left, right, 3, J)
+            add_product(normal_left[:normal_count], normal_right[:normal_count], 3, J)
+            count = normal_count = 0
+    add_product(left[:count], right[:count], 3, J)
+    add_product(normal_left[:normal_count], normal_right[:normal_count], 3, J)
+
+
+@njit(cache=True)
+def bordered(J: Array, h: Array, x: Array, w: float, size: float, scale: float, A: Array) -> None:
     """Jacobian beside the derivative by the frequency, in scaled coordinates."""
     n = x.size
     for i in range(n):
         for j in range(n):
             A[i, j] = J[i, j] * size
-        A[i, n] = -2.0 * w * x[i] * scale
+        A[i, n] = -2.0 * w * h[i] * x[i] * scale
 
 
 @njit(cache=True)
 def follow(
-    R: Array,
-    k: Array,
-    slip: Array,
-    L: Array,
-    e: Array,
+    evaluate: Callable,
+    elements: Elements,
+    linear: Linear,
     x: Array,
     low: float,
     high: float,
     scales: tuple[float, float],
-    limits: tuple[float, float, float, float],
+    limits: tuple[float, float, float, float, float],
     iterations: tuple[int, int],
     xs: Array,
     ws: Array,
 ) -> int:
     """Solutions from one end of the window to beyond the other; their number."""
-    tolerance, length, longest, shortest = limits
+    tolerance, length, longest, shortest, cosine = limits
     target, most = iterations
     n = x.size
     r, J, A, b = np.empty(n), np.empty((n, n)), np.empty((n + 1, n + 1)), np.empty(n + 1)
     y, offset, tangent = np.empty(n), np.empty(n + 1), np.zeros(n + 1)
+    L, h, e = linear
     tolerance *= sqrt((e * e).sum())
     w = low
     while True:
-        evaluate(R, k, slip, L, e, x, w, r, J)
+        evaluate(elements, linear, x, w, r, J)
         if sqrt((r * r).sum()) <= tolerance:
             break
         size = sqrt((r * r).sum())
         solve(J, r)
         b[:n], damping = r, 1.0
         for _ in range(4):
-            evaluate(R, k, slip, L, e, x - damping * b[:n], w, r, J)
+            evaluate(elements, linear, x - damping * b[:n], w, r, J)
             if sqrt((r * r).sum()) < size:
                 break
             damping *= 0.5
@@ -164,10 +264,14 @@ def follow(
     while True:
         xs[count], ws[count] = x, w
         count += 1
-        if w >= high:
-            return count
+        if w >= high or count == ws.size:
+            return count if w >= high else -count
         size, scale = sqrt((x * x).sum()), min(scales[0], scales[1] * w)
-        bordered(J, x, w, size, scale, A)
+        terms = np.abs(L) @ np.abs(x)
+        near = max(tolerance, ROUNDING * sqrt((terms * terms).sum()))
+        bordered(J, h, x, w, size, scale, A)
+        for i in range(n):
+            A[i] /= sqrt((A[i] * A[i]).sum())
         A[n], b[:] = tangent, 0.0
         if count > 1:  # the last offset, in the new scales
             A[n, :n] /= size
@@ -181,12 +285,13 @@ def follow(
             for iteration in range(most + 1):
                 y[:] = x + size * offset[:n]
                 v = w + scale * offset[n]
-                evaluate(R, k, slip, L, e, y, v, r, J)
+                evaluate(elements, linear, y, v, r, J)
                 sphere = (offset * offset).sum() / length - length
-                if sqrt((r * r).sum()) <= tolerance and abs(sphere) <= 1e-3 * length:
-                    done = iteration
+                if sqrt((r * r).sum()) <= near and abs(sphere) <= 1e-3 * length:
+                    if (offset * tangent).sum() >= cosine * length:
+                        done = iteration
                     break
-                bordered(J, y, v, size, scale, A)
+                bordered(J, h, y, v, size, scale, A)
                 A[n], b[:n], b[n] = 2.0 * offset / length, r, sphere
                 solve(A, b)
                 offset -= b
@@ -204,29 +309,37 @@ class LeastWork:
     """The loop for one joint and force."""
 
     def __init__(self, joint: Joint, force: float, window: tuple[float, float]) -> None:
-        on = joint.law.point_of_element
-        self.R = np.ascontiguousarray(joint.tangential_mode[on])
-        self.k, self.slip = joint.law.tangential_stiffness, joint.law.slip_force
-        squared = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
-        stuck, zero = squared + joint.stuck_stiffness(), np.zeros_like(squared)
-        damping = LOSS_FACTOR * squared
-        self.L = np.block([[stuck, -damping], [damping, stuck]])
-        self.e = np.concatenate([force * joint.excitation_mode, zero[0]])
+        joint = merge_alike(joint)
+        law, on = joint.law, joint.law.point_of_element
+        balance = HarmonicBalance(joint, LOSS_FACTOR, force)
+        static, harmonic, *_ = balance.linear_part()
+        self.linear = static + balance.contact.stuck_stiffness, harmonic**2, balance.modal_force
+        R = np.ascontiguousarray(joint.tangential_mode[on])
+        if isinstance(law, VariableLoad):
+            self.evaluate = evaluate_variable
+            N = np.ascontiguousarray(joint.normal_mode[on])
+            of_law = law.tangential_stiffness, law.normal_stiffness, law.normal_load
+            self.elements = R, N, (*of_law, law.friction_coefficient)
+        else:
+            self.evaluate = evaluate_constant
+            none = np.zeros(0)
+            self.elements = R, R[:0], (law.tangential_stiffness, law.slip_force, none, none)
         self.low, self.high = (2 * np.pi * f for f in window)
 
     def solve(self) -> tuple[Array, Array]:
         """Frequencies [Hz] and unknowns of all solutions."""
-        n = self.e.size
-        xs, ws = np.empty((CONTROL.maximum_solutions, n)), np.empty(CONTROL.maximum_solutions)
-        x = np.linalg.solve(self.L - self.low**2 * np.eye(n), self.e)
+        L, h, e = self.linear
+        xs, ws = np.empty((CONTROL.maximum_solutions, e.size)), np.empty(CONTROL.maximum_solutions)
+        x = np.linalg.solve(L - np.diag(h) * self.low**2, e)
         count = follow(
-            *(self.R, self.k, self.slip, self.L, self.e, x, self.low, self.high),
+            *(self.evaluate, self.elements, self.linear, x, self.low, self.high),
             (CONTROL.window_scale * (self.high - self.low), CONTROL.parameter_scale),
             (
                 CONTROL.tolerance,
                 CONTROL.first_step,
                 CONTROL.largest_step,
                 CONTROL.smallest_step,
+                CONTROL.smallest_cosine,
             ),
             (CONTROL.target_iterations, CONTROL.maximum_iterations),
             *(xs, ws),
@@ -249,7 +362,7 @@ def median_time(run, repeats: int = 15) -> float:  # noqa: ANN001
 def main() -> None:
     """Print the times of both, and their ratio."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("joints", nargs="+", help="joint.nc under constant normal load")
+    parser.add_argument("joints", nargs="+", help="joint.nc")
     parser.add_argument("--forces", nargs="+", type=float, default=[1.0, 10.0, 50.0])
     arguments = parser.parse_args()
     with threadpool_limits(1):
