@@ -20,6 +20,7 @@ _NAMES = {
     "load_joint": "joint.io",
     "partition_regions": "joint.partition",
     "solve_branch": "dynamics.frequency_response",
+    "solve_branches": "dynamics.designs",
     "solve_response": "dynamics.frequency_response",
     "weigh_pairs": "dynamics.hyper_reduction",
 }

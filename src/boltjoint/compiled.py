@@ -15,8 +15,9 @@ from numba import njit, typeof, types
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
 
-#: compiles a function that other loops call: division by zero gives infinity, as in NumPy
-loop = njit(error_model="numpy")
+#: compiles a function that other loops call: division by zero gives infinity, as in NumPy; called
+#: from Python it lets other threads run
+loop = njit(error_model="numpy", nogil=True)
 
 
 @cache
