@@ -24,7 +24,7 @@ from boltjoint.report.pages import accuracy
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
-FIGURES = ("sampling",)
+FIGURES = ("reductions", "sampling")
 
 
 class Tables:
@@ -141,6 +141,18 @@ class Tables:
         texts = found.apply(lambda errors: " / ".join(_digits(e, 2) for e in errors), axis=1)
         return texts.unstack(fill_value="–")  # noqa: PD010 - texts cannot be aggregated
 
+    def reductions(self) -> pd.DataFrame:
+        """Largest errors of frequency and amplitude [%] and time [s], by joint and case."""
+        found = {}
+        for case in self.cases("reductions"):
+            frame = pd.read_csv(self._path("reductions", case))
+            largest = accuracy.largest(frame, ["joint"])
+            largest["cpu_s"] = frame.groupby("joint", sort=False)["cpu_s"].sum()
+            found[case] = largest.apply(
+                lambda row: " / ".join(_digits(value, 2) for value in row), axis=1
+            )
+        return pd.DataFrame(found).fillna("–")
+
     def lost(self, case: str) -> str:
         """How many of the peaks of regions were not found, and at which forces [N]; or nothing."""
         frame = pd.read_csv(self._path("divisions", case))
@@ -166,7 +178,7 @@ class Tables:
     @staticmethod
     def _path(kind: str, subject: str) -> Path:
         bases = {"harmonics": "_free-4"} | dict.fromkeys(
-            ("divisions", "harmonic_peaks"), "_enriched-40"
+            ("divisions", "harmonic_peaks", "reductions"), "_enriched-40"
         )
         basis = bases.get(kind, "")
         return RESULTS / f"tables/{kind}_{subject}{basis}.csv"

@@ -88,7 +88,11 @@ SETTINGS = {
     },
     "timing": {"repeats": 1},
     "fitting": {"initial_guesses": 2},
-    "convergence": {"bases": ["free-2", "enriched-8"], "regions": [2]},
+    "convergence": {
+        "bases": ["free-2", "enriched-8"],
+        "regions": [2],
+        "reductions": ["clusters=3", "clusters=2/table"],
+    },
 }
 
 #: three joints in two kinds of coordinates, two in one, and one in three; three joints in one

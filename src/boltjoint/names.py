@@ -5,7 +5,7 @@ the workflow, patterns of the JSON schemas and the words in figures and pages fo
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, Self
 
@@ -171,6 +171,11 @@ class JointName(ParsedName):
     def is_fitted(self) -> bool:
         """Whether it has elements that are fitted to those of its regions."""
         return self.reduction is not None and REDUCTIONS[self.reduction].is_fitted
+
+    def missing(self, capabilities: Collection[str]) -> list[str]:
+        """What its reduction needs of the friction law that is not among its capabilities."""
+        needs = REDUCTIONS[self.reduction].needs if self.reduction else ()
+        return [need for need in needs if need not in capabilities]
 
     @property
     def is_published(self) -> bool:

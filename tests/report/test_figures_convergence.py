@@ -8,6 +8,7 @@ from boltjoint.report.figures.convergence import (
     plot_divisions,
     plot_models,
     plot_patterns,
+    plot_reductions,
     plot_sampling,
 )
 from boltjoint.report.figures.style import save_figure
@@ -142,6 +143,50 @@ def test_divisions_are_drawn_by_their_largest_error():
     for line in dotted:
         np.testing.assert_allclose(line.get_xydata(), [[2, 1], [4, 0.5]])
     assert len(dotted) == 2
+
+
+def test_reductions_are_drawn_by_their_largest_error_and_longest_time():
+    def table(factor):
+        rows = [
+            {
+                "joint": joint,
+                "cpu_s": factor * cpu * force,
+                "complete": joint != "regions=4" or factor == 1,
+                "force_N": force,
+                "peak_frequency_error_percent": -factor * error * force,
+                "peak_amplitude_error_percent": 3 * factor * error * force,
+            }
+            for joint, cpu, error in (
+                ("node-to-node", 8.0, 0.0),
+                ("regions=4", 1.0, 10.0),
+                ("hyper=20", 0.25, 1.0),
+                ("hyper=auto", 0.5, 0.125),
+            )
+            for force in (1.0, 3.0)
+        ]
+        return pd.DataFrame(rows)
+
+    tables = {
+        ("constant", "one"): table(1.0),
+        ("constant", "other"): table(2.0),
+        ("variable", "third"): table(1.0),
+    }
+    figure = plot_reductions(tables, {"frequency_tolerance": 1e-3, "amplitude_tolerance": 0.01})
+    assert [axes.get_title() for axes in figure.axes[:2]] == [
+        "constant normal load",
+        "variable normal load",
+    ]
+    # of two cases under constant load the one with twice the errors and times
+    for axes, factor in zip(figure.axes, (2, 1, 6, 3), strict=True):
+        points = [line.get_xydata() for line in axes.get_lines()]
+        time = 2 if axes in figure.axes[::2] else 1
+        expected = [[0.5 * time, 3.0 * factor], [1.0 * time, 0.375 * factor]]
+        assert any(np.allclose(each, expected) for each in points if len(each) == 2)
+        crosses = [line for line in axes.get_lines() if line.get_marker() == "X"]
+        assert len(crosses) == (axes in figure.axes[::2])
+        assert {text.get_text() for text in axes.texts} == {"4", "20", "auto"}
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["bands", "weighted pairs"]
 
 
 def test_a_table_without_rows_has_a_figure(tmp_path):

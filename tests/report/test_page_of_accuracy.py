@@ -53,6 +53,7 @@ def page_of_accuracy(tmp_path, monkeypatch):
         "models": {"case": "mine"},
         "bases": {"case": "mine"},
         "divisions": {"case": "mine", "basis": Basis("enriched-8")},
+        "reductions": {"case": "mine", "basis": Basis("enriched-8")},
     }
     peak = {"peak_frequency_error_percent": -0.5, "peak_amplitude_error_percent": 2.0}
     rows = {
@@ -90,11 +91,20 @@ def page_of_accuracy(tmp_path, monkeypatch):
             "force_N": [1.0, 5.0, 1.0],
             **peak,
         },
+        "reductions": {
+            "joint": ["node-to-node", "node-to-node", "hyper=20"],
+            "points": [300, 300, 20],
+            "elements": [300, 300, 20],
+            "cpu_s": [0.25, 0.5, 0.125],
+            "force_N": [1.0, 5.0, 1.0],
+            **peak,
+        },
     }
+    of_figure = which | {"reductions": {}}
     return accuracy_of(
         [
-            save(Artefact(kind, form, **which[kind]), pd.DataFrame(content))
-            for form in ("figure", "table")
+            save(Artefact(kind, form, **of[kind]), pd.DataFrame(content))
+            for form, of in (("figure", of_figure), ("table", which))
             for kind, content in rows.items()
         ]
     )
@@ -105,10 +115,11 @@ def test_page_of_accuracy_has_structure_models_bases_and_regions(page_of_accurac
     assert sections == [
         "reading",
         "patterns",
-        *("case-mine", "models-mine", "bases-mine", "divisions-mine"),
+        "all-reductions",
+        *("case-mine", "models-mine", "bases-mine", "divisions-mine", "reductions-mine"),
     ]
-    assert len(re.findall("<svg", page_of_accuracy)) == 4
-    assert page_of_accuracy.count('href="../tables/') == 4
+    assert len(re.findall("<svg", page_of_accuracy)) == 5
+    assert page_of_accuracy.count('href="../tables/') == 5
     assert not repeated_ids(page_of_accuracy)
 
 
@@ -125,10 +136,10 @@ def test_page_of_accuracy_sums_up_by_the_largest_errors(page_of_accuracy):
         ["free-4", "4", "51.50"],
         ["enriched-8", "8", "0.25"],
     ]
-    # that of the models, of the bases and of the regions; the last one stands here
+    # those of models, bases, regions and reductions; the last one stands here
     assert tables["Largest errors over all forces"] == [
-        ["clusters", "mean", "2", "1.50", "0.50", "2.00"],
-        ["", "", "4", "1.50", "0.50", "2.00"],
+        ["node-to-node", "300", "300", "0.50", "2.00", "0.75"],
+        ["20 weighted pairs", "20", "20", "0.50", "2.00", "0.125"],
     ]
     assert ["free-4", "4", "0.50", "77.00"] in [
         [re.sub("<.*?>", "", cell) for cell in re.findall("<td.*?</td>", row)]

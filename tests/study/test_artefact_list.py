@@ -155,7 +155,7 @@ def test_frequencies_and_shapes_are_shown_of_modes_not_of_vectors_that_hold_the_
 def test_bases_and_regions_are_compared_with_converged_ones_only_where_asked_for():
     usual = Contents(load_study(ROOT), DISPLAYS).files()
     assert "results/tables/models_three_bolt_constant.csv" in usual
-    for kind in ("bases", "divisions", "patterns"):
+    for kind in ("bases", "divisions", "patterns", "reductions"):
         assert not [path for path in usual if f"/{kind}_" in path]
     asked_for = shipped("convergence")
     added = {path for path in asked_for.files() if path not in usual}
@@ -164,6 +164,16 @@ def test_bases_and_regions_are_compared_with_converged_ones_only_where_asked_for
         "divisions": [f"{case}_enriched-40" for case in asked_for.study.cases],
         "patterns": list(asked_for.study.assemblies),
     }
+    assert "results/figures/reductions.svg" in added
+    reduced = {
+        f"results/tables/reductions_{case}_enriched-40.csv" for case in asked_for.study.cases
+    }
+    assert reduced <= added
+    # tables and Iwan elements stand for a force that depends on one amplitude only
+    joints = {case: asked_for.reduced(case) for case in asked_for.study.cases}
+    assert "clusters=12/table" in joints["three_bolt_constant"]
+    assert "clusters=12/elements=4" in joints["three_bolt_variable"]
+    assert not {"clusters=12/table", "clusters=12/iwan"} & set(joints["three_bolt_variable"])
     for kind, of in subjects.items():
         for path in (f"tables/{kind}_{{}}.csv", f"figures/{kind}_{{}}.svg"):
             assert {f"results/{path.format(name)}" for name in of} <= added

@@ -9,6 +9,7 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.joint.partition import partition_regions, region_error
@@ -19,6 +20,7 @@ from boltjoint.study.convergence import (
     tabulate_basis_peaks,
     tabulate_divisions,
     tabulate_patterns,
+    tabulate_reductions,
     tabulate_sampling,
 )
 
@@ -212,6 +214,26 @@ def test_regions_are_against_all_pairs_in_every_way_that_there_is():
     for name, error in zip(PEAK, ERRORS, strict=True):
         expected = 100 * (found[name] / reference[name] - 1)
         np.testing.assert_allclose(few[error], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_reductions_are_against_the_first_joint(law):
+    joint = make_joint(pairs=12, law=law)
+    few = partition_regions(joint, make_preload(joint), 3, "clusters")
+    table = tabulate_reductions({"node-to-node": joint, "clusters=3": few}, FORCES, LOSS)
+    assert list(table["joint"]) == ["node-to-node"] * 2 + ["clusters=3"] * 2
+    assert list(table["force_N"]) == FORCES * 2
+    assert set(zip(table["points"], table["elements"], strict=True)) == {(12, 12), (3, 12)}
+    assert table["complete"].all()
+    assert np.all(table["cpu_s"] > 0)
+    np.testing.assert_array_equal(table.loc[:1, ERRORS], 0)
+    window = frequency_window(joint)
+    for row in table[2:].itertuples():
+        branch = solve_branch(few, row.force_N, loss_factor=LOSS, window=window)
+        assert row.peak_frequency_Hz == branch.frequency[branch.peak]
+        whole = table["peak_frequency_Hz"][FORCES.index(row.force_N)]
+        error = 100 * (row.peak_frequency_Hz / whole - 1)
+        assert row.peak_frequency_error_percent == pytest.approx(error)
 
 
 def test_patterns_have_a_row_for_every_resonance():

@@ -118,11 +118,16 @@ def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(c
         "results/assemblies/two_bolt/pod_modes.nc",
     ]
     # the fit to loops has starts, that of harmonics has none
-    assert among(found, "cases/*/joint.nc") == sorted(
+    of_both = [
         f"results/cases/{case}/{joint}/joint.nc"
         for case in RESPONSES
         for joint in (f"{FREE}/regions=2/elements=2", f"{ENRICHED}/node-to-node")
-    )
+    ]
+    compared = [
+        f"results/cases/small/{ENRICHED}/{joint}/joint.nc"
+        for joint in SETTINGS["convergence"]["reductions"] + ["clusters=2"]
+    ]
+    assert among(found, "cases/*/joint.nc") == sorted(of_both + compared)
     assert len(among(found, f"cases/*/{ENRICHED}/*/response.nc")) == 3
 
 

@@ -25,6 +25,7 @@ def test_every_result_is_there(finished):
         "patterns_two_bolt.csv",
         "bases_variable.csv",
         "divisions_small_enriched-8.csv",
+        "reductions_small_enriched-8.csv",
         "fits_small_free-2.csv",
     } <= tables
     for case, count in RESPONSES.items():

@@ -25,7 +25,7 @@ from boltjoint.config.types import (
     Unknowns,
 )
 from boltjoint.damping import Damping, LossFactor
-from boltjoint.names import REDUCTIONS, Basis, Coordinates, JointName
+from boltjoint.names import Basis, Coordinates, JointName
 
 #: loss factor of a case that says nothing of damping; the published study does not give it
 _LOSS_FACTOR = 0.002
@@ -231,8 +231,7 @@ class Case(Entry):
             yield (*above, "resonance"), sentence
         law = self.contact.declaration
         for place, name in enumerate(block.joints):
-            needs = REDUCTIONS[name.reduction].needs if name.reduction else ()
-            if missing := [need for need in needs if need not in law.capabilities]:
+            if missing := name.missing(law.capabilities):
                 sentence = f"must not have /{name.reduction}, which needs {' and '.join(missing)}"
                 yield (*above, "joints", place), sentence
 

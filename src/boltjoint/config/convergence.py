@@ -1,7 +1,8 @@
 """Convergence study: bases and numbers of regions that are compared with converged ones."""
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import ComparedModalBasis, Count, Distinct, Problems
+from boltjoint.config.types import ComparedModalBasis, Count, Distinct, Joint, Problems
+from boltjoint.names import REFERENCE
 
 #: resonances of the structure by which bases are compared; none can have fewer vectors
 COMPARED_RESONANCES = 2
@@ -22,7 +23,13 @@ class Convergence(Entry):
     """Numbers of regions whose peaks are compared with those of all contact pairs, by division, for
     every case solved in an enriched basis; at most the contact pairs on one side of the centre line
     and on it. No table if empty."""
+    reductions: Distinct[tuple[Joint, ...]] = ()
+    """Joints whose peaks and times are compared with those of all contact pairs, for every case
+    solved in an enriched basis whose friction law they can have. No table if empty."""
 
     def conflicts(self) -> Problems:
         if self.bases and not self.bases[-1].is_contact_adapted:
             yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"
+        for index, joint in enumerate(self.reductions):
+            if joint == REFERENCE[0]:
+                yield ("reductions", index), "must not be node-to-node: all are compared with it"

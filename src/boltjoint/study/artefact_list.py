@@ -64,6 +64,13 @@ class Artefact:
         return (self.path,)
 
 
+def with_regions(joints: "Iterable[JointName]") -> list[JointName]:
+    """Joints after those of regions that they are reduced from, each once."""
+    joints = list(joints)
+    regions = [joint.regions for joint in joints if joint.division is not None]
+    return list(dict.fromkeys([*regions, *joints]))
+
+
 class Contents:
     """Everything that a study makes.
 
@@ -108,9 +115,7 @@ class Contents:
 
     def joints(self, case: str, basis: str) -> list[JointName]:
         """The joints that are solved in a basis, and those of regions they are reduced from."""
-        solved = self.study.case(case).joints(basis)
-        regions = [joint.regions for joint in solved if joint.division is not None]
-        return list(dict.fromkeys([REFERENCE[0], *regions, *solved]))
+        return with_regions([REFERENCE[0], *self.study.case(case).joints(basis)])
 
     def fitted(self, case: str, basis: str) -> list[JointName]:
         """The joints of a case and basis whose elements are fitted."""
@@ -194,6 +199,14 @@ class Contents:
         used = [case.assembly for case in self.study.cases.values()]
         return list(dict.fromkeys(used)) if self.study.convergence.bases else []
 
+    def reduced(self, case: str) -> list[JointName]:
+        """The joints that are compared with all pairs of a case in its converged basis."""
+        if not self.converged(case):
+            return []
+        capabilities = self.study.case(case).contact.declaration.capabilities
+        wanted = self.study.convergence.reductions
+        return [joint for joint in wanted if not joint.missing(capabilities)]
+
     def compared_bases(self, case: str) -> list[Basis]:
         """The bases in which only the peaks of a case are found."""
         found = list(self.study.convergence.bases)
@@ -232,8 +245,11 @@ class Contents:
         for basis in self.compared_bases(case):
             for kind in ("joint", "peaks"):
                 yield Artefact(kind, case=case, basis=basis, joint=REFERENCE[0])
-        for basis in self.study.case(case).bases:
-            for joint in self.joints(case, basis):
+        joints = [(basis, self.joints(case, basis)) for basis in self.study.case(case).bases]
+        if reduced := self.reduced(case):
+            joints.append((self.converged(case).basis, with_regions(reduced)))
+        for basis, of_basis in joints:
+            for joint in of_basis:
                 yield Artefact("joint", case=case, basis=basis, joint=joint)
                 if joint.reduction is not None:
                     yield Artefact("fit_timing", case=case, basis=basis, joint=joint)

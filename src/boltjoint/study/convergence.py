@@ -20,6 +20,7 @@ from boltjoint.joint.partition import Division, partition_regions, region_error
 from boltjoint.names import Basis
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
+from boltjoint.study.timing import time_solver
 from boltjoint.verification.multi_harmonic import motion_at_peak
 
 logger = logging.getLogger(__name__)
@@ -220,6 +221,61 @@ def tabulate_divisions(
     if not parts:
         raise ValueError(f"counts are {counts}: no division has as many regions")
     return _against(pd.concat(parts), reference)
+
+
+def tabulate_reductions(
+    joints: Mapping[str, Joint],
+    forces: Sequence[float],
+    damping: Damping | float,
+    control: StepControl | None = None,
+) -> pd.DataFrame:
+    """Peaks of reduced joints against those of the joint they stand for, and the time they take.
+
+    Responses are those of ``solve_branch`` in linear modes in one window, on one thread.
+
+    Parameters
+    ----------
+    joints
+        By name, first the joint that the others stand for.
+    forces, damping, control
+        As for ``peaks_near``.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``joint, points, elements, cpu_s``, the processor time of the response, ``complete,
+        force_N, peak_frequency_Hz, peak_mm_per_N, peak_frequency_error_percent,
+        peak_amplitude_error_percent``; NaN without a peak.
+
+    Raises
+    ------
+    ValueError
+        If there is no joint, or as for ``response.solve_branch``.
+    """
+    forces = checks.numbers("forces", forces)
+    if not joints:
+        raise ValueError("joints is empty: the first is the one that the others stand for")
+    first = next(iter(joints.values()))
+    options = {"damping": as_damping(damping), "window": frequency_window(first)}
+    rows = []
+    for name, joint in joints.items():
+        of_joint = {
+            "joint": name,
+            "points": joint.points,
+            "elements": joint.law.point_of_element.size,
+        }
+        times = time_solver(joint, forces, jacobians=["analytic"], control=control, **options)
+        cpu = times.groupby("force_N")["cpu_s"].median()
+        for force in forces:
+            branch = solve_branch(joint, force, control=control, **options)
+            row = {**of_joint, "cpu_s": cpu[force], "complete": branch.complete, "force_N": force}
+            row |= {"peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
+            if branch.peak is not None:
+                row["peak_frequency_Hz"] = branch.frequency[branch.peak]
+                row["peak_mm_per_N"] = 1e3 * branch.amplitude[branch.peak] / force
+            rows.append(row)
+    table = pd.DataFrame(rows)
+    return _against(table, table[table["joint"] == next(iter(joints))])
 
 
 def _against(table: pd.DataFrame, reference: pd.DataFrame) -> pd.DataFrame:

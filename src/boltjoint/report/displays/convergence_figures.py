@@ -3,6 +3,7 @@
 They are apart from their tables, which take long to compute: a new drawing computes none of them.
 """
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from boltjoint.report.displays import convergence_tables
@@ -86,3 +87,39 @@ def divisions(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.convergence import plot_divisions
 
     return plot_divisions(results.table("divisions", **artefact.which))
+
+
+@figure(
+    "reductions",
+    of=convergence_tables.any_reduced,
+    reads=(lambda contents, _: contents.select("reductions", form="table"),),
+    job="convergence",
+    page="accuracy",
+    section="reductions",
+    title="Error of reductions against cost",
+    caption="Largest errors over all forces of all cases, against all contact pairs in the same "
+    "basis; the time of a response is the mean over forces, of the case where it is longest. "
+    "Numbers: of regions, clusters or pairs. A cross: some branches broke off. Dotted: the time of "
+    "all pairs, and the tolerances of weighted pairs (auto).",
+    options=lambda contents, _: {
+        "cases": {
+            each["case"]: {**each, "law": contents.study.case(each["case"]).contact.law}
+            for each in convergence_tables.reduced_cases(contents)
+        },
+        "tolerances": contents.study.hyper_reduction.model_dump(),
+    },
+)
+def reductions(
+    _: Artefact,
+    results: "Results",
+    cases: Mapping[str, Mapping[str, str]],
+    tolerances: Mapping[str, float],
+) -> "Figure":
+    """Errors of reduced joints over their time."""
+    from boltjoint.report.figures.convergence import plot_reductions
+
+    tables = {
+        (each["law"], case): results.table("reductions", case=case, basis=each["basis"])
+        for case, each in cases.items()
+    }
+    return plot_reductions(tables, tolerances)

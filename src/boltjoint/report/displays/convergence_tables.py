@@ -169,6 +169,57 @@ def divisions(
     )
 
 
+def reduced_cases(contents: Contents) -> Iterator[dict[str, object]]:
+    """The cases whose contact is reduced in several ways."""
+    for case in contents.study.cases:
+        if contents.reduced(case):
+            yield {"case": case, "basis": contents.converged(case).basis}
+
+
+def any_reduced(contents: Contents) -> list[dict[str, object]]:
+    """One, if the contact of any case is reduced in several ways."""
+    return [{}] if any(reduced_cases(contents)) else []
+
+
+def _reduced_joints(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    names = [REFERENCE[0], *contents.reduced(artefact.case)]
+    return [contents.select("joint", **artefact.which, joint=name)[0] for name in names]
+
+
+@table(
+    "reductions",
+    of=reduced_cases,
+    reads=(_reduced_joints,),
+    job="reductions_{case}_{basis}",
+    page="accuracy",
+    section="reductions",
+    title="reductions of the contact",
+    options=lambda contents, artefact: {
+        "joints": [REFERENCE[0], *contents.reduced(artefact.case)],
+        "forces": contents.study.case(artefact.case).levels,
+        "damping": contents.study.case(artefact.case).structural_damping,
+        "steps": contents.study.solver.steps,
+    },
+)
+def reductions(
+    artefact: Artefact,
+    results: "Results",
+    joints: Sequence[str],
+    steps: Mapping[str, float],
+    **options: object,
+) -> "pd.DataFrame":
+    """Errors and times of reduced joints."""
+    from boltjoint.joint.io import joint_from_dataset
+    from boltjoint.solvers.equations import StepControl
+    from boltjoint.study.convergence import tabulate_reductions
+
+    loaded = {
+        name: joint_from_dataset(results.dataset("joint", **artefact.which, joint=name))
+        for name in joints
+    }
+    return tabulate_reductions(loaded, control=StepControl(**steps), **options)
+
+
 def _preload_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
     case = contents.study.case(artefact.case)
     return {"assembly": case.assembly, "preload_N": case.preload_N}

@@ -1,6 +1,6 @@
 """Figures of convergence: errors over samples, basis vectors, regions and models."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from boltjoint.names import Basis
+from boltjoint.names import Basis, JointName
 from boltjoint.report.figures.style import (
     COORDINATE_LINES,
     REGION_COLOURS,
@@ -180,6 +180,91 @@ def plot_divisions(table: pd.DataFrame) -> Figure:
         ncols=3,
     )
     return figure
+
+
+@figure_style
+def plot_reductions(
+    tables: Mapping[tuple[str, str], pd.DataFrame], tolerances: Mapping[str, float]
+) -> Figure:
+    """Largest errors of the peaks of reduced joints over the time of a response.
+
+    Parameters
+    ----------
+    tables
+        As ``tabulate_reductions`` returns them, by law and case.
+    tolerances
+        ``frequency_tolerance`` and ``amplitude_tolerance`` of weighted pairs.
+    """
+    laws = list(dict.fromkeys(law for law, _ in tables))
+    figure = Figure(figsize=(8, 6.6), layout="constrained")
+    panels = figure.subplots(2, len(laws), sharex=True, sharey="row", squeeze=False)
+    colours: dict[str, str] = {}
+    for column, law in enumerate(laws):
+        of_law = [table for (each, _), table in tables.items() if each == law]
+        found = _largest_of_joints(of_law)
+        for kind, rows in found.groupby("kind", sort=False):
+            colour = colours.setdefault(kind, REGION_COLOURS[len(colours) % len(REGION_COLOURS)])
+            for axes, what in zip(panels[:, column], ("frequency", "amplitude"), strict=True):
+                _plot_errors_over_time(axes, rows.sort_values("cpu_s"), what, colour)
+        for axes, what in zip(panels[:, column], ("frequency", "amplitude"), strict=True):
+            style = {"color": "0.4", "linestyle": ":", "linewidth": 1.0, "zorder": 1}
+            axes.axvline(found["cpu_s_of_all"].iloc[0], **style)
+            axes.axhline(100 * tolerances[f"{what}_tolerance"], **style)
+            axes.grid(True)
+        panels[0, column].set_title(f"{law} normal load")
+        panels[1, column].set_xlabel("processor time of a response (s)")
+    for axes, what in zip(panels[:, 0], ("frequency", "amplitude"), strict=True):
+        axes.set_ylabel(f"largest error of a peak's {what} (%)")
+    entries = [
+        Line2D([], [], color=colour, marker="o", markersize=4, linewidth=1.1, label=kind)
+        for kind, colour in colours.items()
+    ]
+    figure.legend(handles=entries, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _largest_of_joints(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """By joint, the largest errors and the longest time of several cases."""
+    parts = []
+    for table in tables:
+        by_joint = table.groupby("joint", sort=False)
+        errors = table.set_index("joint").filter(like="_error_percent").abs()
+        part = errors.groupby(level=0, sort=False).max()
+        part["cpu_s"], part["complete"] = by_joint["cpu_s"].mean(), by_joint["complete"].all()
+        part["cpu_s_of_all"] = part["cpu_s"].iloc[0]
+        parts.append(part.iloc[1:])
+    found = pd.concat(parts).groupby(level=0, sort=False).max()
+    found["complete"] = pd.concat(parts).groupby(level=0)["complete"].all()
+    names = [JointName(joint) for joint in found.index]
+    found["kind"] = [_kind_of_reduction(name) for name in names]
+    found["number"] = [str(name.count if name.pairs is None else name.pairs) for name in names]
+    return found
+
+
+def _kind_of_reduction(joint: JointName) -> str:
+    if joint.pairs is not None:
+        return "weighted pairs"
+    words = {"regions": "bands", "clusters": "clusters"}[joint.division]
+    if joint.reduction is None:
+        return words
+    count = f" {joint.elements}" if joint.elements else ""
+    return f"{words}, {joint.reduction}{count}"
+
+
+def _plot_errors_over_time(axes: Axes, rows: pd.DataFrame, what: str, colour: str) -> None:
+    error = rows[f"peak_{what}_error_percent"]
+    axes.loglog(rows["cpu_s"], error, color=colour, linewidth=1.1)
+    for row, each in zip(rows.itertuples(), error, strict=True):
+        marker = "o" if row.complete else "X"
+        axes.loglog(row.cpu_s, each, marker, color=colour, markersize=4)
+        axes.annotate(
+            row.number,
+            (row.cpu_s, each),
+            xytext=(3, 3),
+            textcoords="offset points",
+            fontsize=7,
+            color=colour,
+        )
 
 
 def _plot_over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label: str) -> None:

@@ -39,11 +39,14 @@ def accuracy_page(
     sections = [Section("reading", "Reading the results", _TEXT.reading(not published.is_empty))]
     if body := _patterns(content):
         sections.append(Section("patterns", "Bases against the finite-element model", body))
+    if figure := content.figures("reductions"):
+        sections.append(Section("all-reductions", "Reductions of the contact", figure))
     for name in cases:
         parts = {
             "models": ("Models", _models(content, name)),
             "bases": ("Size of the basis", _bases(content, name)),
             "divisions": ("Number of regions", _divisions(content, name)),
+            "reductions": ("Reductions of the contact", _reductions(content, name)),
         }
         if any(body for _, body in parts.values()):
             sections.append(Section(f"case-{name}", name, ""))
@@ -115,13 +118,24 @@ def _divisions(content: PageContent, case: str) -> Markup:
     )
 
 
+def _reductions(content: PageContent, case: str) -> Markup:
+    if not (table := content.table("reductions", case=case)):
+        return Markup()
+    by = ["joint", "points", "elements"]
+    errors = largest(table.frame, by)
+    errors["cpu_s"] = table.frame.groupby(by, sort=False)["cpu_s"].sum()
+    errors = errors.reset_index()
+    errors["joint"] = [JointName(joint).label for joint in errors["joint"]]
+    return table_with_caption(errors, _LARGEST) + table.html("Every peak", groups=by)
+
+
 def largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:
     """The largest errors of a peak over all forces; a response without a peak does not count.
 
     Parameters
     ----------
     frame
-        As ``tabulate_basis_peaks`` or ``tabulate_divisions`` returns it.
+        As ``tabulate_basis_peaks``, ``tabulate_divisions`` or ``tabulate_reductions`` returns it.
     by
         Columns that become the index.
     """
