@@ -6,7 +6,7 @@ BIN = .venv/bin
 STUDY ?=
 CONFIG = $(if $(STUDY),--config "study=$(STUDY)")
 
-.PHONY: reproduce test lint docs reference verify clean
+.PHONY: reproduce test lint docs reference benchmark verify clean
 
 reproduce: .venv/ready
 	$(BIN)/snakemake --cores $(CORES) $(CONFIG)
@@ -29,6 +29,18 @@ docs: .venv/ready
 reference: .venv/ready
 	$(BIN)/python -m boltjoint.config.reference
 	$(BIN)/python docs/options.py
+
+# times of all stages and solvers, docs/benchmarks.md, and what is slower than in its last table
+THREE_BOLTS = $(addprefix results/cases/three_bolt_,$(1:%=%/joint.nc))
+TIMED = $(call THREE_BOLTS, \
+	constant/free-4/node-to-node constant/free-4/regions=6 constant/free-4/regions=6/elements=7 \
+	constant/free-4/regions=6/table constant/free-4/regions=6/iwan \
+	variable/free-4/node-to-node variable/free-4/regions=12/elements=4 \
+	$(foreach law,constant variable,$(law)/enriched-40/node-to-node $(law)/enriched-40/hyper=auto))
+benchmark: .venv/ready
+	$(BIN)/snakemake --cores $(CORES) $(TIMED)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest benchmarks --benchmark-json results/benchmarks/speed.json
+	$(BIN)/python docs/benchmarks.py
 
 # modes and contact found by CalculiX too, another finite-element program
 verify: .venv/ready

@@ -46,9 +46,11 @@ for case, basis in contents.cases_and_bases():
             timings=data("timing", **of_basis),
         log:
             f"results/logs/time_responses/{case}_{basis}.log",
+        priority: 1
         conda:
             "../envs/boltjoint.yaml"
-        # all cores, so that nothing else runs on the machine meanwhile
+        # all cores, so that nothing else runs on the machine meanwhile; one after another, so that
+        # no core waits for the other between them
         threads: workflow.cores
         resources:
             **resources_of("responses", case),
