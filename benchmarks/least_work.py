@@ -27,7 +27,6 @@ from boltjoint.friction.variable import VariableLoad
 from boltjoint.friction.variable_kernels import _find_secants
 from boltjoint.joint.io import load_joint
 from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.solvers.compiled_steps import LARGEST_ELIMINATED
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import ROUNDING
@@ -309,7 +308,7 @@ class LeastWork:
     """The loop for one joint and force."""
 
     def __init__(self, joint: Joint, force: float, window: tuple[float, float]) -> None:
-        joint = merge_alike(joint)
+        joint = joint.distinct
         law, on = joint.law, joint.law.point_of_element
         balance = HarmonicBalance(joint, LOSS_FACTOR, force)
         static, harmonic, *_ = balance.linear_part()

@@ -147,7 +147,9 @@ def _growth(table: pd.DataFrame, slopes: pd.DataFrame) -> str:
 
 
 def _ms(seconds: float) -> str:
-    return "–" if np.isnan(seconds) else f"{1e3 * seconds:.3g}"
+    if np.isnan(seconds):
+        return "–"
+    return f"{1e3 * seconds:.0f}" if seconds >= 1 else f"{1e3 * seconds:.3g}"
 
 
 def _number(value: float) -> str:

@@ -19,6 +19,9 @@ from numba.extending import intrinsic
 #: from Python it lets other threads run
 loop = njit(error_model="numpy", nogil=True)
 
+#: compiles a function that sums in any order, by the processor's vectors
+summing_loop = njit(error_model="numpy", nogil=True, fastmath={"reassoc", "contract"})
+
 
 @cache
 def _source_version() -> str:

@@ -18,7 +18,6 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.compiled_epmc import epmc_system
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.compiled_path import follow
 from boltjoint.solvers.compiled_steps import Limits
@@ -267,7 +266,7 @@ def trace_for_forces(
     """The backbone that covers the responses to forces in a window, as for ``find_backbone``."""
     checks.instance("joint", joint, Joint)
     joint.check_excitation(resonance)
-    equations = EPMCEquations(merge_alike(joint), choose_damping(loss_factor, damping), resonance)
+    equations = EPMCEquations(joint.distinct, choose_damping(loss_factor, damping), resonance)
     low, high = equations.amplitudes_for(forces, window)
     smallest = min(forces) * joint.excitation
     for first in _FIRST_AMPLITUDES:
@@ -353,7 +352,7 @@ def backbone_from_dataset(
     checks.instance("stored", stored, xr.Dataset)
     control = StepControl() if control is None else control
     equations = EPMCEquations(
-        merge_alike(joint), damping_of_attributes(stored.attrs), int(stored.attrs["resonance"])
+        joint.distinct, damping_of_attributes(stored.attrs), int(stored.attrs["resonance"])
     )
     of_state = {
         name: checks.variable("stored", stored, name, ("state",))

@@ -19,7 +19,6 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.options import Options
 from boltjoint.solvers.newton import solve
 
@@ -155,7 +154,7 @@ class BranchError:
 
 def estimate_branch_error(joint: Joint, branch: Branch, damping: Damping | float) -> BranchError:
     """Errors of a branch by the balance in all linear modes (``estimate_solution_error``)."""
-    balance = HarmonicBalance(merge_alike(joint), damping, branch.force)
+    balance = HarmonicBalance(joint.distinct, damping, branch.force)
     at = zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True)
     errors = np.array([estimate_solution_error(balance, x, w) for x, w in at])
     if not errors.size:
@@ -204,9 +203,9 @@ def to_dataset(
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
     folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
     residuals, energy_errors, states_at_peak = [], [], []
-    contact, merged = ModalContact(joint), merge_alike(joint)
+    contact = ModalContact(joint)
     for branch in branches:
-        balance = HarmonicBalance(merged, damping, branch.force)
+        balance = HarmonicBalance(joint.distinct, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         residuals += [relative_residual(balance, x, w) for x, w in at]
         energy_errors += [_energy_error(balance, x, w) for x, w in at]

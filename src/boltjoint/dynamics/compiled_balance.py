@@ -4,10 +4,9 @@ from math import hypot
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from boltjoint.compiled import call, kept_loop, loop
+from boltjoint.compiled import call, kept_loop, loop, summing_loop
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.friction.kernels import Elements, address_of_kernel
 from boltjoint.solvers.compiled_steps import System
@@ -93,8 +92,8 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
         tangent=np.zeros((points, columns, columns)),
         slipping=np.zeros(points, np.int64),
         column=np.zeros(_POINTS_AT_ONCE),
-        at_points=np.zeros((directions, modes, _POINTS_AT_ONCE)),
-        right=np.zeros((parts * parts * modes, _POINTS_AT_ONCE)),
+        at_points=np.zeros((directions, modes * _POINTS_AT_ONCE)),
+        right=np.zeros(parts * parts * modes * _POINTS_AT_ONCE),
         product=np.zeros((modes, parts * parts * modes)),
         coordinates=np.zeros(n),
         jacobian=np.zeros((n, n)),
@@ -110,21 +109,25 @@ def evaluate_balance(arrays: BalanceArrays, x: Array, p: float, residual: Array)
     force[:] = 0.0
     tangent[:] = 0.0
     call(arrays.add_forces, arrays.elements, motion, force, tangent)
-    n = x.size
-    for i in range(n):
-        total = -arrays.excitation[i] - (p * arrays.harmonic[i]) ** 2 * x[i]
-        for j in range(n):
-            total += arrays.static[i, j] * x[j]
-        residual[i] = total
+    for i in range(x.size):
+        residual[i] = -arrays.excitation[i] - (p * arrays.harmonic[i]) ** 2 * x[i]
+    _add_product(1.0, arrays.static, x, residual)
     for k in range(arrays.power.size):
-        factor = p ** arrays.power[k]
-        for i in range(n):
-            for j in range(n):
-                residual[i] += factor * arrays.varying[k, i, j] * x[j]
+        _add_product(p ** arrays.power[k], arrays.varying[k], x, residual)
     add_modal_force(arrays.rows, force, arrays.column, residual)
 
 
-@njit(error_model="numpy", fastmath={"reassoc", "contract"})
+@summing_loop
+def _add_product(factor: float, matrix: Array, x: Array, target: Array) -> None:
+    """Add the product of a matrix and a vector, times a factor."""
+    for i in range(target.size):
+        total = 0.0
+        for j in range(x.size):
+            total += matrix[i, j] * x[j]
+        target[i] += factor * total
+
+
+@summing_loop
 def _move(rows: Array, x: Array, column: Array, motion: Array) -> None:
     """Motion of the points by the modal coordinates."""
     directions, modes, points = rows.shape
@@ -143,7 +146,7 @@ def _move(rows: Array, x: Array, column: Array, motion: Array) -> None:
                     motion[first + point, d * parts + i] = column[point]
 
 
-@njit(error_model="numpy", fastmath={"reassoc", "contract"})
+@summing_loop
 def add_modal_force(rows: Array, force: Array, column: Array, residual: Array) -> None:
     """Add the forces of the points on the modes."""
     directions, modes, points = rows.shape
@@ -234,39 +237,46 @@ def _add_products(
     The directions of the motion are summed before, as all move by the same coordinates.
     """
     rows, tangent, stuck = arrays.rows, arrays.tangent, arrays.stuck_tangent
-    at_points, right, column = arrays.at_points, arrays.right, arrays.column
+    column, product = arrays.column, arrays.product
     directions, modes, _ = rows.shape
     parts = stuck.shape[1] // directions
     for first in range(0, slipping.size, column.size):
         some = slipping[first : first + column.size]
-        if some.size < column.size:
-            at_points[d] = 0.0
-        right[:] = 0.0
+        count = some.size
+        right = arrays.right[: parts * parts * modes * count].reshape(-1, count)
         for e in range(directions):
+            of_direction = arrays.at_points[e][: modes * count].reshape(modes, count)
             for m in range(modes):
-                for s in range(some.size):
-                    at_points[e, m, s] = rows[e, m, some[s]]
-            for i in range(parts):
-                for j in range(parts):
+                for s in range(count):
+                    of_direction[m, s] = rows[e, m, some[s]]
+        for i in range(parts):
+            for j in range(parts):
+                for e in range(directions):
                     a, b = d * parts + i, e * parts + j
                     none = True
-                    for s in range(some.size):
+                    for s in range(count):
                         known = stuck[some[s], a] if a == b else 0.0
                         column[s] = tangent[some[s], a, b] - known
                         none &= column[s] == 0.0
-                    if none:  # tangential motion never changes the normal force
+                    if e > 0 and none:  # tangential motion never changes the normal force
                         continue
+                    of_direction = arrays.at_points[e][: modes * count].reshape(modes, count)
                     for k in range(modes):
                         row = (i * parts + j) * modes + k
-                        for s in range(some.size):
-                            right[row, s] += column[s] * at_points[e, k, s]
-        np.dot(at_points[d], right.T, arrays.product)
+                        if e == 0:
+                            for s in range(count):
+                                right[row, s] = column[s] * of_direction[k, s]
+                        else:
+                            for s in range(count):
+                                right[row, s] += column[s] * of_direction[k, s]
+        left = arrays.at_points[d][: modes * count].reshape(modes, count)
+        np.dot(left, right.T, product)
         for m in range(modes):
             for i in range(parts):
                 for j in range(parts):
                     begin = (i * parts + j) * modes
                     for k in range(modes):
-                        jacobian[i * modes + m, j * modes + k] += arrays.product[m, begin + k]
+                        jacobian[i * modes + m, j * modes + k] += product[m, begin + k]
 
 
 @kept_loop
@@ -278,9 +288,7 @@ def _form_parameter_derivative(
         derivative[i] = -2.0 * p * arrays.harmonic[i] ** 2 * x[i]
     for k in range(arrays.power.size):
         factor = arrays.power[k] * p ** (arrays.power[k] - 1.0)
-        for i in range(x.size):
-            for j in range(x.size):
-                derivative[i] += factor * arrays.varying[k, i, j] * x[j]
+        _add_product(factor, arrays.varying[k], x, derivative)
 
 
 @kept_loop

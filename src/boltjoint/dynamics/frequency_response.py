@@ -33,7 +33,6 @@ from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.names import Coordinates
 from boltjoint.solvers.equations import SolutionBranch, StepControl
 
@@ -117,7 +116,7 @@ def solve_branch(
         of_mode = {"damping": damping, "resonance": resonance, "control": control}
         known = trace_for_forces(joint, [force], window=window, **of_mode)
         return synthesise_branch(known, force, window)
-    balance = HarmonicBalance(merge_alike(joint), damping, force)
+    balance = HarmonicBalance(joint.distinct, damping, force)
     equations = formulate_equations(
         coordinates, balance, resonance, jacobian, basis_update, quasi_static_correction
     )

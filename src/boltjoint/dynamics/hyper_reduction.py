@@ -38,8 +38,7 @@ from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.dynamics.peak_sensitivity import PeakSensitivity, peak_sensitivities
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.law import ElementLaw
-from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import count_alike, keep_elements
+from boltjoint.joint.model import Joint, count_alike, keep_elements
 from boltjoint.options import Options
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton

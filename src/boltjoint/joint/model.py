@@ -10,6 +10,7 @@ University: eq. 3.1 and 3.2.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import ModalStructure
-from boltjoint.friction.law import FrictionLaw
+from boltjoint.friction.law import ElementLaw, FrictionLaw
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +33,11 @@ OUTPUT_POINT = "output"
 
 #: relative difference of squared frequencies below which a frequency is a multiple one
 _SAME_FREQUENCY = 1e-9
+
+#: elements are alike whose modes and quantities differ by this share of the largest: by rounding
+_ALIKE = 1e-11
+
+_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -171,6 +177,18 @@ class Joint:
             return (self.tangential_mode,)
         return self.tangential_mode, self.normal_mode
 
+    @cached_property
+    def distinct(self) -> "Joint":
+        """The joint in which one element stands for all that move and slip alike.
+
+        Its responses and backbones are those of the whole joint, at half the work where that is
+        symmetric about a plane. A joint whose law is not made of elements is itself.
+        """
+        if not isinstance(self.law, ElementLaw):
+            return self
+        alike = count_alike(self)
+        return self if alike.all() else keep_elements(self, alike)
+
     def stuck_stiffness(self) -> Array:
         """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
         stiffness = self.law.stuck_stiffness(self.points)
@@ -285,3 +303,71 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
         position=mean @ joint.position,
         law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
     )
+
+
+def keep_elements(joint: Joint, weight: Array) -> Joint:
+    """A joint of those elements that have a weight, which bear all forces times it.
+
+    They have their stiffness and slip force times the weight, so they slip at the same displacement
+    as without.
+
+    Parameters
+    ----------
+    joint
+        A joint whose law is made of elements.
+    weight
+        Of each element, zero of those that are left out, shape (elements,). Points without elements
+        are left out, too.
+
+    Raises
+    ------
+    ValueError
+        If a weight is negative, or none is positive.
+    """
+    law = joint.law
+    weight = checks.array("weight", weight, law.point_of_element.shape, at_least=0)
+    kept = np.flatnonzero(weight)
+    if not kept.size:
+        raise ValueError("weight is zero of all elements")
+    points, on = np.unique(law.point_of_element[kept], return_inverse=True)
+    # forces and stiffnesses belong to the elements, ratios of them do not
+    scaled = {
+        name: getattr(law, name)[kept] * (1.0 if unit == "1" else weight[kept])
+        for name, (unit, _) in law.quantities.items()
+    }
+    return replace(
+        joint,
+        law=type(law)(point_of_element=on, **scaled),
+        tangential_mode=joint.tangential_mode[points],
+        normal_mode=None if joint.normal_mode is None else joint.normal_mode[points],
+        position=joint.position[points],
+        element_position=joint.element_position[kept],
+    )
+
+
+def count_alike(joint: Joint) -> Array:
+    """How many elements move and slip as each does; 0 of those that another one stands for.
+
+    Elements on both sides of a plane of symmetry are alike in motion that is symmetric too.
+
+    Parameters
+    ----------
+    joint
+        A joint whose law is made of elements.
+
+    Returns
+    -------
+    ndarray
+        Shape (elements,).
+    """
+    law = joint.law
+    described = [B[law.point_of_element] for B in joint.rows]
+    described += [getattr(law, name)[:, None] for name in law.quantities]
+    features = np.hstack([each / max(abs(each).max(), _TINY) for each in described])
+    # alike elements are next to each other in the order of any sum of what describes them
+    order = np.argsort(features @ np.cos(np.arange(features.shape[1])))
+    changes = abs(np.diff(features[order], axis=0)).max(axis=1) > _ALIKE
+    first = np.flatnonzero(np.concatenate([[True], changes]))
+    alike = np.zeros(len(features))
+    alike[np.minimum.reduceat(order, first)] = np.diff(first, append=len(features))
+    return alike

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.compiled import address_of, call, loop
+from boltjoint.compiled import address_of, call, loop, summing_loop
 from boltjoint.solvers.corrector import SMALLEST_SHARE
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import ROUNDING
@@ -172,7 +172,7 @@ def copy_to(target: Vector, source: Vector) -> None:
         target[i] = source[i]
 
 
-@loop
+@summing_loop
 def norm(vector: Vector) -> float:
     """Euclidean norm."""
     total = 0.0
@@ -215,7 +215,7 @@ def solve_in_place(matrix: Matrix, right: Vector, n: int) -> bool:
     return True
 
 
-@loop
+@summing_loop
 def _smallest_residual(limits: Limits, x: Vector, jacobian: Matrix) -> float:
     """As ``newton.smallest_residual``."""
     total = 0.0

@@ -11,7 +11,6 @@ from boltjoint import checks
 from boltjoint.damping import damping_of_attributes
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.verification.multi_harmonic import motion_at_peak, solve_periodic
 from boltjoint.verification.time_integration import steady_state
 
@@ -87,7 +86,7 @@ def tabulate_time_integration(
     steps = checks.whole("steps", steps, at_least=3)
     if isinstance(joint.law, AlternatingFrequencyTime):
         joint = replace(joint, law=joint.law.elements)
-    joint = merge_alike(joint)
+    joint = joint.distinct
     damping = damping_of_attributes(response.attrs)
     rows = []
     for force in forces:

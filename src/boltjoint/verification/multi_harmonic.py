@@ -22,7 +22,6 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
-from boltjoint.joint.weighted_elements import merge_alike
 from boltjoint.options import Options
 from boltjoint.solvers.equations import LazyJacobian, StepControl
 from boltjoint.solvers.newton import newton, solve
@@ -356,7 +355,7 @@ def tabulate_peaks(
     harmonics = [number for number in harmonics if number > of_response]
     if isinstance(joint.law, AlternatingFrequencyTime):
         joint = replace(joint, law=joint.law.elements)
-    joint, rows = merge_alike(joint), []
+    joint, rows = joint.distinct, []
     for force in forces:
         peaks = {}
         at_peak = response.sel(force=response["force_level"].to_numpy() == force)

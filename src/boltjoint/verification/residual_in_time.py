@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.joint.io import joint_from_dataset
-from boltjoint.joint.weighted_elements import merge_alike
 
 
 def residuals_in_time(
@@ -91,7 +90,7 @@ class _ModalEquations:
     """Modal equations of one joint, with contact forces integrated in time."""
 
     def __init__(self, joint: xr.Dataset, damping: Damping) -> None:
-        model = merge_alike(joint_from_dataset(joint))
+        model = joint_from_dataset(joint).distinct
         self.L = (2 * np.pi * model.natural_frequency[:, None]) ** 2
         self.phi, self.phi_cos = model.excitation.real, model.excitation.imag
         self.R = model.tangential_mode

@@ -7,8 +7,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.joint.model import merge_points
-from boltjoint.joint.weighted_elements import count_alike, keep_elements, merge_alike
+from boltjoint.joint.model import count_alike, keep_elements, merge_points
 
 
 @pytest.mark.parametrize("law", ["constant", "variable", "iwan"])
@@ -72,7 +71,7 @@ def test_points_that_are_alike_become_one(law):
     noise = 1 + 1e-14 * np.random.default_rng(4).normal(size=twice.tangential_mode.shape)
     twice = replace(twice, tangential_mode=twice.tangential_mode * noise)
     assert sorted(count_alike(twice)) == [0] * 60 + [2] * 60
-    merged = merge_alike(twice)
+    merged = twice.distinct
     assert merged.points == 60
     order = np.argsort(merged.position[:, 0])
     for name in joint.law.quantities:
@@ -103,13 +102,13 @@ def test_contact_states_are_those_of_all_elements():
 
 def test_points_that_differ_are_kept():
     joint = make_joint()
-    assert merge_alike(joint) is joint
+    assert joint.distinct is joint
     # one quantity, or one mode
     twice = mirrored(joint)
     slip = twice.law.slip_force * np.linspace(1, 1.001, 120)
-    assert merge_alike(replace(twice, law=replace(twice.law, slip_force=slip))).points == 120
+    assert replace(twice, law=replace(twice.law, slip_force=slip)).distinct.points == 120
     mode = twice.tangential_mode + np.linspace(0, 1e-6, 120)[:, None] * [0, 0, 1]
-    assert merge_alike(replace(twice, tangential_mode=mode)).points == 120
+    assert replace(twice, tangential_mode=mode).distinct.points == 120
 
 
 def test_alike_elements_of_a_region_become_one():
@@ -119,7 +118,7 @@ def test_alike_elements_of_a_region_become_one():
     order = np.argsort(twice.position[:, 0], kind="stable")
     of_twice = np.empty(120, int)
     of_twice[order] = np.repeat(region, 2)
-    merged = merge_alike(merge_points(twice, of_twice))
+    merged = merge_points(twice, of_twice).distinct
     assert merged.law.slip_force.size == 60
     np.testing.assert_allclose(merged.tangential_mode, regions.tangential_mode, rtol=1e-12)
     for each in range(3):
