@@ -83,6 +83,21 @@ def test_open_elements_do_not_make_a_region_large_enough():
         fit_reduced_joint(regions, 3)
 
 
+def test_a_region_of_open_elements_has_none_after_the_fit():
+    joint = make_joint(law="variable")
+    load = joint.law.normal_load.copy()
+    load[:20] = -1.0
+    opened = replace(joint, law=replace(joint.law, normal_load=load))
+    regions = merge_points(opened, np.repeat([0, 1, 2], 20))
+    reduced, dataset = fit_reduced_joint(regions, 3)
+    np.testing.assert_array_equal(reduced.law.point_of_element, np.repeat([1, 2], 3))
+    assert reduced.points == 3
+    alone = fit_reduced_joint(merge_points(joint, np.repeat([0, 1, 2], 20)), 3)[0].law
+    np.testing.assert_array_equal(reduced.law.slip_force, alone.slip_force[3:])
+    np.testing.assert_array_equal(np.isnan(dataset["rms_loop_error"]), [True, False, False])
+    assert np.isfinite(dataset["loop_force_of_fit"][1:]).all()
+
+
 @pytest.mark.parametrize("method", ["loops", "describing-function"])
 def test_dataset_of_a_fit_has_its_loop_errors(method):
     regions = regions_of(make_joint(), 3)

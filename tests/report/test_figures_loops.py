@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from figure_parts import curves, legend_texts
@@ -5,6 +7,7 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.masing import loading_curve
+from boltjoint.joint.model import merge_points
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.report.figures.contact import plot_loops
@@ -47,6 +50,18 @@ def test_open_elements_have_no_part_in_loops():
     assert loaded < first.sum()
     expected = f"region 1, {loaded} of {first.sum()} elements under load"
     assert expected in legend_texts(axes)
+
+
+def test_a_region_without_load_has_no_loops():
+    nodes = make_joint(law="variable")
+    region = np.repeat([0, 1], [20, nodes.points - 20])
+    load = np.where(region == 0, -1.0, nodes.law.normal_load)
+    regions = merge_points(replace(nodes, law=replace(nodes.law, normal_load=load)), region)
+    fitted, fit = fit_reduced_joint(regions, 2, starts=2)
+    reduced = joint_to_dataset(fitted).merge(fit)
+    (axes,) = plot_loops(reduced, joint_to_dataset(regions)).axes
+    assert not axes.lines
+    assert "region 1, 0 of 20 elements under load" in legend_texts(axes)
 
 
 @pytest.mark.parametrize("region", [0, 4])

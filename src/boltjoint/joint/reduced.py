@@ -12,7 +12,7 @@ from boltjoint.dataset import quantity
 from boltjoint.friction.law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.fit_options import FitOptions
-from boltjoint.joint.fitting import Method, check_fit_options, fit_elements
+from boltjoint.joint.fitting import Fit, Method, check_fit_options, fit_elements
 from boltjoint.joint.masing import LoopError, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
@@ -32,7 +32,7 @@ def fit_reduced_joint(
     """Replace the elements of every region by ``count`` fitted ones.
 
     The loops are those of constant normal load under either law: elements without load in the
-    assembled state take no part.
+    assembled state take no part, and a region without load has no elements then.
 
     Parameters
     ----------
@@ -44,14 +44,15 @@ def fit_reduced_joint(
     Raises
     ------
     ValueError
-        If a region has fewer elements under load than ``count``, or as for ``fit_elements``.
+        If a region has elements under load but fewer than ``count``, or as for ``fit_elements``.
 
     Returns
     -------
     joint : Joint
         On the same points, with ``count`` elements each.
     fit : Dataset
-        Cost, loop errors, amplitudes and the loops of region and fit, by point.
+        Cost, loop errors, amplitudes and the loops of region and fit, by point; not a number where
+        a region has no load.
     """
     check_capabilities(joint, COULOMB_ELEMENTS)
     count = checks.whole("count", count, at_least=1)
@@ -59,9 +60,16 @@ def fit_reduced_joint(
     law = joint.law
     fits, errors, of_region, of_fit, displacement = [], [], [], [], []
     phase = np.linspace(0, np.pi, options.loop_samples)
+    unknown = np.full((load_fractions.size, phase.size), np.nan)
     for point in range(joint.points):
         mine = (law.point_of_element == point) & (law.slip_force > 0)
         k, s = law.tangential_stiffness[mine], law.slip_force[mine]
+        if not k.size:
+            fits.append(Fit(k, s, unknown[:, 0], np.nan))
+            errors.append(LoopError(np.nan, np.nan))
+            for loops in (displacement, of_region, of_fit):
+                loops.append(unknown)
+            continue
         if k.size < count:
             raise ValueError(
                 f"cannot fit {count} elements to region {point + 1}, which has {k.size} under "
@@ -91,7 +99,7 @@ def fit_reduced_joint(
         force_of_fit=of_fit,
         options=options,
     )
-    point_of_element = np.repeat(np.arange(joint.points), count)
+    point_of_element = np.repeat(np.arange(joint.points), [f.slip_force.size for f in fits])
     reduced = replace(
         joint,
         law=law.replaced_by(

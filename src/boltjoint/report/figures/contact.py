@@ -303,7 +303,7 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     elements = f"all {many.size} elements"
     if loaded < many.size:
         elements = f"{loaded} of {many.size} elements under load"
-    here = reduced.isel(point=region - 1).transpose(..., "loop", "sample")
+    here = reduced.isel(point=region - 1).transpose(..., "loop", "sample").dropna("loop")
     amplitude = here["loop_amplitude"].to_numpy() * UM
     figure = Figure(figsize=(8, 4.8), layout="constrained")
     axes = figure.subplots()
