@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from boltjoint.report.figures.style import REGION_COLOURS, figure_style, save_figure
 
@@ -84,12 +85,15 @@ def plot_growth(table: pd.DataFrame, slopes: pd.DataFrame) -> Figure:
             text = f"{what}: exponent {of_curve[by, what]:.2f}"
             style = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 1.1}
             axes.loglog("number", "wall_s", data=curve, label=text, **style)
-        _finish(axes, label)
+        _finish(axes, label, of_axis["number"].astype(int).unique())
     return figure
 
 
-def _finish(axes: Axes, label: str) -> None:
+def _finish(axes: Axes, label: str, numbers: np.ndarray) -> None:
     axes.set(xlabel=label, ylabel="wall time (s)")
+    if numbers.max() < 1000:
+        axes.set_xticks(numbers, numbers)
+    axes.xaxis.set_minor_locator(NullLocator())
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * (high / low) ** 0.35)
     axes.legend(loc="upper left", fontsize=8)

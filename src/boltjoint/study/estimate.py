@@ -7,16 +7,16 @@ peaks of memory measured on one machine (``benchmarks/memory.py``; four_bolt too
 GiB measured,   nodes  tightening of the    free-4              vectors of enriched
 GiB estimated          bolts                                    bases
 ==============  =====  ===================  ==================  ===================
-coarse           6952  0.36, 0.36           0.33, 0.33          0.31, 0.31
-medium          14790  0.76, 0.76           0.63, 0.66          0.61, 0.64
-``three_bolt``  30706  1.68, 1.79           1.38, 1.53          1.66, 1.65
-``four_bolt``   39916  2.22, 2.49                               2.42, 2.40
-fine            59520  4.08, 4.15           3.26, 3.49          4.45, 4.43
+coarse           6952  0.33, 0.31           0.34, 0.32          0.31, 0.31
+medium          14790  0.47, 0.45           0.51, 0.46          0.61, 0.64
+``three_bolt``  30706  0.75, 0.81           0.85, 0.83          1.66, 1.65
+``four_bolt``   39916  0.94, 1.06           1.05, 1.07          2.42, 2.40
+fine            59520  1.66, 1.64           1.50, 1.64          4.45, 4.43
 ==============  =====  ===================  ==================  ===================
 
-Memory is right within an eighth there, within a third for more modes than are found in the whole
-model, and within a factor of two for the responses. Time is right within a factor of two for the
-finite elements, and of three for a study on a machine that does nothing else.
+Memory is right within an eighth there, within a third for many modes, and within a factor of two
+for the responses. Time is right within a factor of two for the finite elements, and of three for a
+study on a machine that does nothing else.
 """
 
 import math
@@ -40,13 +40,10 @@ _NUMBER = 8
 #: Python with what the finite elements import, and with what the responses import and compile where
 #: no process before has compiled it (else half of that) [byte]
 _PROCESS, _SOLVER = 137e6, 510e6
-#: factors of the stiffness of all nodes, with contact and without: these times nodes^(4/3), the
-#: fill of a body in space [byte]
-_FACTORS, _FACTORS_FREE = 1860, 1500
-#: factors of its symmetric half over those of the whole: (1/2)^(4/3)
-_HALF = 0.4
-#: modes without contact that are looked for in the whole; more, in its symmetric half
-_MOST_OF_WHOLE = 12
+#: factors of the stiffness of one half of all nodes, with contact and without: these times
+#: nodes^(4/3), the fill of a body in space; and what else tightening or a search for modes holds
+#: [byte]
+_FACTORS, _FACTORS_FREE, _BESIDE_FACTORS = 650, 600, 1.1e8
 #: vectors of all displacements that a search for modes holds for each mode it meets
 _VECTORS_PER_MODE = 6
 #: what is as large as the candidates of enriched bases, over them, and their square matrices
@@ -56,8 +53,8 @@ _TANGENTS, _JACOBIANS = 3, 4
 #: harmonics at the peaks that are integrated in time, and samples of their balance
 _MANY, _SAMPLES = 201, 1024
 
-#: time of the finite elements, of nodes^2 [s]; modes in the symmetric half: for every fourth one
-_TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 1.4e-8, 8e-8, 3.2e-8
+#: time of the finite elements, of nodes^2 [s]; modes: for every fourth one
+_TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 0.9e-8, 8e-8, 3.2e-8
 #: of a response with its timing, check, figure and tables; and of a force level of it, of the
 #: pairs [s]
 _PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
@@ -245,26 +242,25 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     size, key = mesh_size(study.assemblies[name]), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
     nodes = min(size.nodes, _COUNTLESS)
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
-    factors, factors_of_half = _FACTORS_FREE * fill, _HALF * _FACTORS_FREE * fill
+    factors = _FACTORS_FREE * fill
     for _ in contents.select("preload", assembly=name):
-        memory = _PROCESS + _HALF * _FACTORS * fill
+        memory = _PROCESS + _BESIDE_FACTORS + _FACTORS * fill
         yield _Job("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
     for modes in contents.select("modes", form="data", assembly=name):
         if modes.basis.is_contact_adapted:
             continue
         number = modes.basis.vectors
-        of_half = number > _MOST_OF_WHOLE
         # of three modes about one bends in the plane
         met = _VECTORS_PER_MODE * (3 * number + 2) * vector
-        memory = _PROCESS + (factors_of_half if of_half else factors) + met
-        seconds = _MODES * square * (number / 4 if of_half else 1)
+        memory = _PROCESS + _BESIDE_FACTORS + factors + met
+        seconds = _MODES * square * max(number / 4, 1)
         yield _Job(str(modes.basis), name, memory, seconds, key, f"to find {number} modes")
     if contents.select("pod_modes", assembly=name):
         # pairs of one half of the width, along x and z
         candidates = min(size.pairs + study.contact_adapted_basis.free_modes, _COUNTLESS)
         memory = (
             _PROCESS
-            + factors_of_half
+            + factors
             + _CANDIDATES * candidates * vector / 2
             + _SQUARES * _NUMBER * candidates**2
             + 3 * min(study.contact_adapted_basis.maximum_vectors, candidates) * vector
@@ -272,7 +268,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
         does = "to find the vectors of contact-adapted bases"
         yield _Job("pod_modes", name, memory, _PRINCIPAL * square, key, does)
     if contents.select("patterns", form="data", assembly=name):
-        memory = _PROCESS + factors_of_half
+        memory = _PROCESS + factors
         yield _Job("patterns", name, memory, _PATTERNS * square, key, "to find resonances")
 
 
