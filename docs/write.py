@@ -143,15 +143,19 @@ class Tables:
 
     def reductions(self) -> pd.DataFrame:
         """Largest errors of frequency and amplitude [%] and time [s], by joint and case."""
-        found = {}
+        found, joints = {}, {}
         for case in self.cases("reductions"):
             frame = pd.read_csv(self._path("reductions", case))
             largest = accuracy.largest(frame, ["joint"])
-            largest["cpu_s"] = frame.groupby("joint", sort=False)["cpu_s"].sum()
-            found[case] = largest.apply(
+            by_joint = frame.groupby("joint", sort=False)
+            largest["cpu_s"] = by_joint["cpu_s"].sum()
+            texts = largest.apply(
                 lambda row: " / ".join(_digits(value, 2) for value in row), axis=1
             )
-        return pd.DataFrame(found).fillna("–")
+            lost = by_joint["peak_mm_per_N"].apply(lambda peaks: peaks.isna().sum())
+            found[case] = texts + lost.map(lambda count: f" ({count} lost)" if count else "")
+            joints = dict.fromkeys([*joints, *frame["joint"]])
+        return pd.DataFrame(found).reindex(list(joints)).fillna("–")
 
     def lost(self, case: str) -> str:
         """How many of the peaks of regions were not found, and at which forces [N]; or nothing."""

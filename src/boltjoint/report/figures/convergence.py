@@ -14,6 +14,7 @@ from boltjoint.report.figures.style import (
     COORDINATE_LINES,
     REGION_COLOURS,
     figure_style,
+    label_decades,
     level_colours,
     method_label,
 )
@@ -199,20 +200,26 @@ def plot_reductions(
     figure = Figure(figsize=(8, 6.6), layout="constrained")
     panels = figure.subplots(2, len(laws), sharex=True, sharey="row", squeeze=False)
     colours: dict[str, str] = {}
+    palette = (*REGION_COLOURS, "0.1", "0.6")
     for column, law in enumerate(laws):
         of_law = [table for (each, _), table in tables.items() if each == law]
         found = _largest_of_joints(of_law)
         for kind, rows in found.groupby("kind", sort=False):
-            colour = colours.setdefault(kind, REGION_COLOURS[len(colours) % len(REGION_COLOURS)])
+            if len(rows) == 1:
+                kind = f"{rows['number'].iloc[0]} {kind}"
+                rows = rows.assign(number="")
+            colour = colours.setdefault(kind, palette[len(colours) % len(palette)])
             for axes, what in zip(panels[:, column], ("frequency", "amplitude"), strict=True):
-                _plot_errors_over_time(axes, rows.sort_values("cpu_s"), what, colour)
+                _plot_errors_over_time(axes, rows, what, colour)
         for axes, what in zip(panels[:, column], ("frequency", "amplitude"), strict=True):
             style = {"color": "0.4", "linestyle": ":", "linewidth": 1.0, "zorder": 1}
             axes.axvline(found["cpu_s_of_all"].iloc[0], **style)
             axes.axhline(100 * tolerances[f"{what}_tolerance"], **style)
             axes.grid(True)
+            label_decades(axes)
+            label_decades(axes, "x")
         panels[0, column].set_title(f"{law} normal load")
-        panels[1, column].set_xlabel("processor time of a response (s)")
+        panels[1, column].set_xlabel("mean processor time of a response (s)")
     for axes, what in zip(panels[:, 0], ("frequency", "amplitude"), strict=True):
         axes.set_ylabel(f"largest error of a peak's {what} (%)")
     entries = [
@@ -224,17 +231,22 @@ def plot_reductions(
 
 
 def _largest_of_joints(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """By joint, the largest errors and the longest time of several cases."""
+    """By joint, the largest errors and the mean time of several cases."""
     parts = []
     for table in tables:
         by_joint = table.groupby("joint", sort=False)
         errors = table.set_index("joint").filter(like="_error_percent").abs()
         part = errors.groupby(level=0, sort=False).max()
-        part["cpu_s"], part["complete"] = by_joint["cpu_s"].mean(), by_joint["complete"].all()
+        part["cpu_s"] = by_joint["cpu_s"].mean()
+        found = table["complete"] & table["peak_frequency_Hz"].notna()
+        part["complete"] = found.groupby(table["joint"]).all()
         part["cpu_s_of_all"] = part["cpu_s"].iloc[0]
         parts.append(part.iloc[1:])
-    found = pd.concat(parts).groupby(level=0, sort=False).max()
-    found["complete"] = pd.concat(parts).groupby(level=0)["complete"].all()
+    by_joint = pd.concat(parts).groupby(level=0, sort=False)
+    found = by_joint.max()
+    for name in ("cpu_s", "cpu_s_of_all"):
+        found[name] = by_joint[name].mean()
+    found["complete"] = by_joint["complete"].all()
     names = [JointName(joint) for joint in found.index]
     found["kind"] = [_kind_of_reduction(name) for name in names]
     found["number"] = [str(name.count if name.pairs is None else name.pairs) for name in names]
@@ -253,7 +265,9 @@ def _kind_of_reduction(joint: JointName) -> str:
 
 def _plot_errors_over_time(axes: Axes, rows: pd.DataFrame, what: str, colour: str) -> None:
     error = rows[f"peak_{what}_error_percent"]
-    axes.loglog(rows["cpu_s"], error, color=colour, linewidth=1.1)
+    # a number that a tolerance decides is none of the series
+    series = rows["number"] != "auto"
+    axes.loglog(rows["cpu_s"][series], error[series], color=colour, linewidth=1.1)
     for row, each in zip(rows.itertuples(), error, strict=True):
         marker = "o" if row.complete else "X"
         axes.loglog(row.cpu_s, each, marker, color=colour, markersize=4)

@@ -8,6 +8,7 @@ legends or numbers; grey is what the figure is not about.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal
 
 import matplotlib
 import numpy as np
@@ -117,13 +118,13 @@ def level_colours(count: int) -> NDArray[np.float64]:
     return matplotlib.colormaps[name](np.linspace(darkest, lightest, count))
 
 
-def label_decades(axes: Axes) -> None:
-    """Label a logarithmic vertical axis with plain numbers, within decades if these are few."""
-    low, high = axes.get_ylim()
+def label_decades(axes: Axes, which: Literal["x", "y"] = "y") -> None:
+    """Label a logarithmic axis with plain numbers, within decades if these are few."""
+    axis, (low, high) = getattr(axes, f"{which}axis"), getattr(axes, f"get_{which}lim")()
     if high < _MOST_LABELLED * low:
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def fill_shapes(axes: Axes, shapes: Sequence[Shape], **style: object) -> None:
