@@ -238,7 +238,7 @@ def _largest_of_joints(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
         errors = table.set_index("joint").filter(like="_error_percent").abs()
         part = errors.groupby(level=0, sort=False).max()
         part["cpu_s"] = by_joint["cpu_s"].mean()
-        found = table["complete"] & table["peak_frequency_Hz"].notna()
+        found = table["complete"] & table["peak_frequency_error_percent"].notna()
         part["complete"] = found.groupby(table["joint"]).all()
         part["cpu_s_of_all"] = part["cpu_s"].iloc[0]
         parts.append(part.iloc[1:])
