@@ -1,12 +1,16 @@
 """A joint small enough for tests, with loads and relative modes that vary along it."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.friction.laws import LAWS
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
+from boltjoint.joint.node_to_node import connect_pairs
 
 FRICTION = 0.1
 
@@ -64,3 +68,27 @@ def make_preload(joint: Joint) -> xr.Dataset:
         },
         coords={"axis": ["x", "y", "z"]},
     )
+
+
+def connect_small(
+    law: str, keys: Mapping[str, float], preload_ratio: float = 1.0
+) -> tuple[Joint, xr.Dataset]:
+    """The same bar with any contact of its pairs under a preload, and that preload."""
+    joint = make_joint(law="variable")
+    preload = make_preload(joint)
+    for name in ("normal_load", "gap"):
+        preload[name] = preload_ratio * preload[name]
+    relative = np.stack([joint.tangential_mode, 0 * joint.tangential_mode, joint.normal_mode])
+    of_modes = {
+        name: ("mode", getattr(joint, name))
+        for name in ("natural_frequency", "excitation_mode", "response_mode")
+    }
+    modes = xr.Dataset(
+        {
+            **of_modes,
+            "relative_mode": (("axis", "pair", "mode"), relative),
+            "position": preload["position"],
+        },
+        coords={"axis": ["x", "y", "z"]},
+    )
+    return connect_pairs(modes, preload, LAWS[law], **keys), preload

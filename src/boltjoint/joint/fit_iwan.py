@@ -78,8 +78,15 @@ def fit_iwan_element(
         law = FourParameterIwan(on, *(total * each for total in totals), chi * each, beta * each)
         return misfit.difference((law.evaluate(motion) / misfit.amplitude[:, None]).T.ravel())
 
+    how = {
+        "jac": "3-point",
+        "bounds": (_LOWER, _UPPER),
+        "xtol": 1e-12,
+        "ftol": 1e-12,
+        "gtol": 1e-12,
+    }
     best = min(
-        (least_squares(residual, guess, bounds=(_LOWER, _UPPER)) for guess in _GUESSES),
+        (least_squares(residual, guess, **how) for guess in _GUESSES),
         key=lambda result: result.cost,
     )
     quantities = *totals, best.x[0], np.exp(best.x[1])

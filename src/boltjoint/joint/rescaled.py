@@ -1,0 +1,70 @@
+"""Joints under other contact coefficients and another preload than they were made with.
+
+Contact without initial gap is homogeneous: loads and gaps of the assembled state are those of
+another preload times the ratio of both. With coefficients that are the same on all pairs, every
+quantity of an element is then a constant times one of these coefficients, and of the preload.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from boltjoint import checks
+from boltjoint.friction.law import ContactPairs, ElementLaw
+from boltjoint.joint.model import Joint
+
+
+def rescale_contact(
+    joint: Joint,
+    law: type[ElementLaw],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+    preload_ratio: float = 1.0,
+) -> Joint:
+    """The joint as it is with other coefficients of its contact pairs and another preload.
+
+    A node-to-node joint, regions of given bands and elements that were fitted to them are those
+    that are made from these coefficients; of clusters and weighted pairs, those chosen before stay.
+
+    Parameters
+    ----------
+    joint
+        A joint made from contact pairs of the law with the coefficients ``before``.
+    law
+        One of ``friction.laws.LAWS``: that of the pairs, which a reduction may have replaced.
+    before, after
+        As for ``from_contact`` of the law, in SI units.
+    preload_ratio
+        The new preload of the bolts over that before.
+
+    Raises
+    ------
+    ValueError
+        If the law of the joint has no elements, or a coefficient or the ratio is out of range.
+    """
+    checks.instance("joint", joint, Joint)
+    checks.instance("law of the joint", joint.law, ElementLaw)
+    ratio = checks.number("preload_ratio", preload_ratio, above=0)
+    pairs = ContactPairs(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.zeros((2, 3)))
+    scaled = ContactPairs(ratio * pairs.normal_load, ratio * pairs.gap, pairs.position)
+    old, new = law.from_contact(pairs, **before)[0], law.from_contact(scaled, **after)[0]
+    return replace(joint, law=_rescaled(joint.law, old, new))
+
+
+def _rescaled(elements: ElementLaw, old: ElementLaw, new: ElementLaw) -> ElementLaw:
+    """Elements that change as those of a closed pair, and of an open one if these have one, do."""
+    normal_load = getattr(elements, "normal_load", None)
+    of = 0 if normal_load is None else np.where(normal_load > 0, 0, -1)
+    changed = {}
+    for name, (unit, _) in elements.quantities.items():
+        if name not in old.quantities:
+            continue
+        before, after = getattr(old, name), getattr(new, name)
+        # ratios are those of the pairs; all else belongs to the element
+        changed[name] = (
+            np.full(elements.point_of_element.size, after[0])
+            if unit == "1"
+            else getattr(elements, name) * (after / before)[of]
+        )
+    return replace(elements, **changed)

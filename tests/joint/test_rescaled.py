@@ -1,0 +1,82 @@
+"""Joints under other contact coefficients and preloads: as made from these, to rounding."""
+
+import numpy as np
+import pytest
+from small_joint import connect_small
+
+from boltjoint.friction.laws import LAWS
+from boltjoint.joint.fit_iwan import fit_iwan_joint
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
+from boltjoint.joint.rescaled import rescale_contact
+
+BEFORE = {
+    "constant": {"tangential_stiffness": 5e6, "friction_coefficient": 0.1},
+    "variable": {
+        "tangential_stiffness": 5e6,
+        "friction_coefficient": 0.1,
+        "normal_stiffness": 1e7,
+    },
+    "iwan": {"tangential_stiffness": 5e6, "friction_coefficient": 0.1, "chi": -0.5, "beta": 0.0},
+}
+AFTER = {
+    "constant": {"tangential_stiffness": 7e6, "friction_coefficient": 0.23},
+    "variable": {
+        "tangential_stiffness": 7e6,
+        "friction_coefficient": 0.23,
+        "normal_stiffness": 0.3e7,
+    },
+    "iwan": {"tangential_stiffness": 7e6, "friction_coefficient": 0.23, "chi": -0.2, "beta": 0.7},
+}
+RATIO = 1.7
+
+
+def same(found, expected, rtol=1e-13):
+    assert type(found.law) is type(expected.law)
+    np.testing.assert_array_equal(found.law.point_of_element, expected.law.point_of_element)
+    for name in found.law.quantities:
+        ours, theirs = getattr(found.law, name), getattr(expected.law, name)
+        np.testing.assert_allclose(ours, theirs, rtol=rtol, err_msg=name)
+    np.testing.assert_allclose(found.tangential_mode, expected.tangential_mode, rtol=1e-13)
+
+
+def regions(law, keys, ratio=1.0):
+    joint, preload = connect_small(law, keys, ratio)
+    return partition_regions(joint, preload, 3)
+
+
+MADE = {
+    "node-to-node": lambda *of: connect_small(*of)[0],
+    "regions": regions,
+    "elements": lambda *of: fit_reduced_joint(regions(*of), 3, starts=4)[0],
+    "harmonic": lambda *of: fit_reduced_joint(regions(*of), 3, method="describing-function")[0],
+    "iwan": lambda *of: fit_iwan_joint(regions(*of))[0],
+    "table": lambda *of: tabulate_joint(regions(*of)),
+}
+
+
+@pytest.mark.parametrize(
+    ("law", "made"),
+    [(law, made) for law in BEFORE for made in ("node-to-node", "regions")]
+    + [(law, made) for law in ("constant", "variable") for made in ("elements", "harmonic")]
+    + [("constant", "iwan"), ("constant", "table")],
+)
+def test_a_rescaled_joint_is_the_one_made_from_the_new_contact(law, made):
+    base, expected = MADE[made](law, BEFORE[law]), MADE[made](law, AFTER[law], RATIO)
+    found = rescale_contact(base, LAWS[law], BEFORE[law], AFTER[law], RATIO)
+    # fits end where a step is below 1e-12 of their unknowns
+    same(found, expected, 1e-13 if made in ("node-to-node", "regions", "table") else 1e-7)
+
+
+def test_what_does_not_change_stays():
+    joint, _ = connect_small("variable", BEFORE["variable"])
+    found = rescale_contact(joint, LAWS["variable"], BEFORE["variable"], BEFORE["variable"])
+    for name in joint.law.quantities:
+        np.testing.assert_array_equal(getattr(found.law, name), getattr(joint.law, name))
+
+
+@pytest.mark.parametrize("ratio", [0.0, -1.0, np.nan])
+def test_a_preload_is_positive(ratio):
+    joint, _ = connect_small("constant", BEFORE["constant"])
+    with pytest.raises(ValueError, match="preload_ratio"):
+        rescale_contact(joint, LAWS["constant"], BEFORE["constant"], AFTER["constant"], ratio)
