@@ -81,6 +81,13 @@ class OutputPoint:
         """Amplitude [m]."""
         return abs(self(q))
 
+    def amplitudes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Amplitudes [m] of several solutions, shape (solutions, components * modes)."""
+        if not len(q):
+            return np.zeros(0)
+        at = q.reshape(len(q), -1, self._mode.size) @ self._mode
+        return np.hypot(at[:, self._sin], at[:, self._cos])
+
     def slope(self, q: NDArray[np.float64], dq: NDArray[np.float64]) -> float:
         """Half the derivative of the square of the amplitude, of the same sign as its own."""
         return float((self(q).conjugate() * self(dq)).real)
@@ -275,14 +282,7 @@ def to_dataset(
         | _of_sensors(joint, branches)
         | {
             "contact_state": xr.Variable(
-                ("force", "element"),
-                np.array(states_at_peak),
-                {
-                    "units": "1",
-                    "long_name": "contact state at the peak, -1 without a peak",
-                    "flag_values": np.arange(len(contact_states.MEANINGS), dtype=np.int8),
-                    "flag_meanings": " ".join(m.replace(" ", "_") for m in contact_states.MEANINGS),
-                },
+                ("force", "element"), np.array(states_at_peak), contact_states.ATTRIBUTES
             ),
         },
         coords={"component": components, "sensor": list(joint.sensors)},

@@ -311,7 +311,7 @@ def synthesise_branch(backbone: Backbone, force: float, window: tuple[float, flo
         force=force,
         frequency=response.frequency,
         modal_coordinate=response.modal_coordinate,
-        amplitude=np.array([abs(output(row)) for row in response.modal_coordinate]),
+        amplitude=output.amplitudes(response.modal_coordinate),
         iterations=np.zeros(count, dtype=np.int64),
         converged=np.ones(count, dtype=bool),
         located=np.arange(count) == (-1 if response.peak is None else response.peak),
@@ -327,11 +327,12 @@ def _branch(force: float, path: SolutionBranch, output: OutputPoint) -> Branch:
     def each(name: str) -> NDArray:
         return np.array([getattr(solution, name) for solution in path.solutions])
 
+    x = each("x")
     return Branch(
         force=force,
         frequency=each("p") / (2 * np.pi),
-        modal_coordinate=each("x"),
-        amplitude=np.array([abs(output(solution.x)) for solution in path.solutions]),
+        modal_coordinate=x,
+        amplitude=output.amplitudes(x),
         iterations=each("iterations"),
         converged=each("converged"),
         located=each("located"),
