@@ -77,6 +77,24 @@ VARIABLE = CASE | {
     "solve": CASE["solve"][:1],
 }
 CASES = {"small": CASE, "variable": VARIABLE}
+#: in a joint that the case has not, with two designs that are impossible
+SWEEP = {
+    "case": "small",
+    "vary": {
+        "preload_N": [0, 10000, 12000],
+        "contact.friction_coefficient": {
+            "kind": "linear",
+            "lowest": 0.1,
+            "highest": 0.3,
+            "number": 2,
+        },
+    },
+    "design": {"kind": "grid"},
+    "basis": "free-2",
+    "joint": "regions=3/elements=2",
+    "observe": ["peaks", "responses", "contact-states"],
+    "designs_per_job": 4,
+}
 SETTINGS = {
     "cases": ["small"],
     "contact_adapted_basis": {
@@ -109,11 +127,12 @@ def write(path, content):
 
 
 def write_config(folder, cases=CASES, settings=SETTINGS):
-    """Configuration of a study of some cases."""
+    """Configuration of a study of some cases, with a sweep."""
     write(folder / "config/assemblies/two_bolt.yaml", ASSEMBLY)
     for name, case in cases.items():
         write(folder / f"config/cases/{name}.yaml", case)
-    write(folder / "config/config.yaml", settings | {"cases": list(cases)})
+    write(folder / "config/sweeps/grid.yaml", SWEEP)
+    write(folder / "config/config.yaml", settings | {"cases": list(cases), "sweeps": ["grid"]})
 
 
 def environment(folder):

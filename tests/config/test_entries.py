@@ -43,7 +43,7 @@ def changed(content, path, value=None, *, remove=False):
 def problems_of(study, file, content):
     (study / file).write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(ConfigError) as refused:
-        load_study(study)
+        load_study(study, {"study": "config/sweeps.yaml"})
     return list(refused.value.problems)
 
 

@@ -10,7 +10,17 @@ from pathlib import Path
 
 import pytest
 from planned import among, planned
-from small_study import CASE, CHECKS, RESPONSES, ROOT, SETTINGS, VARIABLE, write, write_config
+from small_study import (
+    CASE,
+    CHECKS,
+    RESPONSES,
+    ROOT,
+    SETTINGS,
+    SWEEP,
+    VARIABLE,
+    write,
+    write_config,
+)
 
 from boltjoint.workflow.code_dependencies import library_sources
 
@@ -94,6 +104,9 @@ def test_another_motion_of_regions_leaves_clusters_and_other_cases_alone(copied)
         f"{folder}/elements=2/joint.nc",
         f"{folder}/joint.nc",
         f"{folder}/table/joint.nc",
+        # of the sweep
+        f"results/cases/small/{FREE}/regions=3/elements=2/joint.nc",
+        f"results/cases/small/{FREE}/regions=3/joint.nc",
     ]
     assert among(found, "cases/variable/*") == []
     # a further case computes only what is its own
@@ -127,7 +140,8 @@ def test_options_of_fits_and_of_the_contact_adapted_basis_leave_the_rest_alone(c
         f"results/cases/small/{ENRICHED}/{joint}/joint.nc"
         for joint in SETTINGS["convergence"]["reductions"] + ["clusters=2"]
     ]
-    assert among(found, "cases/*/joint.nc") == sorted(of_both + compared)
+    swept = [f"results/cases/small/{FREE}/{SWEEP['joint']}/joint.nc"]
+    assert among(found, "cases/*/joint.nc") == sorted(of_both + compared + swept)
     assert len(among(found, f"cases/*/{ENRICHED}/*/response.nc")) == 3
 
 
@@ -236,3 +250,23 @@ def test_figures_and_tables_use_no_more_of_the_library_than_they_need(module, us
     }
     assert used_by <= users
     assert not not_used_by & users
+
+
+def test_other_values_of_a_sweep_leave_its_joint_alone(copied):
+    vary = SWEEP["vary"] | {"preload_N": [9000, 10000, 12000]}
+    write(copied / "config/sweeps/grid.yaml", SWEEP | {"vary": vary, "description": "Other words"})
+    assert among(planned(copied), "*.nc") == [
+        "results/sweeps/grid/chunks/0.nc",
+        "results/sweeps/grid/chunks/1.nc",
+        "results/sweeps/grid/designs.nc",
+        "results/sweeps/grid/sweep.nc",
+    ]
+
+
+def test_a_sweep_goes_on_with_the_chunk_that_is_missing(copied):
+    (copied / "results/sweeps/grid/chunks/1.nc").unlink()
+    (copied / "results/sweeps/grid/sweep.nc").unlink()
+    assert among(planned(copied), "*.nc") == [
+        "results/sweeps/grid/chunks/1.nc",
+        "results/sweeps/grid/sweep.nc",
+    ]

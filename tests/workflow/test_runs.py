@@ -27,6 +27,7 @@ REPEATED = [
     "results/cases/small/free-2/clusters=2/harmonic=2/joint.nc",
     "results/figures/loops_variable_free-2_regions=2_elements=2.svg",
     "results/report/structure.html",
+    "results/sweeps/grid/sweep.nc",
 ]
 #: what depends on the clock, or records the machine
 TIMED = ("timing.csv", "fit_timing.csv", "times_", "fits_")

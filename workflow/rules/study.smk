@@ -49,7 +49,9 @@ resources_of, SMALL = estimate.Resources(study).of, estimate.Resources.SMALL
 
 wildcard_constraints:
     assembly="|".join(study.assemblies),
-    case="|".join(study.cases),
+    case="|".join(study.cases | study.base_cases),
+    sweep="|".join(study.sweeps) or "-",
+    chunk="[0-9]+",
     basis=Basis.wildcard(),
     preload_N=r"[0-9.e+-]+",
     joint=JointName.wildcard(),

@@ -57,6 +57,8 @@ def explain(error: ValidationError, model: type[Entry], content: Mapping[str, An
                 pass  # pydantic counts the valid items only; the invalid ones are reported
             case "string_pattern_mismatch":
                 yield with_value(content, path, PATTERNS[context["pattern"]])
+            case "no_values":
+                yield with_value(content, path, problem["msg"])
             case "literal_error" if new := _new_value(path, problem["input"]):
                 yield with_value(content, path, f"is now called {new}")
             case kind:
@@ -113,7 +115,8 @@ def _without_tags(location: KeyPath, content: Mapping[str, Any]) -> KeyPath:
     path: list[str | int] = []
     value: Any = content
     for part in location[:-1]:
-        if isinstance(value, Mapping) and part not in value:
+        is_key = isinstance(value, Mapping) and part in value
+        if not is_key and (isinstance(value, Mapping) or isinstance(part, str)):
             continue
         path.append(part)
         value = value[part]
@@ -122,15 +125,15 @@ def _without_tags(location: KeyPath, content: Mapping[str, Any]) -> KeyPath:
 
 def _owners(model: type[Entry], location: KeyPath) -> list[type[Entry]]:
     """The models that can hold the last key of a location, in which a union's member is a tag."""
-    owners = [model]
+    owners, any_key = [model], False
     for key in (part for part in location[:-1] if isinstance(part, str)):
-        inner = [
-            held
-            for owner in owners
-            if key in owner.model_fields
-            for held in _models_in(owner.model_fields[key].annotation)
-        ]
+        if any_key:
+            any_key = False
+            continue
+        kinds = [each.model_fields[key].annotation for each in owners if key in each.model_fields]
+        inner = [held for kind in kinds for held in _models_in(kind)]
         owners = inner or [owner for owner in owners if key in _tags(owner)]
+        any_key = any(get_origin(kind) is dict for kind in kinds)
     return owners
 
 

@@ -13,7 +13,12 @@ Schema = dict[str, Any]
 README = str(Path(CONFIG_FILE).with_name("README.md"))
 #: what stands before and after the generated part of the README
 BEGIN, END = "<!-- keys: made by `make reference` -->\n", "<!-- end of keys -->\n"
-_FILES = {"config": "config.yaml", "assembly": "assemblies/*.yaml", "case": "cases/*.yaml"}
+_FILES = {
+    "config": "config.yaml",
+    "assembly": "assemblies/*.yaml",
+    "case": "cases/*.yaml",
+    "sweep": "sweeps/*.yaml",
+}
 _UNITS = {
     "N_per_m3": "N/m³",
     "kg_per_m3": "kg/m³",
@@ -89,7 +94,9 @@ def _table(schema: Schema, models: dict[str, Schema]) -> Iterator[str]:
 
 
 def _unit(key: str, field: Schema) -> str:
-    """Unit that a key ends in, or 1 for other numbers."""
+    """Unit that a key has or ends in, or 1 for other numbers."""
+    if "x-unit" in field:
+        return field["x-unit"]
     number = re.search("'type': '(number|integer)'", str(field))
     units = (unit for end, unit in _UNITS.items() if key.endswith(f"_{end}"))
     return next(units, "1" if number else "")
@@ -123,6 +130,8 @@ def _allowed(field: Schema) -> str:
             return f"list of {len(others) + 1}: {_allowed(item)}{once}"
         case {"items": item}:
             return f"list: {_allowed(item)}{once}"
+        case {"additionalProperties": {"oneOf": _}}:
+            return "keys of the case, each with a list or as below"
         case {"enum": values}:
             return ", ".join(f"`{value}`" for value in values)
         case {"const": value}:

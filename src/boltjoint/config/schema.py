@@ -7,8 +7,14 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.entries import Entry
 from boltjoint.config.settings import Settings
+from boltjoint.config.sweep import Sweep
 
-SCHEMAS: dict[str, type[Entry]] = {"config": Settings, "assembly": Assembly, "case": Case}
+SCHEMAS: dict[str, type[Entry]] = {
+    "config": Settings,
+    "assembly": Assembly,
+    "case": Case,
+    "sweep": Sweep,
+}
 
 
 def schema_text(model: type[Entry]) -> str:

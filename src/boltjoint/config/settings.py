@@ -17,6 +17,8 @@ class Settings(Entry):
 
     cases: Several[CaseName]
     """Cases that run: files of ``cases/`` without ``.yaml``."""
+    sweeps: Distinct[tuple[Name, ...]] = ()
+    """Sweeps over many designs that run: files of ``sweeps/`` without ``.yaml``."""
     assemblies: Distinct[tuple[Name, ...]] = ()
     """Assemblies to build and tabulate even if no case uses them: files of ``assemblies/``."""
     omit: Distinct[tuple[Literal["timing", "checks", "harmonics"], ...]] = ()

@@ -5,6 +5,8 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from boltjoint import names
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
@@ -13,7 +15,21 @@ from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import StudyFiles
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, KeyPath, Problems
+from boltjoint.config.sweep import Sweep
+from boltjoint.config.types import (
+    ASSEMBLY_FOLDER,
+    CASE_FOLDER,
+    CONFIG_FILE,
+    SWEEP_FOLDER,
+    KeyPath,
+    Problems,
+)
+from boltjoint.config.varied_case import (
+    TableError,
+    conflicts_with_case,
+    read_table,
+    solved_alone,
+)
 from boltjoint.names import Basis
 
 
@@ -22,23 +38,36 @@ class Study(Settings):
 
     cases: dict[str, Case]
     """The cases that run, by name, in the order of config.yaml."""
+    base_cases: dict[str, Case]
+    """The cases of sweeps that do not run themselves, by name."""
     assemblies: dict[str, Assembly]
     """The assemblies that config.yaml names and those that its cases use, by name."""
+    sweeps: dict[str, Sweep]
+    """The sweeps that run, by name, in the order of config.yaml."""
+    designs: dict[str, int]
+    """Number of designs of each sweep."""
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
-        if name not in self.cases:
-            raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, self.cases)}")
-        return self.cases[name]
+        known = self.cases | self.base_cases
+        if name not in known:
+            raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, known)}")
+        return known[name]
+
+    def base_of_sweep(self, name: str) -> dict[str, Any]:
+        """The base case of a sweep, with the joint, basis and resonance that the sweep solves."""
+        sweep = self.sweeps[name]
+        return solved_alone(self.case(sweep.case), sweep)
 
     def contact_conditions(self, assembly: str) -> list[dict[str, Any]]:
         """Contact and damping that the bases of an assembly are made for, each once.
 
         Those of the cases that use it, or of all cases where none does.
         """
-        own = [case for case in self.cases.values() if case.assembly == assembly]
+        every = [*self.cases.values(), *self.base_cases.values()]
+        own = [case for case in every if case.assembly == assembly]
         found: list[dict[str, Any]] = []
-        for case in own or self.cases.values():
+        for case in own or every:
             condition = {"contact": case.contact.model_dump(), "damping": case.structural_damping}
             if condition not in found:
                 found.append(condition)
@@ -82,12 +111,19 @@ def load_study(
 
     # Files named beside a problem are read all the same, to report their problems with it.
     settings = files.check(Settings, layers, layers.content)
-    cases, contents = {}, {}
+    sweeps, cases, contents = {}, {}, {}
+    wanted = [(layers, path, name) for path, name in _names(layers.content, "cases")]
+    runs = {name for *_, name in wanted}
+    for path, name in _names(layers.content, "sweeps"):
+        file, content = f"{SWEEP_FOLDER}/{name}.yaml", files.find(SWEEP_FOLDER, name, layers, path)
+        sweeps[name], contents[file] = files.check(Sweep, file, content), content
+        if content is not None and _is_name(content.get("case")):
+            wanted.append((file, ("case",), content["case"]))
     named = [(layers, path, name) for path, name in _names(layers.content, "assemblies")]
-    for path, name in _names(layers.content, "cases"):
-        if name in names.PAGES:
+    for place, path, name in wanted:
+        if name in names.PAGES or name in cases:
             continue
-        file, content = _case_file(name), files.find(CASE_FOLDER, name, layers, path)
+        file, content = _case_file(name), files.find(CASE_FOLDER, name, place, path)
         cases[name], contents[name] = files.check(Case, file, content), content
         if content is not None and _is_name(content.get("assembly")):
             named.append((file, ("assembly",), content["assembly"]))
@@ -99,18 +135,36 @@ def load_study(
 
     for name, case in cases.items():
         if case is not None:
-            problems = _conflicts(case, assemblies[case.assembly], settings, published)
+            assembly = assemblies[case.assembly]
+            problems = _conflicts(case, assembly, settings, published)
+            if name not in runs:
+                # only that is solved which its sweeps ask for
+                problems = _conflicts_of_points(case, assembly)
             found = (with_value(contents[name], *problem) for problem in dict.fromkeys(problems))
             files.note(_case_file(name), found)
     if all(cases.values()):
         for name, sentence in _missing_preloads(cases.values(), assemblies):
             files.note(_assembly_file(name), [(("preload_N",), sentence)])
+    designs = {}
+    for name, sweep in sweeps.items():
+        if sweep is not None and (case := cases.get(sweep.case)) is not None:
+            file = f"{SWEEP_FOLDER}/{name}.yaml"
+            problems = _conflicts_of_sweep(sweep, case, assemblies[case.assembly], settings)
+            files.note(file, (with_value(contents[file], *each) for each in problems))
+            designs[name] = sweep.designs or _rows_of_table(sweep, case, files)
     if settings is not None:
         problems = _conflicts_of_convergence(settings, cases.values(), assemblies)
         files.note(layers, (with_value(layers.content, *problem) for problem in problems))
 
     files.refuse_problems()
-    return Study.model_validate({**dict(settings), "cases": cases, "assemblies": assemblies})
+    found = {
+        "cases": {name: case for name, case in cases.items() if name in runs},
+        "base_cases": {name: case for name, case in cases.items() if name not in runs},
+        "assemblies": assemblies,
+        "sweeps": sweeps,
+        "designs": designs,
+    }
+    return Study.model_validate({**dict(settings), **found})
 
 
 def _case_file(name: str) -> str:
@@ -141,8 +195,7 @@ def _conflicts(
     """What the assembly, the settings and the source do not allow in a case."""
     if assembly is not None:
         yield from _conflicts_of_joints(case, assembly)
-        for path, point in case.points.items():
-            yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
+        yield from _conflicts_of_points(case, assembly)
     if settings is not None:
         yield from _conflicts_of_options(case, settings)
         yield from _conflicts_of_bases(case, assembly, settings.contact_adapted_basis)
@@ -151,6 +204,44 @@ def _conflicts(
             ("published",),
             f"is no case study of the source{choice(case.published, published)}",
         )
+
+
+def _conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
+    """Points of the excitation and the sensors that the assembly does not have."""
+    for path, point in case.points.items():
+        if assembly is not None:
+            yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
+
+
+def _conflicts_of_sweep(
+    sweep: Sweep, case: Case, assembly: Assembly | None, settings: Settings | None
+) -> Problems:
+    """What the base case, its assembly and the settings do not allow in a sweep."""
+    yield from conflicts_with_case(sweep, case)
+    content = solved_alone(case, sweep)
+    try:
+        found = list(_conflicts(Case.model_validate(content), assembly, settings, None))
+    except ValidationError as error:
+        found = [each for problem in error.errors() for each in problem["ctx"]["problems"]]
+    keys = {"joints": "joint", "modes": "basis", "resonance": "resonance"}
+    for path, sentence in found:
+        key = next((keys[part] for part in path if part in keys), None)
+        if key is not None:
+            yield (key,), sentence
+
+
+def _rows_of_table(sweep: Sweep, case: Case, files: StudyFiles) -> int:
+    """Number of designs in a table; none, with a problem noted, if it cannot be read."""
+    file = sweep.design.file
+    try:
+        text = (files.folder / file).read_text(encoding="utf-8")
+        return next(iter(read_table(text, file, case).values())).size
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8"
+        files.problems.append(f"{file}: cannot be read: {reason}")
+    except TableError as error:
+        files.problems.append(str(error))
+    return 0
 
 
 def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:

@@ -13,6 +13,7 @@ CONFIG_FILE = "config/config.yaml"
 COMMAND_LINE = "command line"
 CASE_FOLDER = "config/cases"
 ASSEMBLY_FOLDER = "config/assemblies"
+SWEEP_FOLDER = "config/sweeps"
 SCHEMA_FOLDER = "config/schemas"
 
 KeyPath = tuple[str | int, ...]

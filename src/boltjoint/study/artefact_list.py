@@ -38,6 +38,8 @@ class Artefact:
     joint: JointName | None = None
     coordinates: Coordinates | None = None
     resonance: int | None = None
+    sweep: str | None = None
+    chunk: int | None = None
 
     @property
     def which(self) -> dict[str, object]:
@@ -186,7 +188,8 @@ class Contents:
 
         An assembly that no case uses is tightened to its own preload.
         """
-        used = [(case.assembly, case.preload_N) for case in self.study.cases.values()]
+        every = (self.study.cases | self.study.base_cases).values()
+        used = [(case.assembly, case.preload_N) for case in every]
         nominal = [
             (name, found.preload_N)
             for name, found in self.study.assemblies.items()
@@ -240,6 +243,37 @@ class Contents:
                 yield Artefact(kind, assembly=name, preload_N=preload)
         for case in self.study.cases:
             yield from self._data_of_case(case)
+        for name in self.study.sweeps:
+            yield from self._data_of_sweep(name)
+
+    def _data_of_sweep(self, name: str) -> Iterator[Artefact]:
+        sweep = self.study.sweeps[name]
+        assembly = self.study.case(sweep.case).assembly
+        yield Artefact("modes", assembly=assembly, basis=sweep.basis)
+        if sweep.basis.is_contact_adapted:
+            yield Artefact("pod_modes", assembly=assembly)
+        for joint in self.joints_of_sweep(name):
+            yield Artefact("joint", case=sweep.case, basis=sweep.basis, joint=joint)
+            if joint.reduction is not None:
+                which = {"case": sweep.case, "basis": sweep.basis, "joint": joint}
+                yield Artefact("fit_timing", **which)
+        yield Artefact("designs", sweep=name)
+        for chunk in range(self.chunks(name)):
+            yield Artefact("chunk", sweep=name, chunk=chunk)
+        yield Artefact("sweep", sweep=name)
+
+    def joints_of_sweep(self, name: str) -> list[JointName]:
+        """The joint of a sweep, after those that it is reduced from."""
+        return with_regions([REFERENCE[0], self.study.sweeps[name].joint])
+
+    def chunks(self, sweep: str) -> int:
+        """Number of jobs that solve the designs of a sweep."""
+        return -(-self.study.designs[sweep] // self.study.sweeps[sweep].designs_per_job)
+
+    def chunk(self, sweep: str, number: int) -> tuple[int, int]:
+        """The first of the designs that a job solves, and the first of the next job."""
+        size = self.study.sweeps[sweep].designs_per_job
+        return number * size, min((number + 1) * size, self.study.designs[sweep])
 
     def _data_of_case(self, case: str) -> Iterator[Artefact]:
         for basis in self.compared_bases(case):

@@ -30,7 +30,8 @@ from typing import NamedTuple
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import Study
-from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE
+from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, SWEEP_FOLDER
+from boltjoint.names import JointName
 from boltjoint.structure.bolts import yield_warning
 from boltjoint.study.artefact_list import Contents
 
@@ -63,6 +64,10 @@ _PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
 _PER_INTEGRATION = 0.03
 #: samples that take as long as the closed form; the tangents of this many harmonics as the samples
 _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
+#: of a design at a level, and of each element in each vector [s]
+_PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
+#: of the list of designs, with their values and what is wrong with them [byte]
+_PER_ROW = 1000
 #: more than any machine can count: sizes beyond it would overflow
 _COUNTLESS = 1e30
 
@@ -92,6 +97,8 @@ class Estimate:
         peaks with more harmonics and the tables of ``convergence`` come on top.
     responses
         Frequency responses.
+    designs
+        Designs of sweeps.
     """
 
     memory: float
@@ -99,6 +106,7 @@ class Estimate:
     job: str
     seconds: float
     responses: int
+    designs: int
 
 
 class _Job(NamedTuple):
@@ -154,6 +162,7 @@ def estimate(study: Study) -> Estimate:
         job=largest.does,
         seconds=sum(job.seconds for job in jobs),
         responses=sum(len(case.responses) for case in study.cases.values()),
+        designs=sum(study.designs.values()),
     )
 
 
@@ -180,8 +189,11 @@ def summary(needed: Estimate, memory: float, cores: int) -> str:
     """A line on what a study needs beside what there is: memory [byte], cores."""
     minutes = needed.seconds / cores / 60
     time = f"{minutes:.0f} minutes" if minutes < 100 else f"{minutes / 60:.0f} hours"
+    solved = f"{needed.responses} frequency responses"
+    if needed.designs:
+        solved += f" and {needed.designs} designs"
     return (
-        f"Estimate: {needed.responses} frequency responses in some {time} on {cores} cores if "
+        f"Estimate: {solved} in some {time} on {cores} cores if "
         f"nothing of it is there yet; up to {needed.memory / _GIB:.2g} GiB of memory a job "
         f"({needed.job}), of {memory / _GIB:.3g} GiB"
     )
@@ -234,6 +246,8 @@ def _jobs(contents: Contents) -> Iterator[_Job]:
         yield from _of_assembly(contents, name)
     for name in contents.study.cases:
         yield from _of_case(contents, name)
+    for name in contents.study.sweeps:
+        yield from _of_sweep(contents, name)
 
 
 def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
@@ -303,3 +317,34 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
         seconds = _PER_INTEGRATION * len(case.verification_forces_N) * pairs
         key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
         yield _Job("harmonics", name, memory, seconds, key, "to balance 201 harmonics")
+
+
+def _of_sweep(contents: Contents, name: str) -> Iterator[_Job]:
+    """Jobs on the designs of a sweep."""
+    study = contents.study
+    sweep, designs = study.sweeps[name], study.designs[name]
+    case = study.case(sweep.case)
+    pairs = study.assemblies[case.assembly].contact_pairs
+    level = {"forces_N", "accelerations_m_per_s2"} & set(sweep.vary)
+    levels = 1 if level else len(case.levels)
+    elements = _elements(sweep.joint, pairs)
+    vectors = min(sweep.basis.most, study.contact_adapted_basis.maximum_vectors)
+    states = elements if "contact-states" in sweep.observe else 0
+    stored = levels * (_NUMBER * (4 + (sweep.observed["frequencies"] or 0)) + states)
+    seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
+    key = f"{SWEEP_FOLDER}/{name}.yaml: design"
+    chunk = min(sweep.designs_per_job, designs)
+    memory = _SOLVER + 2 * chunk * stored + _PER_ROW * designs
+    does = f"to solve designs of {name}"
+    yield _Job("designs", name, memory, designs * seconds, key, does)
+    memory = _PROCESS + 3 * designs * stored + _PER_ROW * designs
+    yield _Job("sweep", name, memory, 0.0, key, f"to gather the designs of {name}")
+
+
+def _elements(joint: JointName, pairs: float) -> float:
+    """Elements of a joint, at most: of tolerances nothing is known yet."""
+    if isinstance(joint.pairs, int):
+        return joint.pairs
+    if joint.reduction is None or joint.count == "auto":
+        return pairs
+    return joint.count * (joint.elements or 1)

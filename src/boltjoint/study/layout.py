@@ -8,6 +8,7 @@ _ASSEMBLY = "results/assemblies/{assembly}"
 _PRELOAD = _ASSEMBLY + "/preload={preload_N}"
 _BASIS = "results/cases/{case}/{basis}"
 _JOINT = _BASIS + "/{joint}"
+_SWEEP = "results/sweeps/{sweep}"
 _SOLVED = _JOINT + "/{coordinates}/resonance={resonance}"
 
 #: by kind; the braces are wildcards of the workflow
@@ -28,6 +29,9 @@ PATHS = {
     "timing": _SOLVED + "/timing.csv",
     "check": _SOLVED + "/check.csv",
     "backbone": _JOINT + "/backbone/resonance={resonance}/backbone.nc",
+    "designs": _SWEEP + "/designs.nc",
+    "chunk": _SWEEP + "/chunks/{chunk}.nc",
+    "sweep": _SWEEP + "/sweep.nc",
 }
 _FOLDERS = {"figure": ("figures", "svg"), "table": ("tables", "csv"), "html": ("tables", "html")}
 
@@ -41,7 +45,7 @@ def path(kind: str, **which: object) -> str:
         One of ``PATHS``.
     which
         What the kind is named by: ``assembly``, ``preload_N`` per bolt [N], ``case``, ``basis``,
-        ``joint``, ``coordinates``, ``resonance``.
+        ``joint``, ``coordinates``, ``resonance``, ``sweep``, and ``chunk`` from 0.
     """
     if "preload_N" in which:
         which["preload_N"] = f"{which['preload_N']:.15g}"

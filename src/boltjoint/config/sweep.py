@@ -1,0 +1,152 @@
+"""Sweep: many designs that vary keys of a case, solved with one joint model."""
+
+from math import prod
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from boltjoint.config.distributions import Range, Values
+from boltjoint.config.entries import Entry
+from boltjoint.config.types import (
+    INTEGRAL,
+    Count,
+    Description,
+    Joint,
+    ModalBasis,
+    ModesCount,
+    Name,
+    Problems,
+    Several,
+)
+
+#: more designs than any sweep has: their parameters alone fill the memory
+MOST_DESIGNS = 10_000_000
+
+#: more jobs than the workflow can list in a reasonable time
+MOST_JOBS = 10_000
+
+#: time of a design of few elements at one level [s]
+_SECONDS = 6e-3
+
+
+class Grid(Entry):
+    """All combinations of the values of all keys: lists, and ranges with a ``number``."""
+
+    kind: Literal["grid"]
+    """How designs are chosen."""
+
+
+class Samples(Entry):
+    """Designs drawn from the values of all keys, each key whatever the others are.
+
+    From a list its values are drawn equally often. In a Latin hypercube every key is spread evenly
+    by itself; a scrambled Sobol sequence fills the space more evenly, best with a power of two of
+    designs.
+    """
+
+    kind: Literal["latin-hypercube", "sobol"]
+    """How designs are chosen."""
+    number: Count
+    """Number of designs."""
+    seed: Annotated[int, Field(strict=True, ge=0), INTEGRAL] = 0
+    """Seed of the random numbers: with the same one the designs are the same."""
+
+
+class Table(Entry):
+    """Designs as the rows of a CSV file, whose columns are the keys that vary."""
+
+    kind: Literal["table"]
+    """How designs are chosen."""
+    file: Annotated[str, Field(min_length=1)]
+    """The file, seen from the folder of ``config/``."""
+
+
+Design = Annotated[Grid | Samples | Table, Field(discriminator="kind")]
+
+Observed = Literal["peaks", "responses", "contact-states"]
+
+
+class Sweep(Entry):
+    """Designs that vary keys of a case, solved with one joint model.
+
+    The joint is reduced once, for the base case; each design has its regions, weighted pairs or
+    fitted elements with the coefficients and the preload of its own.
+    """
+
+    description: Description = ""
+    """Description of the sweep in one line; no result depends on it."""
+    case: Name
+    """The base case: a file of ``cases/`` without ``.yaml``. What does not vary is as it says."""
+    vary: dict[str, Values] = Field({})
+    """Keys of the base case that vary, each with its values: ``preload_N``, ``forces_N`` (one level
+    a design), ``loss_factor``, and the numbers under ``contact`` as
+    ``contact.friction_coefficient``. A list, a range or a distribution. None with
+    ``kind: table``."""
+    design: Design = Grid(kind="grid")
+    """Which combinations of values are designs."""
+    basis: ModalBasis
+    """Modal basis."""
+    joint: Joint
+    """Joint model, as in ``solve`` of a case."""
+    resonance: ModesCount = 1
+    """Number of the resonance."""
+    coordinates: Literal["linear", "backbone"] = "linear"
+    """``linear``, all vectors of the basis, or ``backbone``, nonlinear modal synthesis."""
+    observe: Several[Observed] = ("peaks",)
+    """What is kept of each design: ``peaks``, frequency and amplitude of the peak; ``responses``,
+    the amplitude over frequency on one grid for all; ``contact-states``, of each element at the
+    peak."""
+    frequencies: Count = 400
+    """Frequencies of the grid of ``responses``."""
+    designs_per_job: Count = 2500
+    """Designs that one job solves."""
+
+    def conflicts(self) -> Problems:
+        of_table = isinstance(self.design, Table)
+        if of_table and self.vary:
+            yield ("vary",), "must not be given with kind: table: its columns are what varies"
+        if not of_table and not self.vary:
+            yield ("vary",), "must have at least one key"
+        for key, values in self.vary.items():
+            is_list, is_range = isinstance(values, tuple), isinstance(values, Range)
+            if isinstance(self.design, Grid) and not is_list:
+                if not is_range:
+                    yield ("vary", key, "kind"), "must be linear or log in a grid"
+                elif values.number is None or values.number < 2:
+                    yield ("vary", key, "number"), "is missing: at least two values of a grid"
+        count = self.designs or 0
+        if count > MOST_DESIGNS:
+            days = _SECONDS * count / 86400
+            yield (
+                ("design",),
+                f"makes {count:.3g} designs, {days:.3g} days on one core for each level: "
+                f"must make at most {MOST_DESIGNS:g}",
+            )
+        elif count > MOST_JOBS * self.designs_per_job:
+            yield (
+                ("designs_per_job",),
+                f"makes {count / self.designs_per_job:.3g} jobs: must make at most {MOST_JOBS:g}",
+            )
+
+    @property
+    def designs(self) -> int | None:
+        """Number of designs; None where they are the rows of a table."""
+        if isinstance(self.design, Grid):
+            return prod(self.grid.values())
+        return getattr(self.design, "number", None)
+
+    @property
+    def observed(self) -> dict[str, Any]:
+        """What ``study.sweeps.solve_designs`` keeps of each design."""
+        grid = self.frequencies if "responses" in self.observe else None
+        return {"frequencies": grid, "states": "contact-states" in self.observe}
+
+    @property
+    def grid(self) -> dict[str, int]:
+        """Number of values of each key in a grid; empty where the designs are none."""
+        if not isinstance(self.design, Grid):
+            return {}
+        return {
+            key: len(values) if isinstance(values, tuple) else getattr(values, "number", None) or 1
+            for key, values in self.vary.items()
+        }

@@ -1,0 +1,300 @@
+"""Sweeps: peaks and responses of many designs of one joint, and all of them in one dataset.
+
+A design has its place in every file: one that is impossible, or was not solved, has the reason
+there.
+"""
+
+import logging
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.config.case import Case
+from boltjoint.config.varied_case import keys_that_vary, with_values
+from boltjoint.dataset import quantity
+from boltjoint.dynamics.common_grid import amplitude_on_grid
+from boltjoint.dynamics.frequency_response import branch_solver
+from boltjoint.dynamics.modal_contact import ModalContact
+from boltjoint.dynamics.windows import frequency_window
+from boltjoint.friction import contact_states
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.laws import LAWS
+from boltjoint.joint.model import Joint
+from boltjoint.joint.rescaled import rescale_contact
+from boltjoint.solvers.equations import StepControl
+from boltjoint.study.designs import values_of, varied
+
+if TYPE_CHECKING:
+    from boltjoint.dynamics.branch import Branch
+
+Array = NDArray[np.float64]
+
+logger = logging.getLogger(__name__)
+
+#: seconds after which the progress is logged again
+_BETWEEN_LINES = 10.0
+
+
+@dataclass(frozen=True)
+class SweptJoint:
+    """The joint of a sweep, as each design has it.
+
+    Parameters
+    ----------
+    case
+        Content of the base case, with the resonance, joint and coordinates that are solved.
+    joints
+        Of the base case: node to node, then those that it was reduced to; the last one is solved,
+        in a frequency window that suits all.
+    sampling
+        Harmonics and time samples of AFT, None for analytic forces.
+    control
+        Tolerance and step lengths; the defaults if None.
+    """
+
+    case: Mapping[str, object]
+    joints: Sequence[Joint]
+    sampling: Mapping[str, int] | None = None
+    control: StepControl | None = None
+
+    @cached_property
+    def base(self) -> Case:
+        """The base case."""
+        return Case.model_validate(self.case)
+
+    @property
+    def elements(self) -> int:
+        """Number of elements of the joint that is solved."""
+        return self.joints[-1].law.point_of_element.size
+
+    def window(self, values: Mapping[str, float]) -> tuple[float, float]:
+        """Frequency window of the design with these values of its keys [Hz]."""
+        return self._window(self._joints(self._case(values)))
+
+    def solve(
+        self, values: Mapping[str, float], window: tuple[float, float] | None = None
+    ) -> tuple[Joint, list["Branch"]]:
+        """The joint of a design, and its response at each level.
+
+        Parameters
+        ----------
+        values
+            Of the keys that vary.
+        window
+            Frequencies [Hz]; by default those of the design.
+        """
+        case = self._case(values)
+        joints = self._joints(case)
+        joint, block = joints[-1], case.solve[0]
+        if self.sampling is not None:
+            joint = replace(joint, law=AlternatingFrequencyTime(joint.law, **self.sampling))
+        solve = branch_solver(
+            joint,
+            case.levels,
+            window=window or self._window(joints),
+            resonance=block.resonance,
+            damping=case.structural_damping,
+            coordinates=str(case.coordinates[0]),
+            control=self.control,
+        )
+        return joint, [solve(level) for level in case.levels]
+
+    def _case(self, values: Mapping[str, float]) -> Case:
+        return Case.model_validate(with_values(self.case, values))
+
+    def _joints(self, case: Case) -> list[Joint]:
+        """All joints with the contact and the preload of a design."""
+        before, after = dict(self.base.contact.options), dict(case.contact.options)
+        law, _ = LAWS[before.pop("law")], after.pop("law")
+        ratio = case.preload_N / self.base.preload_N
+        return [rescale_contact(joint, law, before, after, ratio) for joint in self.joints]
+
+    def _window(self, joints: Sequence[Joint]) -> tuple[float, float]:
+        block = self.base.solve[0]
+        return frequency_window(*joints, resonance=block.resonance, given=block.window_Hz)
+
+
+def solve_designs(
+    problem: SweptJoint,
+    designs: xr.Dataset,
+    chunk: range,
+    threads: int = 1,
+    *,
+    frequencies: int | None = None,
+    states: bool = False,
+) -> xr.Dataset:
+    """Peaks of some designs of a sweep, and their responses and contact states.
+
+    Parameters
+    ----------
+    problem
+        The joint with its base case.
+    designs
+        All designs of the sweep (``list_designs``): their responses have one grid of frequencies,
+        over a window that suits them all.
+    chunk
+        Which of them are solved.
+    threads
+        Designs solved at the same time.
+    frequencies
+        Number of frequencies of the grid; None where only peaks are wanted.
+    states
+        Whether the contact state of each element at the peak is wanted.
+
+    Returns
+    -------
+    Dataset
+        By ``design`` and ``force``. A design without a peak is not a number there, and ``reason``
+        says why.
+    """
+    checks.instance("designs", designs, xr.Dataset)
+    values, impossible = values_of(designs), designs["reason"].to_numpy()
+    window = None if frequencies is None else _common_window(problem, designs)
+    grid = None if window is None else np.linspace(*window, frequencies)
+    levels = 1 if "force_level" in designs else len(problem.base.levels)
+    found = _Observed(len(chunk), levels, grid, problem.elements if states else None)
+    begun = said = time.monotonic()
+
+    def solve(place: int, row: int) -> None:
+        if impossible[row]:
+            found.reason[place] = impossible[row]
+            return
+        try:
+            found.add(place, *problem.solve(values[row], window))
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            found.reason[place] = str(error)
+
+    with ThreadPoolExecutor(threads) as pool:
+        for count, _ in enumerate(pool.map(solve, range(len(chunk)), chunk), start=1):
+            if time.monotonic() - said > _BETWEEN_LINES:
+                said = time.monotonic()
+                logger.info("%d of %d designs in %.0f s", count, len(chunk), said - begun)
+    return found.dataset()
+
+
+def gather_sweep(
+    case: Mapping[str, object],
+    designs: xr.Dataset,
+    chunks: Sequence[xr.Dataset],
+    grid: Mapping[str, int],
+) -> xr.Dataset:
+    """All designs of a sweep as one dataset: ``sweep.nc``.
+
+    Parameters
+    ----------
+    case
+        Content of the base case.
+    designs
+        As from ``list_designs``.
+    chunks
+        As from ``solve_designs``, in order.
+    grid
+        Number of values of each key in a grid; empty for other designs.
+
+    Returns
+    -------
+    Dataset
+        Its dimensions are the quantities that vary, of a grid, or else ``design``; and ``force``
+        where that does not vary. The quantities are coordinates.
+    """
+    names, base = varied(designs), Case.model_validate(case)
+    whole = xr.concat(chunks, "design")
+    if "force_level" in names:
+        whole = whole.squeeze("force")
+    else:
+        level = next(each for each in keys_that_vary(base).values() if each.name == "force_level")
+        levels = quantity("force", list(base.levels), *level[1:])
+        whole = whole.assign_coords(force_level=levels)
+    values = {name: designs[name].variable for name in names}
+    return _on_grid(whole, values, list(grid.values())) if grid else whole.assign_coords(values)
+
+
+def _on_grid(whole: xr.Dataset, values: Mapping[str, xr.Variable], sizes: list[int]) -> xr.Dataset:
+    """Designs along the quantities that vary, the last of which varies first."""
+
+    def spread(variable: xr.Variable) -> xr.Variable:
+        if "design" not in variable.dims:
+            return variable
+        first = variable.transpose("design", ...)
+        shape = *sizes, *first.shape[1:]
+        dims = *values, *first.dims[1:]
+        return xr.Variable(dims, first.to_numpy().reshape(shape), first.attrs)
+
+    axes = {
+        name: xr.Variable(
+            name,
+            np.moveaxis(spread(each).to_numpy(), place, 0).reshape(sizes[place], -1)[:, 0],
+            each.attrs,
+        )
+        for place, (name, each) in enumerate(values.items())
+    }
+    return xr.Dataset({name: spread(each) for name, each in whole.variables.items()}, axes)
+
+
+def _common_window(problem: SweptJoint, designs: xr.Dataset) -> tuple[float, float]:
+    """Frequencies that hold the resonance of all designs [Hz]: it rises with each stiffness."""
+    possible = designs.isel(design=np.flatnonzero(designs["reason"] == ""))
+    stiffest = {
+        possible[name].attrs["key"]: float(possible[name].max())
+        for name in varied(designs)
+        if possible[name].attrs["units"] == "N/m" and possible.sizes["design"]
+    }
+    return problem.window(stiffest)
+
+
+class _Observed:
+    """What is kept of the designs of a chunk: peaks only, with neither grid [Hz] nor elements."""
+
+    def __init__(self, designs: int, levels: int, grid: Array | None, elements: int | None) -> None:
+        self.peak = np.full((designs, levels, 2), np.nan)
+        self.complete = np.zeros((designs, levels), dtype=np.int8)
+        self.reason = np.full(designs, "", dtype=object)
+        self.grid = grid
+        self.response = np.full((designs, levels, np.size(grid)), np.nan)
+        self.state = None
+        if elements is not None:
+            shape = designs, levels, elements
+            self.state = np.full(shape, contact_states.UNKNOWN, dtype=np.int8)
+
+    def add(self, place: int, joint: Joint, branches: Sequence["Branch"]) -> None:
+        """Keep what is observed of the responses of a design."""
+        for level, branch in enumerate(branches):
+            self.complete[place, level] = branch.complete
+            if branch.peak is not None:
+                at = branch.peak
+                self.peak[place, level] = branch.frequency[at], branch.amplitude[at]
+                if self.state is not None:
+                    motion = ModalContact(joint).motion(branch.modal_coordinate[at])
+                    self.state[place, level] = joint.law.contact_state(motion)
+            if self.grid is not None:
+                along = branch.frequency, branch.amplitude
+                self.response[place, level] = amplitude_on_grid(*along, self.grid)
+        self.reason[place] = next((each.reason for each in branches if not each.complete), "")
+
+    def dataset(self) -> xr.Dataset:
+        """All of it, by design and force."""
+        each = ("design", "force")
+        why = "why the design is impossible, or a branch ends before"
+        rows = {
+            "peak_frequency": (each, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
+            "peak_amplitude": (each, self.peak[..., 1], "m", "largest maximum of the response"),
+            "complete": (each, self.complete, "1", "1 where the branch crosses the whole window"),
+            "reason": ("design", self.reason.astype(str), "1", why),
+        }
+        if self.grid is not None:
+            meaning = "first-harmonic amplitude of the output point"
+            rows["frequency"] = ("frequency", self.grid, "Hz", "excitation frequency")
+            rows["response_amplitude"] = ((*each, "frequency"), self.response, "m", meaning)
+        found = {name: quantity(*row) for name, row in rows.items()}
+        if self.state is not None:
+            dims = (*each, "element")
+            found["contact_state"] = xr.Variable(dims, self.state, contact_states.ATTRIBUTES)
+        return xr.Dataset(found)

@@ -1,0 +1,163 @@
+"""Sweeps: their base cases, and what is said where a sweep does not suit its own."""
+
+import pytest
+import yaml
+from mutations import ROOT
+
+from boltjoint.config.case import Case
+from boltjoint.config.study import load_study
+from boltjoint.config.sweep import Sweep
+from boltjoint.config.types import ConfigError
+from boltjoint.config.varied_case import keys_that_vary, read_table, with_values
+from boltjoint.damping import LossFactor
+
+NAME = "three_bolt_uncertainty"
+FILE = f"config/sweeps/{NAME}.yaml"
+SWEPT = {"sweeps": [NAME]}
+KEYS = (
+    "preload_N, forces_N, loss_factor, contact.tangential_stiffness_N_per_m, "
+    "contact.friction_coefficient"
+)
+
+
+@pytest.fixture
+def changed(study):
+    """Changes the shipped sweep, and gives what is said of it."""
+
+    def change(without=(), **keys):
+        content = yaml.safe_load((study / FILE).read_text(encoding="utf-8")) | keys
+        for key in without:
+            del content[key]
+        (study / FILE).write_text(yaml.safe_dump(content), encoding="utf-8")
+        try:
+            return load_study(study, SWEPT)
+        except ConfigError as error:
+            return list(error.problems)
+
+    return change
+
+
+def test_a_base_case_need_not_run(changed):
+    assert list(changed(case="three_bolt_variable", joint="node-to-node").base_cases) == []
+    shorter = {"cases": ["four_bolt_constant"], "sweeps": [NAME]}
+    study = load_study(ROOT, shorter)
+    assert (list(study.cases), list(study.base_cases)) == (
+        ["four_bolt_constant"],
+        ["three_bolt_constant"],
+    )
+    assert study.case("three_bolt_constant").assembly in study.assemblies
+    assert study.designs == {NAME: 8192}
+
+
+def test_a_base_case_is_solved_as_the_sweep_asks_for():
+    study = load_study(ROOT, SWEPT)
+    content = study.base_of_sweep(NAME)
+    (block,) = content["solve"]
+    assert (block["joints"], content["modes"]) == (("regions=6/elements=7",), ("free-4",))
+    assert Case.model_validate(content).levels == study.case("three_bolt_constant").levels
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        (
+            {"vary": {"contact.friction": [1]}},
+            f"vary.contact.friction: [1] is no key that varies; did you mean "
+            f"contact.friction_coefficient? there are: {KEYS}",
+        ),
+        (
+            {"vary": {"preload_N": {"kind": "normal", "mean": 1000, "standard_deviation": 500}}},
+            'vary.preload_N: {"kind": "normal", "mean": 1000, "standard_deviation": 500} reaches '
+            "too far: preload_N: -1377.0 must be greater than 0",
+        ),
+        (
+            {"vary": {"loss_factor": {"kind": "linear", "lowest": 0.5, "highest": 1}}},
+            'vary.loss_factor: {"highest": 1, "kind": "linear", "lowest": 0.5} reaches too far: '
+            "loss_factor: 1.0 must be less than 1",
+        ),
+        (
+            {"joint": "regions=600/elements=7"},
+            'joint: "regions=600/elements=7" must have at most 1370 elements in all, the contact '
+            "pairs of three_bolt",
+        ),
+        ({"resonance": 7}, "resonance: 7 must be at most 4, the modes of the basis free-4"),
+        (
+            {"basis": "enriched-299"},
+            'basis: "enriched-299" must have at most 128 vectors, as '
+            "contact_adapted_basis.maximum_vectors in config/config.yaml",
+        ),
+        (
+            {"case": "three_bolt_variable", "joint": "regions=6/table"},
+            'joint: "regions=6/table" must not have /table, which needs constant normal load',
+        ),
+    ],
+)
+def test_what_does_not_suit_the_base_case_is_said(changed, keys, line):
+    assert changed(**keys) == [f"{FILE}: {line}"]
+
+
+def test_a_sweep_of_a_case_that_is_not_there(changed):
+    (line,) = changed(case="three_bolt")
+    assert line.startswith(f'{FILE}: case: "three_bolt" is not in config/cases; did you mean')
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "preload_N,loss_facter\n1,0.1\n",
+            'designs.csv: column "loss_facter" is no key that varies; did you mean loss_factor? '
+            f"there are: {KEYS}",
+        ),
+        ("preload_N,preload_N\n1,2\n", "designs.csv: column preload_N must not appear twice"),
+        ("preload_N,loss_factor\n1\n", "designs.csv:2: must have 2 values, as many as keys"),
+        ("preload_N\n1\nnan\n", 'designs.csv:3: preload_N: "nan" must be a number'),
+        ("preload_N\n", "designs.csv: must have a line of keys, and one for each design"),
+        ("", "designs.csv: must have a line of keys, and one for each design"),
+        (None, "designs.csv: cannot be read: No such file or directory"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_said(study, changed, text, line):
+    if text is not None:
+        (study / "designs.csv").write_text(text, encoding="utf-8")
+    design = {"kind": "table", "file": "designs.csv"}
+    assert changed(design=design, without=["vary"]) == [line]
+
+
+def test_impossible_designs_of_a_table_are_none_of_its_problems(study, changed):
+    (study / "designs.csv").write_text("preload_N,loss_factor\n-1,0.1\n1,0.2\n")
+    design = {"kind": "table", "file": "designs.csv"}
+    assert changed(design=design, without=["vary"]).designs == {NAME: 2}
+
+
+def test_values_of_keys_replace_those_of_the_case():
+    case = load_study(ROOT).case("three_bolt_variable")
+    content = case.model_dump()
+    values = {
+        "preload_N": 5e3,
+        "forces_N": 3.0,
+        "contact.normal_stiffness_N_per_m": 2e8,
+        "loss_factor": 0.01,
+    }
+    found = Case.model_validate(with_values(content, values))
+    assert (found.preload_N, found.levels) == (5e3, (3.0,))
+    assert found.contact.normal_stiffness_N_per_m == 2e8
+    assert found.contact.friction_coefficient == case.contact.friction_coefficient
+    assert found.structural_damping == LossFactor(0.01)
+    assert content == case.model_dump()
+
+
+def test_every_key_that_varies_has_a_name_of_its_own():
+    for case in load_study(ROOT).cases.values():
+        names = [each.name for each in keys_that_vary(case).values()]
+        assert len(set(names)) == len(names)
+        columns = read_table(
+            ",".join(keys_that_vary(case)) + "\n" + ",".join("1" * len(names)), "", case
+        )
+        assert list(columns) == list(keys_that_vary(case))
+
+
+def test_a_sweep_reads_what_it_writes():
+    sweep = load_study(ROOT, SWEPT).sweeps[NAME]
+    content = sweep.model_dump()
+    assert Sweep.model_validate(content) == sweep.model_copy(update={"description": ""})

@@ -1,0 +1,180 @@
+"""Sweeps: each design is what it is as a case of its own; impossible ones are named."""
+
+import numpy as np
+import pytest
+from small_joint import connect_small
+
+from boltjoint.config.case import Case
+from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
+from boltjoint.config.sweep import Grid, Samples
+from boltjoint.config.varied_case import with_values
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.windows import frequency_window
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.study.designs import list_designs, values_of
+from boltjoint.study.sweeps import SweptJoint, gather_sweep, solve_designs
+
+KEYS = {
+    "constant": {"tangential_stiffness_N_per_m": 5e6, "friction_coefficient": 0.1},
+    "variable": {
+        "tangential_stiffness_N_per_m": 5e6,
+        "friction_coefficient": 0.1,
+        "normal_stiffness_N_per_m": 1e7,
+    },
+}
+VARY = {
+    "constant": {
+        "preload_N": Normal(kind="normal", mean=1000.0, standard_deviation=200.0),
+        "contact.tangential_stiffness_N_per_m": Linear(kind="linear", lowest=2e6, highest=1e7),
+        "contact.friction_coefficient": Lognormal(
+            kind="lognormal", mean=0.1, coefficient_of_variation=0.5
+        ),
+        "forces_N": (2.0, 40.0),
+        "loss_factor": Triangular(kind="triangular", lowest=0.002, likeliest=0.003, highest=0.01),
+    },
+    "variable": {
+        "preload_N": Linear(kind="linear", lowest=500.0, highest=1500.0),
+        "contact.normal_stiffness_N_per_m": Linear(kind="linear", lowest=5e6, highest=2e7),
+    },
+}
+
+
+def base(law, **changed):
+    case = {
+        "assembly": "bar",
+        "preload_N": 1000.0,
+        "contact": {"law": law, **KEYS[law]},
+        "loss_factor": 0.003,
+        "forces_N": (5.0, 30.0),
+        "modes": ("free-3",),
+        "coordinates": ("linear",),
+        "solve": ({"resonance": 1, "joints": ("regions=3/elements=4",)},),
+    }
+    return Case.model_validate(case | changed).model_dump()
+
+
+def joints(case):
+    """Node-to-node joint, regions and fitted elements of a case."""
+    keys = dict(case.contact.options)
+    nodes, preload = connect_small(keys.pop("law"), keys, case.preload_N / 1000.0)
+    regions = partition_regions(nodes, preload, 3)
+    return [nodes, regions, fit_reduced_joint(regions, 4)[0]]
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_a_design_is_what_it_is_as_a_case_of_its_own(law):
+    content = base(law)
+    designs = list_designs(VARY[law], Samples(kind="latin-hypercube", number=12, seed=3), content)
+    problem = SweptJoint(content, joints(Case.model_validate(content)))
+    found = solve_designs(problem, designs, range(12), states=True)
+    assert found["complete"].all()
+    for row, values in enumerate(values_of(designs)):
+        case = Case.model_validate(with_values(content, values))
+        made = joints(case)
+        alone = solve_response(
+            made[-1],
+            case.levels,
+            damping=case.structural_damping,
+            window=frequency_window(*made),
+        )
+        for name in ("peak_frequency", "peak_amplitude"):
+            np.testing.assert_allclose(found[name][row], alone[name], rtol=1e-9)
+        np.testing.assert_array_equal(found["contact_state"][row], alone["contact_state"])
+
+
+@pytest.fixture(scope="module")
+def problem():
+    content = base("constant", forces_N=(5.0, 30.0))
+    return SweptJoint(content, joints(Case.model_validate(content)))
+
+
+GRID = Grid(kind="grid")
+
+
+def test_a_grid_has_the_dimensions_of_its_keys(problem):
+    vary = {
+        "preload_N": (800.0, 1000.0, 1200.0),
+        "contact.friction_coefficient": Linear(kind="linear", lowest=0.1, highest=0.2, number=2),
+    }
+    designs = list_designs(vary, GRID, problem.case)
+    chunks = [
+        solve_designs(problem, designs, range(*each), frequencies=50) for each in ((0, 4), (4, 6))
+    ]
+    sizes = {"preload_N": 3, "contact.friction_coefficient": 2}
+    sweep = gather_sweep(problem.case, designs, chunks, sizes)
+    assert sweep["peak_amplitude"].dims == ("preload", "friction_coefficient", "force")
+    assert sweep["response_amplitude"].shape == (3, 2, 2, 50)
+    np.testing.assert_array_equal(sweep["preload"], [800, 1000, 1200])
+    np.testing.assert_array_equal(sweep["friction_coefficient"], [0.1, 0.2])
+    np.testing.assert_array_equal(sweep["force_level"], [5, 30])
+    assert sweep["preload"].attrs["units"] == "N"
+    values = {"preload_N": 1200.0, "contact.friction_coefficient": 0.1}
+    window = tuple(sweep["frequency"].to_numpy()[[0, -1]])
+    _, (_, branch) = problem.solve(values, window)
+    here = sweep.isel(preload=2, friction_coefficient=0, force=1)
+    assert here["peak_amplitude"] == branch.amplitude[branch.peak]
+    # the grid passes the peak near by
+    assert 0.5 < here["response_amplitude"].max() / here["peak_amplitude"] <= 1 + 1e-6
+
+
+def test_impossible_designs_are_named_and_the_rest_is_solved(problem):
+    designs = list_designs({"preload_N": (0.0, 1000.0, -5.0)}, GRID, problem.case)
+    found = solve_designs(problem, designs, range(3))
+    sweep = gather_sweep(problem.case, designs, [found], {"preload_N": 3})
+    assert sweep["reason"].to_numpy().tolist() == [
+        "preload_N: 0.0 must be greater than 0",
+        "",
+        "preload_N: -5.0 must be greater than 0",
+    ]
+    np.testing.assert_array_equal(
+        np.isnan(sweep["peak_amplitude"]).all("force"), [True, False, True]
+    )
+    np.testing.assert_array_equal(sweep["complete"][:, 0], [0, 1, 0])
+
+
+def test_threads_and_chunks_change_nothing(problem):
+    vary = {"preload_N": Linear(kind="linear", lowest=500, highest=1500)}
+    designs = list_designs(vary, Samples(kind="sobol", number=8), problem.case)
+    one = solve_designs(problem, designs, range(8), frequencies=20)
+    two = solve_designs(problem, designs, range(8), 2, frequencies=20)
+    assert one.identical(two)
+    later = solve_designs(problem, designs, range(5, 8), frequencies=20)
+    assert one.isel(design=slice(5, 8)).identical(later)
+
+
+def test_samples_follow_their_distributions(problem):
+    vary = {
+        "preload_N": Normal(kind="normal", mean=1000.0, standard_deviation=100.0),
+        "contact.friction_coefficient": Lognormal(
+            kind="lognormal", mean=0.2, coefficient_of_variation=0.4
+        ),
+        "loss_factor": Triangular(kind="triangular", lowest=0.001, likeliest=0.002, highest=0.006),
+        "forces_N": (1.0, 2.0, 5.0),
+    }
+    found = list_designs(vary, Samples(kind="sobol", number=4096), problem.case)
+    mean = {name: float(found[name].mean()) for name in found if name != "reason"}
+    assert mean["preload"] == pytest.approx(1000, rel=1e-4)
+    assert float(found["preload"].std()) == pytest.approx(100, rel=2e-3)
+    assert mean["friction_coefficient"] == pytest.approx(0.2, rel=1e-3)
+    assert float(found["friction_coefficient"].std()) == pytest.approx(0.08, rel=0.01)
+    assert mean["loss_factor"] == pytest.approx(0.003, rel=1e-3)
+    assert found["loss_factor"].min() >= 0.001
+    assert found["loss_factor"].max() <= 0.006
+    levels, counts = np.unique(found["force_level"], return_counts=True)
+    np.testing.assert_array_equal(levels, [1, 2, 5])
+    assert np.ptp(counts) <= 1
+    assert not found["reason"].str.len().any()
+    # the same seed draws the same
+    again = list_designs(vary, Samples(kind="sobol", number=4096), problem.case)
+    assert again.identical(found)
+
+
+def test_a_table_gives_the_designs(problem, tmp_path):
+    table = tmp_path / "designs.csv"
+    table.write_text("preload_N,contact.friction_coefficient\n900,0.1\n1100,0.3\n")
+    found = list_designs({}, GRID, problem.case, table)
+    assert values_of(found) == [
+        {"preload_N": 900.0, "contact.friction_coefficient": 0.1},
+        {"preload_N": 1100.0, "contact.friction_coefficient": 0.3},
+    ]

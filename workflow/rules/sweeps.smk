@@ -1,0 +1,75 @@
+rule list_designs:
+    input:
+        table=lambda w: getattr(study.sweeps[w.sweep].design, "file", []),
+    output:
+        designs=layout.PATHS["designs"],
+    log:
+        "results/logs/list_designs/{sweep}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
+    params:
+        library=library("list_designs.py"),
+        vary=lambda w: study.sweeps[w.sweep].vary,
+        design=lambda w: study.sweeps[w.sweep].design,
+        case=lambda w: study.base_of_sweep(w.sweep),
+    script:
+        "../scripts/list_designs.py"
+
+
+rule solve_designs:
+    input:
+        designs=layout.PATHS["designs"],
+        joints=lambda w: [
+            layout.path(
+                "joint",
+                case=study.sweeps[w.sweep].case,
+                basis=study.sweeps[w.sweep].basis,
+                joint=joint,
+            )
+            for joint in contents.joints_of_sweep(w.sweep)
+        ],
+    output:
+        chunk=layout.PATHS["chunk"],
+    log:
+        "results/logs/solve_designs/{sweep}_{chunk}.log",
+    benchmark:
+        "results/benchmarks/solve_designs/{sweep}_{chunk}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("designs", w.sweep)["mem_mb"],
+        runtime=lambda w: resources_of("designs", w.sweep)["runtime"],
+    params:
+        library=library("solve_designs.py"),
+        case=lambda w: study.base_of_sweep(w.sweep),
+        observed=lambda w: study.sweeps[w.sweep].observed,
+        sampling=study.solver.sampling,
+        steps=study.solver.steps,
+        chunk=lambda w: contents.chunk(w.sweep, int(w.chunk)),
+    script:
+        "../scripts/solve_designs.py"
+
+
+rule gather_sweep:
+    input:
+        designs=layout.PATHS["designs"],
+        chunks=lambda w: data("chunk", sweep=w.sweep),
+    output:
+        sweep=layout.PATHS["sweep"],
+    log:
+        "results/logs/gather_sweep/{sweep}.log",
+    benchmark:
+        "results/benchmarks/gather_sweep/{sweep}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("sweep", w.sweep)["mem_mb"],
+        runtime=lambda w: resources_of("sweep", w.sweep)["runtime"],
+    params:
+        library=library("gather_sweep.py"),
+        grid=lambda w: study.sweeps[w.sweep].grid,
+        case=lambda w: study.base_of_sweep(w.sweep),
+    script:
+        "../scripts/gather_sweep.py"

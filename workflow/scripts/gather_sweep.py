@@ -1,0 +1,11 @@
+"""Gather all designs of a sweep in one dataset."""
+
+from boltjoint import dataset
+from boltjoint.study.sweeps import gather_sweep
+from boltjoint.workflow import logs
+
+logs.write_to(snakemake.log[0])
+params, designs = snakemake.params, dataset.load(snakemake.input.designs)
+chunks = [dataset.load(path) for path in snakemake.input.chunks]
+sweep = gather_sweep(params.case, designs, chunks, params.grid)
+dataset.save(sweep, snakemake.output.sweep, params)
