@@ -126,13 +126,29 @@ def write(path, content):
     path.write_text(yaml.safe_dump(content))
 
 
+#: with Sobol indices
+SALTELLI = {
+    "case": "small",
+    "vary": {
+        "contact.friction_coefficient": {"kind": "linear", "lowest": 0.1, "highest": 0.3},
+        "loss_factor": {"kind": "log", "lowest": 0.002, "highest": 0.02},
+    },
+    "levels": [20],
+    "design": {"kind": "saltelli", "number": 8},
+    "basis": "free-2",
+    "joint": "regions=2",
+}
+SWEEPS = {"grid": SWEEP, "shares": SALTELLI}
+
+
 def write_config(folder, cases=CASES, settings=SETTINGS):
-    """Configuration of a study of some cases, with a sweep."""
+    """Configuration of a study of some cases, with its sweeps."""
     write(folder / "config/assemblies/two_bolt.yaml", ASSEMBLY)
     for name, case in cases.items():
         write(folder / f"config/cases/{name}.yaml", case)
-    write(folder / "config/sweeps/grid.yaml", SWEEP)
-    write(folder / "config/config.yaml", settings | {"cases": list(cases), "sweeps": ["grid"]})
+    for name, sweep in SWEEPS.items():
+        write(folder / f"config/sweeps/{name}.yaml", sweep)
+    write(folder / "config/config.yaml", settings | {"cases": list(cases), "sweeps": list(SWEEPS)})
 
 
 def environment(folder):

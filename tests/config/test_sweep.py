@@ -46,7 +46,7 @@ def test_a_base_case_need_not_run(changed):
         ["three_bolt_constant"],
     )
     assert study.case("three_bolt_constant").assembly in study.assemblies
-    assert study.designs == {NAME: 8192}
+    assert study.designs == {NAME: 6144}
 
 
 def test_a_base_case_is_solved_as_the_sweep_asks_for():
@@ -54,7 +54,13 @@ def test_a_base_case_is_solved_as_the_sweep_asks_for():
     content = study.base_of_sweep(NAME)
     (block,) = content["solve"]
     assert (block["joints"], content["modes"]) == (("regions=6/elements=7",), ("free-4",))
-    assert Case.model_validate(content).levels == study.case("three_bolt_constant").levels
+    assert Case.model_validate(content).levels == (10.0,)
+
+
+def test_the_levels_are_those_of_the_case_unless_the_sweep_has_its_own(changed):
+    study = changed(without=["levels"])
+    levels = Case.model_validate(study.base_of_sweep(NAME)).levels
+    assert levels == study.case("three_bolt_constant").levels
 
 
 @pytest.mark.parametrize(

@@ -109,6 +109,8 @@ def test_a_grid_has_the_dimensions_of_its_keys(problem):
     np.testing.assert_array_equal(sweep["friction_coefficient"], [0.1, 0.2])
     np.testing.assert_array_equal(sweep["force_level"], [5, 30])
     assert sweep["preload"].attrs["units"] == "N"
+    assert sweep["peak_amplitude"].attrs["units"] == "m"
+    assert sweep.attrs == {"varied": "preload friction_coefficient"}
     values = {"preload_N": 1200.0, "contact.friction_coefficient": 0.1}
     window = tuple(sweep["frequency"].to_numpy()[[0, -1]])
     _, (_, branch) = problem.solve(values, window)

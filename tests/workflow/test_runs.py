@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 
+import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
@@ -14,12 +15,15 @@ from small_study import (
     ASSEMBLY,
     CASE,
     COMMAND,
+    SWEEP,
     environment,
     run,
     snakemake,
     write,
     write_config,
 )
+
+from boltjoint import dataset
 
 #: what is made of every sort of file: basis, joint, response, table, figure and page
 REPEATED = [
@@ -166,3 +170,20 @@ def refused(folder):
     assert "Traceback" not in said
     assert "rule " not in said and "job " not in said
     return said
+
+
+def test_a_design_is_what_it_is_as_a_case_of_its_own(copied):
+    # with a preload of its own, which a sweep takes from that of the base case
+    contact = CASE["contact"] | {"friction_coefficient": 0.3}
+    solve = [{"resonance": 1, "joints": [SWEEP["joint"]]}]
+    alone = CASE | {"preload_N": 12000, "contact": contact, "coordinates": ["linear"]}
+    write_config(copied, {"small": CASE, "alone": alone | {"modes": ["free-2"], "solve": solve}})
+    where = f"results/cases/alone/free-2/{SWEEP['joint']}/linear/resonance=1/response.nc"
+    run(copied, where)
+    sweep = dataset.load(copied / "results/sweeps/grid/sweep.nc")
+    design = sweep.sel(preload=12000, friction_coefficient=0.3)
+    response = dataset.load(copied / where)
+    np.testing.assert_allclose(design["force_level"], response["force_level"])
+    for name in ("peak_frequency", "peak_amplitude"):
+        np.testing.assert_allclose(design[name], response[name], rtol=1e-9)
+    np.testing.assert_array_equal(design["contact_state"], response["contact_state"])

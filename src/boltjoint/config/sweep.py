@@ -15,12 +15,16 @@ from boltjoint.config.types import (
     ModalBasis,
     ModesCount,
     Name,
+    Positive,
     Problems,
     Several,
 )
 
 #: more designs than any sweep has: their parameters alone fill the memory
 MOST_DESIGNS = 10_000_000
+
+#: keys of a case that hold its excitation levels
+LEVEL_KEYS = {"forces_N", "accelerations_m_per_s2"}
 
 #: more jobs than the workflow can list in a reasonable time
 MOST_JOBS = 10_000
@@ -52,6 +56,25 @@ class Samples(Entry):
     """Seed of the random numbers: with the same one the designs are the same."""
 
 
+class Saltelli(Entry):
+    """Two samples of all keys, and the first again with each key of the second.
+
+    Sobol indices, the shares of the keys in the variance, are found from their
+    ``number * (keys + 2)`` designs.
+    """
+
+    kind: Literal["saltelli"]
+    """How designs are chosen."""
+    number: Count
+    """Designs of each sample: a power of two."""
+    seed: Annotated[int, Field(strict=True, ge=0), INTEGRAL] = 0
+    """Seed of the random numbers: with the same one the designs are the same."""
+
+    def conflicts(self) -> Problems:
+        if self.number & (self.number - 1):
+            yield ("number",), "must be a power of two, as 1024"
+
+
 class Table(Entry):
     """Designs as the rows of a CSV file, whose columns are the keys that vary."""
 
@@ -61,7 +84,7 @@ class Table(Entry):
     """The file, seen from the folder of ``config/``."""
 
 
-Design = Annotated[Grid | Samples | Table, Field(discriminator="kind")]
+Design = Annotated[Grid | Samples | Saltelli | Table, Field(discriminator="kind")]
 
 Observed = Literal["peaks", "responses", "contact-states"]
 
@@ -82,6 +105,9 @@ class Sweep(Entry):
     a design), ``loss_factor``, and the numbers under ``contact`` as
     ``contact.friction_coefficient``. A list, a range or a distribution. None with
     ``kind: table``."""
+    levels: Several[Positive] | None = None
+    """Excitation levels at which each design is solved, in N or m/s²; by default those of the case.
+    Not where they vary."""
     design: Design = Grid(kind="grid")
     """Which combinations of values are designs."""
     basis: ModalBasis
@@ -107,6 +133,8 @@ class Sweep(Entry):
             yield ("vary",), "must not be given with kind: table: its columns are what varies"
         if not of_table and not self.vary:
             yield ("vary",), "must have at least one key"
+        if self.levels is not None and (given := LEVEL_KEYS & set(self.vary)):
+            yield ("levels",), f"must not be given where {given.pop()} varies"
         for key, values in self.vary.items():
             is_list, is_range = isinstance(values, tuple), isinstance(values, Range)
             if isinstance(self.design, Grid) and not is_list:
@@ -133,6 +161,8 @@ class Sweep(Entry):
         """Number of designs; None where they are the rows of a table."""
         if isinstance(self.design, Grid):
             return prod(self.grid.values())
+        if isinstance(self.design, Saltelli):
+            return self.design.number * (len(self.vary) + 2)
         return getattr(self.design, "number", None)
 
     @property

@@ -75,7 +75,7 @@ def with_values(content: Mapping[str, Any], values: Mapping[str, float]) -> dict
         if section:
             changed[section] = {**changed[section], name: value}
         else:
-            changed[name] = (value,) if isinstance(changed[name], tuple) else value
+            changed[name] = (value,) if isinstance(changed.get(name), tuple) else value
     return changed
 
 
@@ -86,8 +86,10 @@ def solved_alone(case: Case, sweep: Sweep) -> dict[str, Any]:
         "joints": (sweep.joint,),
         "window_Hz": case.window_around(sweep.resonance),
     }
+    level = "accelerations_m_per_s2" if case.is_base_excited else "forces_N"
     return {
         **case.model_dump(),
+        level: sweep.levels or case.levels,
         "verification_forces_N": (),
         "modes": (sweep.basis,),
         "coordinates": (sweep.coordinates,),

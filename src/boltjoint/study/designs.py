@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from boltjoint.config.case import Case
 from boltjoint.config.distributions import Range, Values
-from boltjoint.config.sweep import Design, Grid
+from boltjoint.config.sweep import Design, Grid, Saltelli
 from boltjoint.config.varied_case import keys_that_vary, read_table, refused, with_values
 from boltjoint.dataset import quantity
 
@@ -37,7 +37,9 @@ def list_designs(
     -------
     Dataset
         By ``design`` the value of each key, under the name of the quantity and with the key as an
-        attribute, and ``reason``, why the design is impossible, empty where it is not.
+        attribute, and ``reason``, why the design is impossible, empty where it is not. Its
+        attributes are ``varied``, the names in their order, and of ``kind: saltelli``
+        ``saltelli_samples``, the designs of each sample.
     """
     base = Case.model_validate(case)
     if table is None:
@@ -53,7 +55,10 @@ def list_designs(
     changed = (with_values(case, dict(zip(columns, row, strict=True))) for row in rows)
     reasons = ["; ".join(refused(each, Case)) for each in changed]
     found["reason"] = quantity("design", reasons, "1", "why the design is impossible")
-    return xr.Dataset(found)
+    attributes: dict[str, object] = {"varied": " ".join(quantities[key].name for key in columns)}
+    if isinstance(design, Saltelli):
+        attributes["saltelli_samples"] = design.number
+    return xr.Dataset(found, attrs=attributes)
 
 
 def values_of(designs: xr.Dataset) -> list[dict[str, float]]:
@@ -63,9 +68,9 @@ def values_of(designs: xr.Dataset) -> list[dict[str, float]]:
     return [dict(zip(named, row, strict=True)) for row in rows]
 
 
-def varied(designs: xr.Dataset) -> list[str]:
-    """The names of the quantities that vary."""
-    return [str(name) for name, each in designs.data_vars.items() if "key" in each.attrs]
+def varied(dataset: xr.Dataset) -> list[str]:
+    """The names of the quantities that vary, in a list of designs or in a sweep."""
+    return dataset.attrs["varied"].split()
 
 
 def _columns(vary: Mapping[str, Values], design: Design) -> dict[str, Array]:
@@ -76,10 +81,23 @@ def _columns(vary: Mapping[str, Values], design: Design) -> dict[str, Array]:
     # it takes half a second to import
     from scipy.stats import qmc
 
-    kinds = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}
-    sampler = kinds[design.kind](len(vary), rng=design.seed)
-    drawn = zip(vary.items(), sampler.random(design.number).T, strict=True)
+    if isinstance(design, Saltelli):
+        # as scipy.stats.sobol_indices draws them
+        both = qmc.Sobol(2 * len(vary), rng=design.seed).random(design.number).T
+        shares = _exchanged(*np.split(both, 2))
+    else:
+        kinds = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}
+        shares = kinds[design.kind](len(vary), rng=design.seed).random(design.number).T
+    drawn = zip(vary.items(), shares, strict=True)
     return {key: _quantile(values, share) for (key, values), share in drawn}
+
+
+def _exchanged(first: Array, second: Array) -> Array:
+    """Both samples, (keys, designs), and the first with each key in turn of the second."""
+    keys = len(first)
+    mixed = np.repeat(first[:, None], keys, axis=1)
+    mixed[range(keys), range(keys)] = second
+    return np.concatenate([first, second, mixed.reshape(keys, -1)], axis=1)
 
 
 def _quantile(values: Values, share: Array) -> Array:

@@ -30,6 +30,7 @@ from typing import NamedTuple
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import Study
+from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, SWEEP_FOLDER
 from boltjoint.names import JointName
 from boltjoint.structure.bolts import yield_warning
@@ -325,8 +326,7 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[_Job]:
     sweep, designs = study.sweeps[name], study.designs[name]
     case = study.case(sweep.case)
     pairs = study.assemblies[case.assembly].contact_pairs
-    level = {"forces_N", "accelerations_m_per_s2"} & set(sweep.vary)
-    levels = 1 if level else len(case.levels)
+    levels = 1 if LEVEL_KEYS & set(sweep.vary) else len(sweep.levels or case.levels)
     elements = _elements(sweep.joint, pairs)
     vectors = min(sweep.basis.most, study.contact_adapted_basis.maximum_vectors)
     states = elements if "contact-states" in sweep.observe else 0

@@ -206,7 +206,10 @@ def gather_sweep(
         where that does not vary. The quantities are coordinates.
     """
     names, base = varied(designs), Case.model_validate(case)
-    whole = xr.concat(chunks, "design")
+    whole = xr.concat(chunks, "design", combine_attrs="override")
+    # the rest is of the first chunk
+    told = ("varied", "saltelli_samples")
+    whole.attrs = {name: designs.attrs[name] for name in told if name in designs.attrs}
     if "force_level" in names:
         whole = whole.squeeze("force")
     else:
@@ -236,7 +239,9 @@ def _on_grid(whole: xr.Dataset, values: Mapping[str, xr.Variable], sizes: list[i
         )
         for place, (name, each) in enumerate(values.items())
     }
-    return xr.Dataset({name: spread(each) for name, each in whole.variables.items()}, axes)
+    return xr.Dataset(
+        {name: spread(each) for name, each in whole.variables.items()}, axes, whole.attrs
+    )
 
 
 def _common_window(problem: SweptJoint, designs: xr.Dataset) -> tuple[float, float]:

@@ -1,0 +1,128 @@
+"""Tables of sweeps: statistics of the peaks of all designs, and what they are sensitive to."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.study.designs import varied
+
+#: what is told of each design and level, by the columns of the tables, and the factor of its unit
+OBSERVED = {"peak_frequency_Hz": ("peak_frequency", 1.0), "peak_mm": ("peak_amplitude", 1e3)}
+#: shares of the designs below the columns of the statistics
+_SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
+#: confidence level of the intervals of indices, and repetitions of the sample they are found from
+_CONFIDENCE, _RESAMPLES = 0.95, 499
+_ORDERS = ("first_order", "total")
+
+
+def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
+    """Statistics of the peaks of a sweep.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+
+    Returns
+    -------
+    DataFrame
+        A row for each observed quantity and level (of all levels together where they vary): number
+        of designs, how many have a peak, and mean, standard deviation and quantiles of these. Of a
+        Saltelli design only its two samples count, which have the distributions of the keys.
+    """
+    rows = []
+    for name, level, values in _levels(sweep):
+        samples = sweep.attrs.get("saltelli_samples")
+        values = values if samples is None else values[: 2 * samples]
+        known = values[np.isfinite(values)]
+        row = {"observed": name, **level, "designs": values.size, "with_peak": known.size}
+        quantiles = dict.fromkeys(_SHARES, np.nan)
+        mean = deviation = np.nan
+        if known.size:
+            quantiles = dict(zip(_SHARES, np.quantile(known, [*_SHARES.values()]), strict=True))
+            mean, deviation = known.mean(), known.std()
+        rows.append(row | {"mean": mean, "standard_deviation": deviation} | quantiles)
+    return pd.DataFrame(rows)
+
+
+def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
+    """Sobol indices of the peaks of a sweep with a Saltelli design.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+
+    Returns
+    -------
+    DataFrame
+        A row for each observed quantity, level and key: its share in the variance by itself
+        (first order) and with all others (total), with intervals of 95 %, and the designs of each
+        sample that they are found from, the largest power of two of those that have all peaks.
+
+    Raises
+    ------
+    ValueError
+        If the design is another one.
+
+    References
+    ----------
+    A. Saltelli, P. Annoni, I. Azzini, F. Campolongo, M. Ratto, S. Tarantola: Variance based
+    sensitivity analysis of model output. Computer Physics Communications 181 (2010) 259-270.
+    """
+    if "saltelli_samples" not in sweep.attrs:
+        raise ValueError("Sobol indices are found from designs of the kind saltelli only")
+    samples = int(sweep.attrs["saltelli_samples"])
+    keys = varied(sweep)
+    rows = []
+    for name, level, values in _levels(sweep):
+        parts = values.reshape(len(keys) + 2, samples)
+        parts = parts[:, np.isfinite(parts).all(axis=0)]
+        count = 1 << (parts.shape[1].bit_length() - 1) if parts.shape[1] else 0
+        row = {"observed": name, **level, "samples": count}
+        unknown = [f"{order}{end}" for order in _ORDERS for end in ("", "_low", "_high")]
+        if count < 2 or np.ptp(parts) == 0:
+            rows += [row | {"key": key} | dict.fromkeys(unknown, np.nan) for key in keys]
+            continue
+        drawn = parts[:, :count]
+        found, (low, high) = _indices(drawn), _intervals(drawn)
+        for place, key in enumerate(keys):
+            told = {
+                f"{order}{end}": values[number, place]
+                for number, order in enumerate(_ORDERS)
+                for end, values in (("", found), ("_low", low), ("_high", high))
+            }
+            rows.append(row | {"key": key} | told)
+    return pd.DataFrame(rows)
+
+
+def _indices(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """First-order and total indices, (2, keys), of the designs by rows, (keys + 2, samples)."""
+    # it takes half a second to import
+    from scipy.stats import sobol_indices
+
+    given = {"f_A": parts[:1], "f_B": parts[1:2], "f_AB": parts[2:, None]}
+    found = sobol_indices(func=given, n=parts.shape[1])
+    return np.array([np.ravel(found.first_order), np.ravel(found.total_order)])
+
+
+def _intervals(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lower and upper ends of the intervals of ``_indices``, (2, 2, keys), by bootstrap."""
+    random, count = np.random.default_rng(0), parts.shape[1]
+    again = [_indices(parts[:, random.integers(count, size=count)]) for _ in range(_RESAMPLES)]
+    outside = (1 - _CONFIDENCE) / 2
+    return np.quantile(again, [outside, 1 - outside], axis=0)
+
+
+def _levels(sweep: xr.Dataset) -> Iterator[tuple[str, dict[str, float], NDArray[np.float64]]]:
+    """Observed quantity, level and values of all designs, one after another."""
+    for column, (name, factor) in OBSERVED.items():
+        values = sweep[name] * factor
+        if "force" not in values.dims:
+            yield column, {}, values.to_numpy().ravel()
+            continue
+        for number, level in enumerate(sweep["force_level"].to_numpy().tolist()):
+            yield column, {"force_N": level}, values.isel(force=number).to_numpy().ravel()

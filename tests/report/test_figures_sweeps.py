@@ -1,0 +1,93 @@
+"""Figures of sweeps: what they show of the designs."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from boltjoint.report.figures.sweeps import plot_bands, plot_peaks, plot_sensitivity
+
+
+@pytest.fixture
+def sweep():
+    """Ninety-nine designs of two keys, of which the second does not vary, and a lost one."""
+    number = np.arange(100.0)
+    number[40] = np.nan
+    response = number[:, None, None] * np.array([1.0, 2.0])[:, None] * np.array([1.0, 3.0, 2.0])
+    each = ("design", "force")
+    return xr.Dataset(
+        {
+            "peak_frequency": (each, 70 + np.column_stack([number, number])),
+            "peak_amplitude": (each, response.max(axis=2) * 1e-3),
+            "response_amplitude": ((*each, "frequency"), response * 1e-3),
+            "reason": ("design", np.where(np.isnan(number), "lost", "")),
+            "preload": ("design", np.arange(100.0) * 100, {"units": "N"}),
+            "loss_factor": ("design", np.full(100, 0.002), {"units": "1"}),
+            "force_level": ("force", [1.0, 10.0], {"units": "N"}),
+        },
+        coords={"frequency": [60.0, 70.0, 80.0]},
+        attrs={"varied": "preload loss_factor"},
+    )
+
+
+def test_bands_hold_their_shares_of_the_designs(sweep):
+    (axes,) = plot_bands(sweep).axes
+    lines = axes.get_lines()
+    np.testing.assert_allclose(lines[0].get_ydata(), 50 * np.array([1, 3, 2]))
+    np.testing.assert_allclose(lines[1].get_ydata(), 100 * np.array([1, 3, 2]))
+    outer = axes.collections[0].get_paths()[0].vertices
+    expected = np.nanquantile(np.delete(np.arange(100.0), 40), [0.05, 0.95])
+    assert (outer[:, 1].min(), outer[:, 1].max()) == pytest.approx((expected[0], 3 * expected[1]))
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert texts == ["1 N", "10 N", "90% of the designs", "50% of the designs", "median"]
+
+
+def test_peaks_are_drawn_over_what_varies(sweep):
+    figure = plot_peaks(sweep)
+    frequency, amplitude = figure.axes
+    assert amplitude.get_xlabel() == "preload (N)"
+    x, y = frequency.get_lines()[0].get_data()
+    np.testing.assert_allclose(y[np.isfinite(y)], 70 + x[np.isfinite(y)] / 100)
+    assert np.isnan(y).sum() == 1
+    np.testing.assert_allclose(amplitude.get_lines()[1].get_ydata()[-1], 99 * 2 * 3)
+
+
+def test_a_grid_is_drawn_as_its_designs():
+    grid = xr.Dataset(
+        {
+            "peak_frequency": (("preload", "mu"), np.arange(6.0).reshape(3, 2)),
+            "peak_amplitude": (("preload", "mu"), np.ones((3, 2))),
+            "reason": (("preload", "mu"), np.full((3, 2), "")),
+        },
+        coords={
+            "preload": ("preload", [1.0, 2.0, 3.0], {"units": "N"}),
+            "mu": ("mu", [0.1, 0.2], {"units": "1"}),
+        },
+        attrs={"varied": "preload mu"},
+    )
+    figure = plot_peaks(grid)
+    x, y = figure.axes[1].get_lines()[0].get_data()
+    np.testing.assert_allclose(x, [0.1, 0.2] * 3)
+    np.testing.assert_allclose(y, range(6))
+
+
+def test_indices_have_bars_and_intervals():
+    rows = [
+        {
+            "observed": observed,
+            "key": key,
+            "first_order": first,
+            "first_order_low": first - 0.1,
+            "first_order_high": first + 0.1,
+            "total": first + 0.2,
+            "total_low": first,
+            "total_high": first + 0.3,
+        }
+        for observed in ("peak_frequency_Hz", "peak_mm")
+        for key, first in (("preload", 0.3), ("loss_factor", 0.5))
+    ]
+    figure = plot_sensitivity(pd.DataFrame(rows))
+    heights = sorted(bar.get_height() for bar in figure.axes[1].patches)
+    np.testing.assert_allclose(heights, [0.3, 0.5, 0.5, 0.7])
+    labels = [label.get_text() for label in figure.axes[1].get_xticklabels()]
+    assert labels == ["preload", "loss factor"]
