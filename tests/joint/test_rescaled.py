@@ -31,12 +31,12 @@ AFTER = {
 RATIO = 1.7
 
 
-def same(found, expected, rtol=1e-13):
+def same(found, expected):
     assert type(found.law) is type(expected.law)
     np.testing.assert_array_equal(found.law.point_of_element, expected.law.point_of_element)
     for name in found.law.quantities:
         ours, theirs = getattr(found.law, name), getattr(expected.law, name)
-        np.testing.assert_allclose(ours, theirs, rtol=rtol, err_msg=name)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-13, err_msg=name)
     np.testing.assert_allclose(found.tangential_mode, expected.tangential_mode, rtol=1e-13)
 
 
@@ -64,8 +64,7 @@ MADE = {
 def test_a_rescaled_joint_is_the_one_made_from_the_new_contact(law, made):
     base, expected = MADE[made](law, BEFORE[law]), MADE[made](law, AFTER[law], RATIO)
     found = rescale_contact(base, LAWS[law], BEFORE[law], AFTER[law], RATIO)
-    # fits end where a step is below 1e-12 of their unknowns
-    same(found, expected, 1e-13 if made in ("node-to-node", "regions", "table") else 1e-7)
+    same(found, expected)
 
 
 def test_what_does_not_change_stays():

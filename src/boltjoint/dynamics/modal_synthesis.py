@@ -26,6 +26,9 @@ _UNLIMITED = "friction alone does not limit the response to this force"
 #: apart, dense enough to draw it; the peak does not depend on them
 _PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
+#: distance from a maximum, over the step, at which amplitudes are compared to locate it
+_ASIDE = 1e-3
+
 #: relative excess of the force at a peak beyond which its mode is not solved: solutions have 1e-8,
 #: what Newton's method leaves where it fails some tenths or more
 _LARGEST_EXCESS = 1e-3
@@ -191,19 +194,21 @@ class _ResponseCurve:
             return highest  # flat, to rounding
 
         # the tolerance is relative to the variable, and so to the step if that is near 1
-        step, found = phases[2] - phases[0], {}
+        step = phases[2] - phases[0]
         variables = [1 + (phase - phases[1]) / step for phase in phases]
         known = dict(zip(variables, -amplitude[highest - 1 : highest + 2], strict=True))
 
-        def negative_amplitude(variable: float) -> float:
-            if variable in known:
-                return known[variable]
+        def point_at(variable: float) -> _Point:
             phase = phases[1] + step * (variable - 1)
             first, second = around[:2] if phase < phases[1] else around[1:]
             p = self.peak.log_amplitude + float(np.log(np.cos(phase)))
             state = self.backbone.solve_between(first.state, second.state, p)
-            found[variable] = self._point(state, int(np.sign(phase)))
-            return -self.output_amplitude([found[variable]])[0]
+            return self._point(state, int(np.sign(phase)))
+
+        def negative_amplitude(variable: float) -> float:
+            if variable not in known:
+                known[variable] = -self.output_amplitude([point_at(variable)])[0]
+            return known[variable]
 
         located = minimize_scalar(
             negative_amplitude,
@@ -213,8 +218,13 @@ class _ResponseCurve:
         )
         if -located.fun <= amplitude[highest]:
             return highest
-        highest += int(located.x > 1)
-        points.insert(highest, found[located.x])
+        # values tell a maximum only to the root of their rounding, their differences do better
+        below, above = (negative_amplitude(located.x + side * _ASIDE) for side in (-1, 1))
+        curvature = below - 2 * located.fun + above
+        aside = _ASIDE / 2 * (below - above) / curvature if curvature > 0 else 0.0
+        top = located.x + (aside if abs(aside) < _ASIDE else 0.0)
+        highest += int(top > 1)
+        points.insert(highest, point_at(top))
         return highest
 
     def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:

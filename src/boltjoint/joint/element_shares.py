@@ -7,6 +7,16 @@ from scipy.special import softmax
 Array = NDArray[np.float64]
 
 
+def rounded_shares(values: Array) -> Array:
+    """Shares of the total, to 33 binary digits.
+
+    Regions whose elements differ by a factor and by rounding then have the same fit, where the
+    search for it would take another way and end in another of several that are equally good.
+    """
+    mantissa, exponent = np.frexp(values / values.sum())
+    return np.ldexp(np.round(np.ldexp(mantissa, 33)), exponent - 33)
+
+
 class ElementShares:
     """Elements by unknowns x = (a, b): ``k = K softmax(a)``, ``mu N = S softmax(b)``.
 

@@ -22,6 +22,7 @@ from scipy.optimize import least_squares
 
 from boltjoint import checks
 from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.joint.element_shares import rounded_shares
 from boltjoint.joint.fit_describing_function import DescribingFunctionMisfit
 from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.masing import (
@@ -67,15 +68,15 @@ def fit_iwan_element(
         If a stiffness or slip force is not positive.
     """
     stiffness, slip_force = checked_elements("stiffness", stiffness, slip_force)
-    misfit = DescribingFunctionMisfit(stiffness, slip_force, options.loss_weight, options)
+    shares = rounded_shares(stiffness), rounded_shares(slip_force)
+    misfit = DescribingFunctionMisfit(*shares, options.loss_weight, options)
     # an element and a point for each amplitude
     motion = np.column_stack([misfit.amplitude, np.zeros_like(misfit.amplitude)])
     each, on = np.ones(len(motion)), np.arange(len(motion))
-    totals = stiffness.sum(), slip_force.sum()
 
     def residual(unknown: Array) -> Array:
         chi, beta = unknown[0], np.exp(unknown[1])
-        law = FourParameterIwan(on, *(total * each for total in totals), chi * each, beta * each)
+        law = FourParameterIwan(on, each, each, chi * each, beta * each)
         return misfit.difference((law.evaluate(motion) / misfit.amplitude[:, None]).T.ravel())
 
     how = {
@@ -89,7 +90,7 @@ def fit_iwan_element(
         (least_squares(residual, guess, **how) for guess in _GUESSES),
         key=lambda result: result.cost,
     )
-    quantities = *totals, best.x[0], np.exp(best.x[1])
+    quantities = stiffness.sum(), slip_force.sum(), best.x[0], np.exp(best.x[1])
     return FourParameterIwan(np.zeros(1, dtype=np.int64), *np.reshape(quantities, (4, 1)))
 
 

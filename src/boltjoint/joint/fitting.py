@@ -20,6 +20,7 @@ from scipy.optimize import least_squares
 
 from boltjoint import checks
 from boltjoint.joint import fit_describing_function, fit_loops
+from boltjoint.joint.element_shares import rounded_shares
 from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.masing import amplitude_of_load, checked_elements
 
@@ -100,15 +101,15 @@ def fit_elements(
     load_fractions = check_fit_options(method, load_fractions, starts)
     amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in load_fractions])
     loops = fit_loops.LoopMisfit(stiffness, slip_force, amplitude, options.loop_samples)
+    shares = rounded_shares(stiffness), rounded_shares(slip_force)
     if method == "loops":
-        misfit = loops
-        guesses = fit_loops.initial_guesses(stiffness, slip_force, count, starts)
+        at = np.array([amplitude_of_load(f, *shares) for f in load_fractions])
+        misfit = fit_loops.LoopMisfit(*shares, at, options.loop_samples)
+        guesses = fit_loops.initial_guesses(*shares, count, starts)
     else:
         weight = options.loss_weight * count**2
-        misfit = fit_describing_function.DescribingFunctionMisfit(
-            stiffness, slip_force, weight, options
-        )
-        guesses = fit_describing_function.initial_guesses(stiffness, slip_force, count, options)
+        misfit = fit_describing_function.DescribingFunctionMisfit(*shares, weight, options)
+        guesses = fit_describing_function.initial_guesses(*shares, count, options)
     tolerances = {"xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
     best = min(
         (least_squares(misfit.residual, guess, misfit.jacobian, **tolerances) for guess in guesses),
