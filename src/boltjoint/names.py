@@ -5,7 +5,7 @@ the workflow, patterns of the JSON schemas and the words in figures and pages fo
 """
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, Self
 
@@ -300,6 +300,33 @@ class Coordinates(ParsedName):
     @property
     def _complex(self) -> str:
         return "complex " if self.kind == "complex" else ""
+
+
+class Preload(ParsedName):
+    """Tension of the bolts [N]: a number for all of them, or one for each with commas between.
+
+    >>> Preload("10000").of_bolts, Preload.of(10000.0, (1.0, 0.5, 1.0))
+    (10000.0, '10000,5000,10000')
+    >>> Preload.of(37976.0, (1.0, 1.0)), Preload("10000,0").of_bolts
+    ('37976', (10000.0, 0.0))
+    """
+
+    QUANTITY = "preload"
+    PATTERN = r"^([0-9.e+-]+(?:,[0-9.e+-]+)*)$"
+    MEANING = "must be a number, or one for each bolt with commas between"
+
+    of_bolts: float | tuple[float, ...]
+
+    def _read(self, *parts: str | None) -> None:
+        values = tuple(float(each) for each in str(parts[0]).split(","))
+        self.of_bolts = values if len(values) > 1 else values[0]
+
+    @classmethod
+    def of(cls, preload: float, ratios: Sequence[float] | None = None) -> Self:
+        """That of bolts with a preload [N] times the ratio of each, of all if there are none."""
+        differ = ratios is not None and any(ratio != ratios[0] for ratio in ratios)
+        factors = ratios if differ else (ratios or (1.0,))[:1]
+        return cls(",".join(f"{preload * factor:.15g}" for factor in factors))
 
 
 #: joint and coordinates that all others are compared with

@@ -22,7 +22,8 @@ def test_contact_pairs_count_the_nodes_of_the_plane(bolts):
     """Nodes counted cell by cell: each column of nodes once, rings once for each circle."""
     shipped = load_study(ROOT).assemblies["three_bolt"].model_dump()
     shipped["bar"]["lap_mm"] = 30.0 * bolts + 30
-    shipped["bolts"]["positions_from_lap_start_mm"] = [30.0 * (i + 1) for i in range(bolts)]
+    shipped["bolts"]["number"] = bolts
+    shipped["bolts"]["pitch_mm"] = None if bolts == 1 else 30.0
     shipped["mesh"] |= {"columns_between_bolt_cells": 3, "columns_at_each_lap_end": 2}
     assembly = Assembly.model_validate(shipped)
 

@@ -3,7 +3,7 @@ import pandas as pd
 from page_examples import ROOT, SOURCE, figure, repeated_ids, results_of, save
 
 from boltjoint.config.study import load_study
-from boltjoint.names import Basis
+from boltjoint.names import Basis, Preload
 from boltjoint.report.pages.references import anchor_of
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.artefact_list import Artefact
@@ -32,12 +32,14 @@ def test_material_of_the_source_stands_beside_its_assemblies():
 def test_figures_of_any_assembly_are_captioned(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     modes = Artefact("modes", "figure", "a_linear", basis=Basis("free-4"))
-    contact = Artefact("contact", "figure", "a_node-to-node", 1e20)
+    contact = Artefact("contact", "figure", "a_node-to-node", Preload.of(1e20))
     titles = {
         Artefact("mesh", "figure", "free-4"): "Mesh of free-4",
         modes: "Bending modes of a_linear",
         contact: "a_node-to-node with 1e+20 N per bolt",
-        Artefact("deformation", "figure", "free-4", 10.0): "Shape of free-4 with 10 N per bolt",
+        Artefact(
+            "deformation", "figure", "free-4", Preload("10")
+        ): "Shape of free-4 with 10 N per bolt",
     }
     frame = {"assembly": ["a_linear"], "published_pairs": [np.nan], "pairs": [10]}
     table = save(Artefact("contact", "table"), pd.DataFrame(frame))

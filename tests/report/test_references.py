@@ -2,7 +2,7 @@ import pytest
 from page_examples import ROOT, SOURCE
 
 from boltjoint.config.study import load_study
-from boltjoint.names import PAGES, Basis, JointName
+from boltjoint.names import PAGES, Basis, JointName, Preload
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.references import (
     address_of,
@@ -31,7 +31,7 @@ def figures_and_tables(study):
         (Artefact("mesh", "figure", assembly="mine"), "structure"),
         (Artefact("natural_frequencies", "table", basis=Basis("free-4")), "structure"),
         (Artefact("contact", "table"), "structure"),
-        (Artefact("contact", "figure", assembly="mine", preload_N=1e20), "structure"),
+        (Artefact("contact", "figure", assembly="mine", preload_N=Preload.of(1e20)), "structure"),
         (Artefact("sampling", "figure"), "overview"),
         (Artefact("patterns", "table", assembly="mine"), "accuracy"),
         (Artefact("bases", "figure", case="mine"), "accuracy"),

@@ -129,7 +129,8 @@ def test_displacements_show_the_gaps_and_the_shortening(assembly, preload):
     assert preload["shank_shortening"].min() > 0
 
 
-def test_the_symmetric_half_has_the_equilibrium_of_the_whole(assembly, preload):
+def test_the_symmetric_half_has_the_equilibrium_of_the_whole(assembly):
+    preload = apply_preload(assembly, 8e3, tolerance=1e-12)
     T = free_displacements(assembly, tightened=True)
     force = np.zeros(T.shape[1])
     force[-assembly.sizes["bolt"] :] = 8e3
@@ -139,12 +140,12 @@ def test_the_symmetric_half_has_the_equilibrium_of_the_whole(assembly, preload):
         assembly["contact_penalty"].item() * assembly["area"].to_numpy(),
         assembly["friction_coefficient"].item(),
         force,
+        tolerance=1e-12,
     )
-    # both leave 1e-10 of the preload unbalanced
-    np.testing.assert_allclose(preload["normal_load"], whole.force[:, 2], atol=1e-5)
-    np.testing.assert_allclose(preload["friction_force"], whole.force[:, :2], atol=1e-5)
+    np.testing.assert_allclose(preload["normal_load"], whole.force[:, 2], atol=1e-7)
+    np.testing.assert_allclose(preload["friction_force"], whole.force[:, :2], atol=1e-7)
     shape = (T @ whole.unknown).reshape(-1, 3)
-    np.testing.assert_allclose(preload["displacement"], shape, atol=1e-9 * abs(shape).max())
+    np.testing.assert_allclose(preload["displacement"], shape, atol=1e-10 * abs(shape).max())
 
 
 def test_search_is_short_and_reported(preload):
@@ -209,9 +210,12 @@ def test_a_search_without_equilibrium_ends_with_what_to_do(tiny, change, preload
     assert "contact.penalty_N_per_m3 of the assembly" in sentence
 
 
+@pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
 def test_a_penalty_beyond_all_numbers_is_no_stiffness(assembly):
     penalty = assembly["contact_penalty"].copy(data=1e300)
-    with pytest.raises(RuntimeError, match="the stiffness matrix is singular"):
+    # which of both depends on how the processor rounds
+    told = r"the stiffness matrix is singular|choose contact\.penalty_N_per_m3"
+    with pytest.raises(RuntimeError, match=told):
         apply_preload(assembly.assign(contact_penalty=penalty), 8e3)
 
 
@@ -237,3 +241,34 @@ def test_every_variable_has_units(preload, tmp_path):
 
 def test_result_is_the_same_every_time(assembly, preload):
     assert preload.identical(apply_preload(assembly, 8e3))
+
+
+def test_one_preload_for_each_bolt(assembly, preload):
+    both = apply_preload(assembly, [8e3, 8e3])
+    np.testing.assert_array_equal(both["normal_load"], preload["normal_load"])
+    first, second = (apply_preload(assembly, each) for each in ([8e3, 2e3], [2e3, 8e3]))
+    x = assembly["position"].to_numpy()[:, 0]
+    side = np.sign(x - assembly["bolt_position"].to_numpy()[:, 0].mean())
+    for found, loaded in ((first, -1), (second, 1)):
+        load = found["normal_load"].to_numpy()
+        # what is tightened is carried, each bolt by the contact around it
+        assert load.sum() == pytest.approx(10e3, rel=0.05)
+        assert load[side == loaded].sum() == pytest.approx(8e3, rel=0.05)
+
+
+def test_a_bolt_without_preload_opens_the_contact_beside_it(assembly):
+    found = apply_preload(assembly, [8e3, 0.0])
+    away = assembly["position"][:, 0] - assembly["bolt_position"][1, 0].item()
+    near = abs(away.to_numpy()) < 5e-3
+    assert not found["normal_load"].to_numpy()[near].any()
+    assert found["gap"].to_numpy()[near].min() > 0
+    assert found.attrs["preload_N"] == [8e3, 0.0]
+    # as tight together as alone
+    doubled = apply_preload(assembly, [16e3, 0.0])
+    np.testing.assert_allclose(doubled["normal_load"], 2 * found["normal_load"], atol=1e-4)
+
+
+@pytest.mark.parametrize("preload", [[0.0, 0.0], [8e3], [8e3, -1.0], [8e3, np.nan]])
+def test_refuses_preloads_that_bolts_do_not_have(assembly, preload):
+    with pytest.raises(ValueError, match="preload"):
+        apply_preload(assembly, preload)

@@ -49,11 +49,7 @@ def test_whatever_a_reduced_joint_is_made_from_is_made(contents):
 
 def test_data_are_found_by_the_wildcards_of_their_kind(contents):
     for artefact in contents.select(form="data"):
-        assert artefact.path == layout.PATHS[artefact.kind].format(
-            **artefact.which
-            | ({"preload_N": "10000"} if artefact.preload_N == 10000 else {})
-            | ({"preload_N": "37976"} if artefact.preload_N == 37976 else {})
-        )
+        assert artefact.path == layout.PATHS[artefact.kind].format(**artefact.which)
 
 
 def test_every_table_has_a_title_and_every_figure_a_page(contents):

@@ -36,7 +36,7 @@ rule apply_preload:
         runtime=lambda w: resources_of("preload", w.assembly)["runtime"],
     params:
         library=library("apply_preload.py"),
-        preload=lambda w: float(w.preload_N),
+        preload=lambda w: Preload(w.preload_N).of_bolts,
     script:
         "../scripts/apply_preload.py"
 

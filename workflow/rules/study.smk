@@ -13,7 +13,7 @@ from snakemake.logging import logger
 from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.names import REFERENCE, Basis, JointName
+from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
 from boltjoint.study.artefact_list import Contents
@@ -53,7 +53,7 @@ wildcard_constraints:
     sweep="|".join(study.sweeps) or "-",
     chunk="[0-9]+",
     basis=Basis.wildcard(),
-    preload_N=r"[0-9.e+-]+",
+    preload_N=Preload.wildcard(),
     joint=JointName.wildcard(),
 
 
@@ -93,7 +93,7 @@ def node_to_node(case, basis):
 def preload_of(case):
     """The contact of the assembly of a case under the preload of that case."""
     found = study.case(case)
-    return layout.path("preload", assembly=found.assembly, preload_N=found.preload_N)
+    return layout.path("preload", assembly=found.assembly, preload_N=found.preload)
 
 
 def regions_of_joint(wildcards):

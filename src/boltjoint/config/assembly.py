@@ -50,9 +50,13 @@ class Material(Entry):
 class Bolts(Entry):
     """Row of equal bolts on the centre line of the lap."""
 
-    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)]
+    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
     """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap. The bolt
-    cells lie inside the lap and apart from each other."""
+    cells lie inside the lap and apart from each other. Or give ``number`` and ``pitch_mm``."""
+    number: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] | None = None
+    """Number of bolts, in place of their positions: they are centred in the lap."""
+    pitch_mm: Positive | None = None
+    """Distance between the axes of two bolts, with ``number``; of one bolt there is none."""
     shank_diameter_mm: Positive
     """Diameter of the shank."""
     hole_diameter_mm: Positive
@@ -66,6 +70,17 @@ class Bolts(Entry):
     """Height of the nut."""
 
     def conflicts(self) -> Problems:
+        positions, row = self.positions_from_lap_start_mm, (self.number, self.pitch_mm)
+        if positions is not None:
+            for key, value in zip(("number", "pitch_mm"), row, strict=True):
+                if value is not None:
+                    yield (key,), "must not stand beside positions_from_lap_start_mm"
+        elif self.number is None:
+            yield ("positions_from_lap_start_mm",), "is missing: or give number and pitch_mm"
+        elif self.number > 1 and self.pitch_mm is None:
+            yield ("pitch_mm",), "is missing: distance between the axes of two bolts"
+        elif self.number == 1 and self.pitch_mm is not None:
+            yield ("pitch_mm",), "must not be given with one bolt"
         for outer, inner in (("hole", "shank"), ("head", "hole")):
             least = getattr(self, f"{inner}_diameter_mm")
             if getattr(self, key := f"{outer}_diameter_mm") <= least:
@@ -137,6 +152,14 @@ class Assembly(Entry):
         return Point(x_mm=self.bar.length_mm, y_mm=0.0, z_mm=self.bar.height_mm / 2, direction="z")
 
     @property
+    def bolt_positions_mm(self) -> tuple[float, ...]:
+        """Axes of the bolts from the clamped side's end of the lap."""
+        if self.bolts.positions_from_lap_start_mm is not None:
+            return self.bolts.positions_from_lap_start_mm
+        number, pitch = self.bolts.number or 1, self.bolts.pitch_mm or 0.0
+        return tuple(self.bar.lap_mm / 2 + pitch * (n - (number - 1) / 2) for n in range(number))
+
+    @property
     def elements_outside_lap(self) -> tuple[float, float]:
         """Elements along the bars from the clamp to the lap, and from the lap to the free end."""
         wanted = self.mesh.element_length_free_mm
@@ -160,18 +183,21 @@ class Assembly(Entry):
     @property
     def _rings_of_pairs(self) -> int:
         rings = self.mesh.rings_under_head + self.mesh.rings_head_to_cell_edge
-        return len(self.bolts.positions_from_lap_start_mm) * (rings + 1)
+        return len(self.bolt_positions_mm) * (rings + 1)
 
     @property
     def _columns(self) -> int:
         """Columns of contact pairs across the bar that belong to no ring."""
-        mesh, bolts = self.mesh, len(self.bolts.positions_from_lap_start_mm)
+        mesh, bolts = self.mesh, len(self.bolt_positions_mm)
         between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
         return between + 2 * mesh.columns_at_each_lap_end
 
     def conflicts(self) -> Problems:
         yield from self._conflicts_of_head()
-        yield from self._conflicts_of_positions()
+        if self.bolts.positions_from_lap_start_mm is not None:
+            yield from self._conflicts_of_positions(self.bolts.positions_from_lap_start_mm)
+        else:
+            yield from self._conflicts_of_row()
 
     def _conflicts_of_head(self) -> Problems:
         for limit, what in (
@@ -181,9 +207,25 @@ class Assembly(Entry):
             if self.bolts.head_diameter_mm >= limit:
                 yield ("bolts", "head_diameter_mm"), f"must be less than {what} of {limit:g} mm"
 
-    def _conflicts_of_positions(self) -> Problems:
-        key = ("bolts", "positions_from_lap_start_mm")
-        positions, cell = self.bolts.positions_from_lap_start_mm, self.mesh.bolt_cell_length_mm
+    def _conflicts_of_row(self) -> Problems:
+        number, pitch = self.bolts.number or 1, self.bolts.pitch_mm or 0.0
+        cell, lap = self.mesh.bolt_cell_length_mm, self.bar.lap_mm
+        if number > 1 and round(pitch - cell, 6) <= 0:
+            sentence = f"must be more than {cell:g} mm, the length of a bolt cell"
+            yield ("bolts", "pitch_mm"), sentence
+        elif round(lap - (number - 1) * pitch - cell, 6) <= 0:
+            if number == 1:
+                yield ("bar", "lap_mm"), f"must be more than {cell:g} mm, the length of a bolt cell"
+                return
+            most = (lap - cell) / (number - 1)
+            yield (
+                ("bolts", "pitch_mm"),
+                "puts the outermost bolt cells outside the lap: must be less than "
+                f"{most:g} mm in the lap of {lap:g} mm",
+            )
+
+    def _conflicts_of_positions(self, positions: tuple[float, ...]) -> Problems:
+        key, cell = ("bolts", "positions_from_lap_start_mm"), self.mesh.bolt_cell_length_mm
         # to a nanometre: less is a rounding error of the differences
         pitches = [round(right - left, 6) for left, right in pairwise(positions)]
         if any(pitch <= 0 for pitch in pitches):

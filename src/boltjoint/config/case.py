@@ -19,13 +19,14 @@ from boltjoint.config.types import (
     ModalBasis,
     ModesCount,
     Name,
+    NotNegative,
     Positive,
     Problems,
     Several,
     Unknowns,
 )
 from boltjoint.damping import Damping, LossFactor
-from boltjoint.names import Basis, Coordinates, JointName
+from boltjoint.names import Basis, Coordinates, JointName, Preload
 
 #: loss factor of a case that says nothing of damping; the published study does not give it
 _LOSS_FACTOR = 0.002
@@ -67,6 +68,9 @@ class Case(Entry):
     preload_N: Positive
     """Preload of each bolt. A warning is given where it strains the shanks beyond 0.31 %, at
     which bolts of class 8.8 yield: the model stays elastic."""
+    preload_ratios: Annotated[tuple[NotNegative, ...], Field(min_length=1)] | None = None
+    """Preload of each bolt over ``preload_N``, from the clamped side; by default 1 for all. Head
+    and nut of a bolt without preload stay tied to the bars: only the contact opens."""
     contact: Contact
     """Friction law of the contact pairs, and its coefficients."""
     regions: Regions = Regions()
@@ -113,6 +117,11 @@ class Case(Entry):
         if self.damping is not None:
             return self.damping.damping
         return LossFactor(_LOSS_FACTOR if self.loss_factor is None else self.loss_factor)
+
+    @property
+    def preload(self) -> Preload:
+        """Preload of each bolt."""
+        return Preload.of(self.preload_N, self.preload_ratios)
 
     @property
     def is_base_excited(self) -> bool:
@@ -191,6 +200,8 @@ class Case(Entry):
     def conflicts(self) -> Problems:
         if self.damping is not None and self.loss_factor is not None:
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
+        if self.preload_ratios is not None and not any(self.preload_ratios):
+            yield ("preload_ratios",), "must have a ratio above 0: a bolt that carries the load"
         yield from self._conflicts_of_excitation()
         for index in range(len(self.solve)):
             yield from self._conflicts_in_block(index)

@@ -30,7 +30,7 @@ from boltjoint.config.varied_case import (
     read_table,
     solved_alone,
 )
-from boltjoint.names import Basis
+from boltjoint.names import Basis, Preload
 
 
 class Study(Settings):
@@ -139,10 +139,17 @@ def load_study(
             problems = _conflicts(case, assembly, settings, published)
             if name not in runs:
                 # only that is solved which its sweeps ask for
-                problems = _conflicts_of_points(case, assembly)
+                problems = [
+                    *_conflicts_of_preload(case, assembly),
+                    *_conflicts_of_points(case, assembly),
+                ]
             found = (with_value(contents[name], *problem) for problem in dict.fromkeys(problems))
             files.note(_case_file(name), found)
     if all(cases.values()):
+        if not files.problems:
+            for name, sentence in _other_ratios(cases):
+                problem = with_value(contents[name], ("preload_ratios",), sentence)
+                files.note(_case_file(name), [problem])
         for name, sentence in _missing_preloads(cases.values(), assemblies):
             files.note(_assembly_file(name), [(("preload_N",), sentence)])
     designs = {}
@@ -195,6 +202,7 @@ def _conflicts(
     """What the assembly, the settings and the source do not allow in a case."""
     if assembly is not None:
         yield from _conflicts_of_joints(case, assembly)
+        yield from _conflicts_of_preload(case, assembly)
         yield from _conflicts_of_points(case, assembly)
     if settings is not None:
         yield from _conflicts_of_options(case, settings)
@@ -204,6 +212,15 @@ def _conflicts(
             ("published",),
             f"is no case study of the source{choice(case.published, published)}",
         )
+
+
+def _conflicts_of_preload(case: Case, assembly: Assembly | None) -> Problems:
+    """Other preloads than bolts."""
+    if assembly is not None and case.preload_ratios is not None:
+        bolts = len(assembly.bolt_positions_mm)
+        if len(case.preload_ratios) != bolts:
+            sentence = f"must have {bolts} ratios, one for each bolt of {case.assembly}"
+            yield ("preload_ratios",), sentence
 
 
 def _conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
@@ -288,6 +305,30 @@ def _conflicts_of_bases(
         for place, basis in enumerate(block.modes):
             if sentence := _too_large(basis, options, {case.assembly: assembly}):
                 yield (*case.place_of("modes", index), place), sentence
+
+
+def _other_ratios(cases: Mapping[str, Case]) -> Iterator[tuple[str, str]]:
+    """Cases whose bolts are tightened in another ratio than the contact-adapted basis assumes.
+
+    Several preloads of an assembly are alike but for a factor, and so is what a basis resolves.
+    """
+    alike = {name: Preload.of(1, case.preload_ratios) for name, case in cases.items()}
+    enriched = {
+        case.assembly
+        for case in cases.values()
+        if any(basis.is_contact_adapted for basis in case.bases)
+    }
+    for assembly in enriched:
+        own = [name for name, case in cases.items() if case.assembly == assembly]
+        # equal bolts are what the others differ from
+        first = min(own, key=lambda name: isinstance(alike[name].of_bolts, tuple))
+        for name in own:
+            if alike[name] != alike[first]:
+                yield (
+                    name,
+                    f"must be as in {first}: a contact-adapted basis of {assembly} is made for "
+                    "loads of one ratio",
+                )
 
 
 def _missing_preloads(

@@ -15,7 +15,7 @@ for Numerical Methods in Engineering 14 (1979) 1613-1626.
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +68,11 @@ class ContactEquilibrium:
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def apply_preload(
-    assembly: xr.Dataset, preload: float, *, tolerance: float = 1e-10, maximum_iterations: int = 40
+    assembly: xr.Dataset,
+    preload: float | Sequence[float],
+    *,
+    tolerance: float = 1e-10,
+    maximum_iterations: int = 40,
 ) -> xr.Dataset:
     """Contact under the preload of all bolts, as ``preload.nc`` holds it.
 
@@ -77,9 +81,9 @@ def apply_preload(
     assembly
         As from ``build_assembly``.
     preload
-        Tension of each bolt [N].
+        Tension of the bolts [N]: a number for all, or one for each, of which some may be 0.
     tolerance
-        Largest unbalanced force relative to the preload.
+        Largest unbalanced force relative to the largest preload.
     maximum_iterations
         Newton iterations after which the search ends.
 
@@ -89,27 +93,29 @@ def apply_preload(
         ``normal_load`` (pair) [N], 0 where open; ``gap`` (pair) [m], 0 where closed;
         ``friction_force`` (pair, plane) [N] on side B; ``position`` (pair, axis) [m]; ``area``
         (pair) [m2]; ``shank_shortening`` (bolt) [m]; ``displacement`` (node, axis) [m];
-        ``residual`` (iterate) and ``iterations``.
+        ``residual`` (iterate) and ``iterations``; attribute ``preload_N``, of all bolts or of each.
 
     Raises
     ------
     ValueError
-        If preload, tolerance or iterations are not positive, a variable of the assembly is missing,
+        If preload, tolerance or iterations are not positive, bolts and preloads are not as many, a
+        variable of the assembly is missing,
         or the mesh is not symmetric about y = 0.
     RuntimeError
         If no equilibrium is found.
     """
-    preload = checks.number("preload", preload, above=0)
+    bolts = assembly.sizes["bolt"]
+    tension = _tension(preload, bolts)
+    largest = float(tension.max())
     T = symmetric_displacements(assembly, tightened=True)
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
     modulus = assembly["youngs_modulus"].item()
-    if sentence := yield_warning(preload, _shank_area(assembly), modulus):
+    if sentence := yield_warning(largest, _shank_area(assembly), modulus):
         logger.warning(sentence)
-    bolts = assembly.sizes["bolt"]
     force = np.zeros(T.shape[1])
     # the work of the bolt force on the shortening of its shank
-    force[-bolts:] = preload
+    force[-bolts:] = tension
 
     area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
     found = solve_contact(
@@ -124,14 +130,14 @@ def apply_preload(
     if not found.converged:
         # all forces grow with the preload, so that another one would not help
         raise RuntimeError(
-            f"preload {preload:g} N: no equilibrium after {len(found.residual) - 1} corrections, "
+            f"preload {largest:g} N: no equilibrium after {len(found.residual) - 1} corrections, "
             f"the largest unbalanced force is {found.residual[-1]:.1e} of the preload: choose "
             "contact.penalty_N_per_m3 of the assembly nearer to 1e15, or the material nearer to "
             "steel, since stiffnesses too far apart are lost in rounding"
         )
     normal_load = found.force[:, 2]
     logger.info(
-        "preload %g N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
+        "preload %s N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
         preload,
         len(found.residual) - 1,
         found.residual[-1],
@@ -160,7 +166,7 @@ def apply_preload(
             "iterations": quantity((), len(found.residual) - 1, "1", "Newton corrections"),
         },
         coords={"axis": assembly["axis"].variable, "plane": ["x", "y"]},
-        attrs={"preload_N": float(preload)},
+        attrs={"preload_N": preload},
     )
 
 
@@ -304,6 +310,16 @@ def _contact_force(
     derivative[slip, :2, :2] = (mu * force[slip, 2] / distance[slip])[:, None, None] * turning
     derivative[slip, :2, 2] = mu * k[slip, None] * direction
     return force, derivative
+
+
+def _tension(preload: float | Sequence[float], bolts: int) -> Array:
+    """Tension of each bolt [N]."""
+    if np.ndim(preload) == 0:
+        return np.full(bolts, checks.number("preload", preload, above=0))
+    tension = checks.array("preload", preload, (bolts,), at_least=0)
+    if not tension.any():
+        raise ValueError("preload is 0 for all bolts: one must be tightened")
+    return tension
 
 
 def _shank_area(assembly: xr.Dataset) -> float:

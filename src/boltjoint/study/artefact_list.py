@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName
+from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
 from boltjoint.study import layout
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Artefact:
     kind: str
     form: Literal["data", "figure", "table", "page"] = "data"
     assembly: str | None = None
-    preload_N: float | None = None  # noqa: N815
+    preload_N: Preload | None = None  # noqa: N815
     case: str | None = None
     basis: Basis | None = None
     joint: JointName | None = None
@@ -183,15 +183,15 @@ class Contents:
         """Every basis that a case uses."""
         return list(dict.fromkeys(basis for _, basis in self.cases_and_bases()))
 
-    def preloads(self) -> list[tuple[str, float]]:
-        """Every assembly with every preload per bolt [N] that it is tightened to.
+    def preloads(self) -> list[tuple[str, Preload]]:
+        """Every assembly with every preload that it is tightened to.
 
         An assembly that no case uses is tightened to its own preload.
         """
         every = (self.study.cases | self.study.base_cases).values()
-        used = [(case.assembly, case.preload_N) for case in every]
+        used = [(case.assembly, case.preload) for case in every]
         nominal = [
-            (name, found.preload_N)
+            (name, Preload.of(found.preload_N))
             for name, found in self.study.assemblies.items()
             if found.preload_N is not None and all(name != assembly for assembly, _ in used)
         ]

@@ -127,7 +127,7 @@ def mesh_size(assembly: Assembly) -> MeshSize:
         mesh.ring_cells_along_bar,
         mesh.layers_per_half_height,
     )
-    bolts = len(assembly.bolts.positions_from_lap_start_mm)
+    bolts = len(assembly.bolt_positions_mm)
     around = 2 * (across + along)
     pairs = assembly.contact_pairs
     free = sum(int(min(count, _COUNTLESS)) for count in assembly.elements_outside_lap)

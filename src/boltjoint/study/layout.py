@@ -44,11 +44,9 @@ def path(kind: str, **which: object) -> str:
     kind
         One of ``PATHS``.
     which
-        What the kind is named by: ``assembly``, ``preload_N`` per bolt [N], ``case``, ``basis``,
-        ``joint``, ``coordinates``, ``resonance``, ``sweep``, and ``chunk`` from 0.
+        What the kind is named by: ``assembly``, ``preload_N`` (``names.Preload``), ``case``,
+        ``basis``, ``joint``, ``coordinates``, ``resonance``, ``sweep``, and ``chunk`` from 0.
     """
-    if "preload_N" in which:
-        which["preload_N"] = f"{which['preload_N']:.15g}"
     return PATHS[kind].format(**which)
 
 
@@ -70,7 +68,7 @@ def shown(form: str, kind: str, **which: object) -> str:
         if key == "joint":
             parts.append(value.file_name)
         elif key == "preload_N":
-            parts.append(f"preload={value:.15g}")
+            parts.append(f"preload={value}")
         elif key == "resonance":
             parts.append(f"resonance={value}")
         else:

@@ -222,4 +222,4 @@ def reductions(
 
 def _preload_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
     case = contents.study.case(artefact.case)
-    return {"assembly": case.assembly, "preload_N": case.preload_N}
+    return {"assembly": case.assembly, "preload_N": case.preload}

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from boltjoint.study.results import Results
 
-_UNDER_PRELOAD = "{assembly} with {preload_N:.15g} N per bolt"
+_UNDER_PRELOAD = "{assembly} with {preload_N} N per bolt"
 
 
 def _assemblies(contents: Contents) -> list[dict[str, object]]:
@@ -151,7 +151,7 @@ def natural_frequencies(
     is_compared=True,
 )
 def contact_of_preloads(
-    _: Artefact, results: "Results", preloads: list[tuple[str, float]]
+    _: Artefact, results: "Results", preloads: list[tuple[str, str]]
 ) -> "pd.DataFrame":
     """Loads and gaps of the contact of all assemblies."""
     from boltjoint.study.tables.structure import tabulate_contact

@@ -35,6 +35,4 @@ def figures_in_source(artefact: Artefact, published: Published) -> list[str]:
     if artefact.form != "figure" or artefact.basis not in (None, BASIS) or not columns:
         return []
     which = {name: getattr(artefact, name) for name in columns}
-    if "preload_N" in which:
-        which["preload_N"] = f"{which['preload_N']:.15g}"
     return list(published.figures_of(artefact.kind, **which)["figure"])

@@ -66,8 +66,8 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
             "clamp to lap (mm)": number(bar.free_length_mm[0]),
             "lap (mm)": number(bar.lap_mm),
             "lap to free end (mm)": number(bar.free_length_mm[1]),
-            "bolts": str(len(bolts.positions_from_lap_start_mm)),
-            "bolts, from the start of the lap (mm)": _listed(bolts.positions_from_lap_start_mm),
+            "bolts": str(len(assembly.bolt_positions_mm)),
+            "bolts, from the start of the lap (mm)": _listed(assembly.bolt_positions_mm),
             "diameters of shank, hole and head (mm)": _listed(diameters),
             **{words: number(getattr(material, key)) for key, words in _MATERIAL.items()},
         }

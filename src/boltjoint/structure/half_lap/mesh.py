@@ -79,7 +79,7 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
             f"ring_cells_across_width is {mesh.ring_cells_across_width}: it must be even, so that "
             "nodes lie on the plane of symmetry"
         )
-    axes = _MM * np.array(assembly.bolts.positions_from_lap_start_mm)
+    axes = _MM * np.array(assembly.bolt_positions_mm)
     lap = lap_plan(
         axes,
         length=_MM * bar.lap_mm,

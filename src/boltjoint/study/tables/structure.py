@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from boltjoint.names import Preload
 from boltjoint.study.published import Published
 
 
@@ -38,14 +39,14 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
 
 
 def tabulate_contact(
-    preloads: Mapping[tuple[str, float], xr.Dataset], published: Published
+    preloads: Mapping[tuple[str, str], xr.Dataset], published: Published
 ) -> pd.DataFrame:
-    """Loads and gaps of the contact surface, by assembly and preload per bolt [N].
+    """Loads and gaps of the contact surface, by assembly and preload.
 
     Parameters
     ----------
     preloads
-        ``preload.nc`` of each pair of assembly name and preload.
+        ``preload.nc`` of each pair of assembly name and preload (``names.Preload``) [N].
     published
         The source's tables; without any there are no columns for them.
     """
@@ -53,12 +54,13 @@ def tabulate_contact(
     rows = []
     for (assembly, newton), dataset in preloads.items():
         load = dataset["normal_load"].to_numpy()
-        bolts = newton * dataset.sizes["bolt"]
+        of_bolts = Preload(newton).of_bolts
+        bolts = np.broadcast_to(of_bolts, dataset.sizes["bolt"]).sum()
         pressure = load / dataset["area"].to_numpy()
         rows.append(
             {
                 "assembly": assembly,
-                "preload_N": newton,
+                "preload_N": newton if isinstance(of_bolts, tuple) else of_bolts,
                 "pairs": load.size,
                 "published_pairs": printed.get((assembly, "variable")),
                 "loaded_pairs": int(np.count_nonzero(load)),

@@ -10,7 +10,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
-from boltjoint.names import JointName
+from boltjoint.names import JointName, Preload
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.tables.html import number
@@ -59,12 +59,18 @@ def facts(name: str, case: Case, solver: Solver, content: PageContent) -> Markup
     return table + (prose("case").implied_preload(published, implied) if implied else "")
 
 
+def _of_bolts(preload: Preload) -> str:
+    """Preload of all bolts, or of each."""
+    of_bolts = preload.of_bolts
+    return number(of_bolts) if isinstance(of_bolts, float) else preload.replace(",", ", ")
+
+
 def _quantities(
     name: str, case: Case, solver: Solver, content: PageContent
 ) -> Iterator[tuple[str, str, str | None]]:
     """Quantities of a case, their values, and the columns of the source's table of cases."""
     yield "assembly", case.assembly, "assembly"
-    yield "preload per bolt (N)", number(case.preload_N), "preload_per_bolt_N"
+    yield "preload per bolt (N)", _of_bolts(case.preload), "preload_per_bolt_N"
     for key, value in case.contact.model_dump().items():
         words = key.replace("_", " ")
         if key == "law":
