@@ -8,15 +8,18 @@ from boltjoint.config.case import Case
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import ConfigError
-from boltjoint.config.varied_case import keys_that_vary, read_table, with_values
+from boltjoint.config.varied_case import read_table, with_values
+from boltjoint.config.varied_keys import keys_that_vary
 from boltjoint.damping import LossFactor
+from boltjoint.names import JointName
 
 NAME = "three_bolt_uncertainty"
 FILE = f"config/sweeps/{NAME}.yaml"
 SWEPT = {"sweeps": [NAME]}
 KEYS = (
     "preload_N, forces_N, loss_factor, contact.tangential_stiffness_N_per_m, "
-    "contact.friction_coefficient"
+    "contact.friction_coefficient, joint.regions, joint.elements, and other numbers of the case "
+    "and its assembly by their paths, as preload_ratios[0] or assembly.bar.lap_mm"
 )
 
 
@@ -86,6 +89,27 @@ def test_the_levels_are_those_of_the_case_unless_the_sweep_has_its_own(changed):
             'joint: "regions=600/elements=7" must have at most 1370 elements in all, the contact '
             "pairs of three_bolt",
         ),
+        (
+            {"vary": {"assembly.bar.lap": [100]}},
+            "vary.assembly.bar.lap: [100] is no key that varies; did you mean "
+            f"assembly.bar.lap_mm? there are: {KEYS}",
+        ),
+        (
+            {"vary": {"preload_ratios[3]": [1, 0.5]}},
+            "vary.preload_ratios[3]: [1, 0.5] is no key that varies; did you mean "
+            f"preload_ratios[2]? there are: {KEYS}",
+        ),
+        (
+            {"vary": {"assembly.bolts.pitch_mm": [50, 60]}},
+            'vary: {"assembly.bolts.pitch_mm": [50, 60]} makes no possible design: '
+            "assembly.bolts.pitch_mm: 50.0 puts the outermost bolt cells outside the lap: must be "
+            "less than 42.75 mm in the lap of 110.5 mm",
+        ),
+        (
+            {"vary": {"preload_ratios[0]": [1, 0.5]}, "basis": "enriched-16"},
+            'basis: "enriched-16" must be free-N: a contact-adapted basis is made for preloads of '
+            "one ratio",
+        ),
         ({"resonance": 7}, "resonance: 7 must be at most 4, the modes of the basis free-4"),
         (
             {"basis": "enriched-299"},
@@ -100,6 +124,47 @@ def test_the_levels_are_those_of_the_case_unless_the_sweep_has_its_own(changed):
 )
 def test_what_does_not_suit_the_base_case_is_said(changed, keys, line):
     assert changed(**keys) == [f"{FILE}: {line}"]
+
+
+VARIED = {
+    "assembly.bar.lap_mm": [110.5, 120, 50],
+    "preload_ratios[1]": [1, 0, 0.5],
+    "joint.regions": [4, 6.5],
+    "sensors[0].x_mm": [100],
+    "preload_N": [1e4, 2e4],
+}
+
+
+def test_designs_that_need_another_joint_are_variants(study, changed):
+    case = study / "config/cases/three_bolt_constant.yaml"
+    sensor = {"name": "tip", "x_mm": 50, "y_mm": 0, "z_mm": 10, "direction": "z"}
+    content = yaml.safe_load(case.read_text(encoding="utf-8")) | {"sensors": [sensor]}
+    case.write_text(yaml.safe_dump(content), encoding="utf-8")
+    found = changed(vary=VARIED, design={"kind": "grid"})
+    variants = found.variants[NAME]
+    assert (found.designs[NAME], len(variants)) == (36, 18)
+    # that with a lap of 50 mm is impossible
+    names = {each.assembly_name for each in variants}
+    assert names == {"three_bolt", "three_bolt,bar.lap_mm=120"}
+    assert [each.joint for each in variants[:1]] == ["regions=4/elements=7"]
+    possible = found.possible_variants(NAME)
+    assert len(possible) == 6
+    loosened = next(each for each in possible if each.values["preload_ratios[1]"] == 0)
+    assert loosened.case.preload == "10000,0,10000"
+    assert loosened.case.sensors[0].x_mm == 100
+    assert found.case(loosened.case_name) == loosened.case
+    assert found.assembly("three_bolt,bar.lap_mm=120").bar.lap_mm == 120
+    short, *_, half = [each.reason for each in variants if each.reason]
+    assert short == "joint.regions: 6.5 must be a whole number of at least 1"
+    assert half.startswith("assembly.bolts.pitch_mm: 30.0 puts the outermost bolt cells outside")
+
+
+def test_long_names_of_variants_are_hashes(changed):
+    vary = {f"assembly.mesh.{key}": [2] for key in ("rings_under_head", "rings_head_to_cell_edge")}
+    vary |= {f"assembly.bolts.{key}_diameter_mm": [v] for key, v in (("shank", 8), ("hole", 9.5))}
+    (variant,) = changed(vary=vary, design={"kind": "grid"}).variants[NAME]
+    name, _, told = variant.case_name.partition(",")
+    assert (name, len(told)) == ("three_bolt_constant", 16)
 
 
 def test_a_sweep_of_a_case_that_is_not_there(changed):
@@ -154,13 +219,12 @@ def test_values_of_keys_replace_those_of_the_case():
 
 
 def test_every_key_that_varies_has_a_name_of_its_own():
-    for case in load_study(ROOT).cases.values():
-        names = [each.name for each in keys_that_vary(case).values()]
-        assert len(set(names)) == len(names)
-        columns = read_table(
-            ",".join(keys_that_vary(case)) + "\n" + ",".join("1" * len(names)), "", case
-        )
-        assert list(columns) == list(keys_that_vary(case))
+    study = load_study(ROOT)
+    for case in study.cases.values():
+        keys = keys_that_vary(case, study.assembly(case.assembly), JointName("regions=6/table"))
+        assert len({each.name for each in keys.values()}) == len(keys)
+        columns = read_table(",".join(keys) + "\n" + ",".join("1" * len(keys)), "", keys)
+        assert list(columns) == list(keys)
 
 
 def test_a_sweep_reads_what_it_writes():

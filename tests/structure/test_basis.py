@@ -258,8 +258,9 @@ def test_weights_make_the_largest_error_bounds_alike_and_smaller(candidates):
 
     bounds = [distance(each.motion) * distance(each.adjoints[0]) for each in snapshots]
     assert max(bounds) == pytest.approx(often.error_bound, rel=1e-6)
-    # adjoints differ by a factor of a hundred, the worst bounds do not
-    assert sorted(bounds)[-3] > 0.7 * max(bounds)
+    # adjoints differ by a factor of a hundred, the worst bounds do not; the processor decides the
+    # signs of the candidates, so the snapshots: of ten draws the third is 0.5 to 0.8 of the worst
+    assert sorted(bounds)[-3] > max(bounds) / 3
 
 
 def test_one_bolt_alone_or_one_side_of_each_may_stick(assembly, preload, pod_modes):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from boltjoint.config.design_columns import exchanged
 from boltjoint.config.distributions import Linear
 from boltjoint.config.sweep import Saltelli
-from boltjoint.study.designs import _exchanged, list_designs
+from boltjoint.study.designs import list_designs
 from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
 
 #: of the Ishigami function with a = 7 and b = 0.1
@@ -24,7 +25,7 @@ def sweep():
 
     samples = 2048
     first, second = np.split(qmc.Sobol(6, rng=0).random(samples).T, 2)
-    x = np.pi * (2 * _exchanged(first, second) - 1)
+    x = np.pi * (2 * exchanged(first, second) - 1)
     amplitude = np.column_stack([ishigami(x), 1e-3 * (3 * x[0] + x[2])])
     return xr.Dataset(
         {

@@ -67,7 +67,7 @@ def test_a_design_is_what_it_is_as_a_case_of_its_own(law):
     content = base(law)
     designs = list_designs(VARY[law], Samples(kind="latin-hypercube", number=12, seed=3), content)
     problem = SweptJoint(content, joints(Case.model_validate(content)))
-    found = solve_designs(problem, designs, range(12), states=True)
+    found = solve_designs([problem], designs, range(12), states=True)
     assert found["complete"].all()
     for row, values in enumerate(values_of(designs)):
         case = Case.model_validate(with_values(content, values))
@@ -99,7 +99,7 @@ def test_a_grid_has_the_dimensions_of_its_keys(problem):
     }
     designs = list_designs(vary, GRID, problem.case)
     chunks = [
-        solve_designs(problem, designs, range(*each), frequencies=50) for each in ((0, 4), (4, 6))
+        solve_designs([problem], designs, range(*each), frequencies=50) for each in ((0, 4), (4, 6))
     ]
     sizes = {"preload_N": 3, "contact.friction_coefficient": 2}
     sweep = gather_sweep(problem.case, designs, chunks, sizes)
@@ -122,7 +122,7 @@ def test_a_grid_has_the_dimensions_of_its_keys(problem):
 
 def test_impossible_designs_are_named_and_the_rest_is_solved(problem):
     designs = list_designs({"preload_N": (0.0, 1000.0, -5.0)}, GRID, problem.case)
-    found = solve_designs(problem, designs, range(3))
+    found = solve_designs([problem], designs, range(3))
     sweep = gather_sweep(problem.case, designs, [found], {"preload_N": 3})
     assert sweep["reason"].to_numpy().tolist() == [
         "preload_N: 0.0 must be greater than 0",
@@ -138,10 +138,10 @@ def test_impossible_designs_are_named_and_the_rest_is_solved(problem):
 def test_threads_and_chunks_change_nothing(problem):
     vary = {"preload_N": Linear(kind="linear", lowest=500, highest=1500)}
     designs = list_designs(vary, Samples(kind="sobol", number=8), problem.case)
-    one = solve_designs(problem, designs, range(8), frequencies=20)
-    two = solve_designs(problem, designs, range(8), 2, frequencies=20)
+    one = solve_designs([problem], designs, range(8), frequencies=20)
+    two = solve_designs([problem], designs, range(8), 2, frequencies=20)
     assert one.identical(two)
-    later = solve_designs(problem, designs, range(5, 8), frequencies=20)
+    later = solve_designs([problem], designs, range(5, 8), frequencies=20)
     assert one.isel(design=slice(5, 8)).identical(later)
 
 
@@ -175,7 +175,7 @@ def test_samples_follow_their_distributions(problem):
 def test_a_table_gives_the_designs(problem, tmp_path):
     table = tmp_path / "designs.csv"
     table.write_text("preload_N,contact.friction_coefficient\n900,0.1\n1100,0.3\n")
-    found = list_designs({}, GRID, problem.case, table)
+    found = list_designs({}, GRID, problem.case, table=table)
     assert values_of(found) == [
         {"preload_N": 900.0, "contact.friction_coefficient": 0.1},
         {"preload_N": 1100.0, "contact.friction_coefficient": 0.3},

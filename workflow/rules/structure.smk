@@ -12,7 +12,7 @@ rule build_assembly:
         **SMALL,
     params:
         library=library("build_assembly.py"),
-        assembly=lambda w: study.assemblies[w.assembly].model_dump(
+        assembly=lambda w: study.assembly(w.assembly).model_dump(
             exclude={"preload_N"}
         ),
     script:

@@ -42,14 +42,20 @@ if workflow.is_main_process:
         raise WorkflowError(shortage)
     for line in estimate.overstrained(study):
         logger.warning(line)
+    cores = workflow.resource_settings.cores or 1
+    logger.info(estimate.summary(needed, memory, cores))
 
 contents = Contents(study, DISPLAYS)
 resources_of, SMALL = estimate.Resources(study).of, estimate.Resources.SMALL
 
 
+# a variant in a sweep is called by its values
+VALUES = "(?:,[a-zA-Z0-9_.=+-]+)*"
+
+
 wildcard_constraints:
-    assembly="|".join(study.assemblies),
-    case="|".join(study.cases | study.base_cases),
+    assembly=f"(?:{'|'.join(study.assemblies)}){VALUES}",
+    case=f"(?:{'|'.join(study.cases | study.base_cases)}){VALUES}",
     sweep="|".join(study.sweeps) or "-",
     chunk="[0-9]+",
     basis=Basis.wildcard(),

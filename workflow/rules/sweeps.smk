@@ -14,6 +14,11 @@ rule list_designs:
         vary=lambda w: study.sweeps[w.sweep].vary,
         design=lambda w: study.sweeps[w.sweep].design,
         case=lambda w: study.base_of_sweep(w.sweep),
+        variants=lambda w: [
+            {"values": each.values, "reason": each.reason}
+            for each in study.variants[w.sweep]
+        ],
+        quantities=lambda w: study.quantities(w.sweep),
     script:
         "../scripts/list_designs.py"
 
@@ -21,15 +26,7 @@ rule list_designs:
 rule solve_designs:
     input:
         designs=layout.PATHS["designs"],
-        joints=lambda w: [
-            layout.path(
-                "joint",
-                case=study.sweeps[w.sweep].case,
-                basis=study.sweeps[w.sweep].basis,
-                joint=joint,
-            )
-            for joint in contents.joints_of_sweep(w.sweep)
-        ],
+        joints=lambda w: sum(contents.joints_of_sweep(w.sweep), start=[]),
     output:
         chunk=layout.PATHS["chunk"],
     log:
@@ -44,6 +41,12 @@ rule solve_designs:
     params:
         library=library("solve_designs.py"),
         case=lambda w: study.base_of_sweep(w.sweep),
+        variants=lambda w: [
+            {"values": each.values, "joints": len(files)}
+            for each, files in zip(
+                study.possible_variants(w.sweep), contents.joints_of_sweep(w.sweep)
+            )
+        ],
         observed=lambda w: study.sweeps[w.sweep].observed,
         sampling=study.solver.sampling,
         steps=study.solver.steps,

@@ -6,6 +6,6 @@ from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params
-table = snakemake.input.table or None
-designs = list_designs(params.vary, params.design, params.case, table)
+how = params.vary, params.design, params.case, params.variants, params.quantities
+designs = list_designs(*how, snakemake.input.table or None)
 dataset.save(designs, snakemake.output.designs, params)

@@ -130,4 +130,4 @@ def _keys(path: KeyPath) -> Iterator[str]:
 
 def _plain(text: str) -> str:
     """A key or file name as it is, or in quotes and cut where it is no plain word."""
-    return text if re.fullmatch(r"[\w./=+~-]{1,200}", text) else as_text(text)
+    return text if re.fullmatch(r"[\w./=+~\[\]-]{1,200}", text) else as_text(text)

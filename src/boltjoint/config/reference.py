@@ -7,6 +7,7 @@ from typing import Any
 
 from boltjoint.config.schema import SCHEMAS, write_schemas
 from boltjoint.config.types import CONFIG_FILE, PATTERNS, SCHEMA_FOLDER
+from boltjoint.config.units import unit_of
 
 Schema = dict[str, Any]
 
@@ -19,15 +20,6 @@ _FILES = {
     "case": "cases/*.yaml",
     "sweep": "sweeps/*.yaml",
 }
-_UNITS = {
-    "N_per_m3": "N/m³",
-    "kg_per_m3": "kg/m³",
-    "N_per_m": "N/m",
-    "1_per_s": "1/s",
-    "m_per_s2": "m/s²",
-    "deg": "°",
-}
-_UNITS |= {unit: unit for unit in ("mm", "GPa", "Hz", "N", "s")}
 _KINDS = {
     "boolean": "`true`, `false`",
     "integer": "whole number",
@@ -98,8 +90,8 @@ def _unit(key: str, field: Schema) -> str:
     if "x-unit" in field:
         return field["x-unit"]
     number = re.search("'type': '(number|integer)'", str(field))
-    units = (unit for end, unit in _UNITS.items() if key.endswith(f"_{end}"))
-    return next(units, "1" if number else "")
+    unit = unit_of(key).written
+    return unit if number or unit != "1" else ""
 
 
 def _default(field: Schema) -> str:

@@ -1,21 +1,25 @@
 """Study: the cases, assemblies and numerical options that its YAML files describe."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, InstanceOf, ValidationError
 
 from boltjoint import names
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.design_columns import design_columns
 from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import StudyFiles
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.sweep import Sweep
+from boltjoint.config.sweep import MOST_JOBS, Sweep, Table
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
     CASE_FOLDER,
@@ -24,12 +28,15 @@ from boltjoint.config.types import (
     KeyPath,
     Problems,
 )
+from boltjoint.config.variants import Variant, find_variants
 from boltjoint.config.varied_case import (
     TableError,
     conflicts_with_case,
     read_table,
     solved_alone,
+    with_all_ratios,
 )
+from boltjoint.config.varied_keys import RATIOS, Quantity, is_rescaled, keys_that_vary
 from boltjoint.names import Basis, Preload
 
 
@@ -46,18 +53,49 @@ class Study(Settings):
     """The sweeps that run, by name, in the order of config.yaml."""
     designs: dict[str, int]
     """Number of designs of each sweep."""
+    variants: dict[str, tuple[InstanceOf[Variant], ...]] = Field({}, exclude=True)
+    """The base case of each sweep under all values of those keys that need another joint: they
+    follow from the rest."""
+
+    @cached_property
+    def _by_case(self) -> dict[str, Case]:
+        varied = {each.case_name: each.case for each in self.possible_variants()}
+        return varied | self.base_cases | self.cases
+
+    @cached_property
+    def _by_assembly(self) -> dict[str, Assembly]:
+        varied = {each.assembly_name: each.assembly for each in self.possible_variants()}
+        return varied | self.assemblies
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
-        known = self.cases | self.base_cases
-        if name not in known:
+        if name not in self._by_case:
+            known = self.cases | self.base_cases
             raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, known)}")
-        return known[name]
+        return self._by_case[name]
+
+    def assembly(self, name: str) -> Assembly:
+        """The assembly of this name, be it a file of the study or a variant in a sweep."""
+        return self._by_assembly[name]
+
+    def possible_variants(self, *sweeps: str) -> list[Variant]:
+        """The variants of some sweeps, or of all, that can be solved."""
+        found = (self.variants[name] for name in sweeps or self.variants)
+        return [variant for each in found for variant in each if not variant.reason]
 
     def base_of_sweep(self, name: str) -> dict[str, Any]:
         """The base case of a sweep, with the joint, basis and resonance that the sweep solves."""
+        sweep, first = self.sweeps[name], self.variants[name][0]
+        case = self.case(sweep.case)
+        bolts = len(self.assembly(case.assembly).bolt_positions_mm)
+        return with_all_ratios(solved_alone(case, sweep), first.values, bolts)
+
+    def quantities(self, name: str) -> dict[str, Quantity]:
+        """What the keys that a sweep varies are called; of a table, all that may vary."""
         sweep = self.sweeps[name]
-        return solved_alone(self.case(sweep.case), sweep)
+        case = self.case(sweep.case)
+        found = keys_that_vary(case, self.assembly(case.assembly), sweep.joint)
+        return {key: found[key] for key in sweep.vary or found}
 
     def contact_conditions(self, assembly: str) -> list[dict[str, Any]]:
         """Contact and damping that the bases of an assembly are made for, each once.
@@ -65,7 +103,8 @@ class Study(Settings):
         Those of the cases that use it, or of all cases where none does.
         """
         every = [*self.cases.values(), *self.base_cases.values()]
-        own = [case for case in every if case.assembly == assembly]
+        varied = (each.case for each in self.possible_variants())
+        own = [case for case in (*every, *varied) if case.assembly == assembly]
         found: list[dict[str, Any]] = []
         for case in own or every:
             condition = {"contact": case.contact.model_dump(), "damping": case.structural_damping}
@@ -152,13 +191,24 @@ def load_study(
                 files.note(_case_file(name), [problem])
         for name, sentence in _missing_preloads(cases.values(), assemblies):
             files.note(_assembly_file(name), [(("preload_N",), sentence)])
-    designs = {}
+    designs, variants = {}, {}
     for name, sweep in sweeps.items():
         if sweep is not None and (case := cases.get(sweep.case)) is not None:
-            file = f"{SWEEP_FOLDER}/{name}.yaml"
-            problems = _conflicts_of_sweep(sweep, case, assemblies[case.assembly], settings)
+            file, assembly = f"{SWEEP_FOLDER}/{name}.yaml", assemblies[case.assembly]
+            allowed = keys_that_vary(case, assembly, sweep.joint)
+            problems = list(_conflicts_of_sweep(sweep, case, assembly, settings, allowed))
+            columns = None
+            if isinstance(sweep.design, Table):
+                columns = _read_designs(sweep.design.file, allowed, files)
+            elif not problems and not all(map(is_rescaled, sweep.vary)):
+                columns = design_columns(sweep.vary, sweep.design)
+            if assembly is not None and settings is not None and not problems:
+                conflicts = partial(_conflicts_when_solved, settings=settings)
+                found = find_variants(sweep, case, assembly, columns or {}, conflicts)
+                problems += _conflicts_of_variants(sweep, found)
+                variants[name] = tuple(found)
             files.note(file, (with_value(contents[file], *each) for each in problems))
-            designs[name] = sweep.designs or _rows_of_table(sweep, case, files)
+            designs[name] = sweep.designs or len(next(iter((columns or {0: ()}).values())))
     if settings is not None:
         problems = _conflicts_of_convergence(settings, cases.values(), assemblies)
         files.note(layers, (with_value(layers.content, *problem) for problem in problems))
@@ -170,6 +220,7 @@ def load_study(
         "assemblies": assemblies,
         "sweeps": sweeps,
         "designs": designs,
+        "variants": variants,
     }
     return Study.model_validate({**dict(settings), **found})
 
@@ -231,10 +282,23 @@ def _conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
 
 
 def _conflicts_of_sweep(
-    sweep: Sweep, case: Case, assembly: Assembly | None, settings: Settings | None
+    sweep: Sweep,
+    case: Case,
+    assembly: Assembly | None,
+    settings: Settings | None,
+    allowed: Mapping[str, Quantity],
 ) -> Problems:
     """What the base case, its assembly and the settings do not allow in a sweep."""
-    yield from conflicts_with_case(sweep, case)
+    yield from conflicts_with_case(sweep, case, allowed)
+    for path, sentence in _conflicts_when_solved(sweep, case, assembly, settings):
+        if path in (("joint",), ("basis",), ("resonance",)):
+            yield path, sentence
+
+
+def _conflicts_when_solved(
+    sweep: Sweep, case: Case, assembly: Assembly | None, settings: Settings | None
+) -> Problems:
+    """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
     content = solved_alone(case, sweep)
     try:
         found = list(_conflicts(Case.model_validate(content), assembly, settings, None))
@@ -243,22 +307,40 @@ def _conflicts_of_sweep(
     keys = {"joints": "joint", "modes": "basis", "resonance": "resonance"}
     for path, sentence in found:
         key = next((keys[part] for part in path if part in keys), None)
-        if key is not None:
-            yield (key,), sentence
+        yield path if key is None else (key,), sentence
 
 
-def _rows_of_table(sweep: Sweep, case: Case, files: StudyFiles) -> int:
-    """Number of designs in a table; none, with a problem noted, if it cannot be read."""
-    file = sweep.design.file
+def _conflicts_of_variants(sweep: Sweep, variants: Sequence[Variant]) -> Problems:
+    """More variants than can be made, or none that can."""
+    if len(variants) > MOST_JOBS:
+        yield (
+            ("vary",),
+            f"makes {len(variants)} joints of other dimensions, preloads or divisions: must make "
+            f"at most {MOST_JOBS}",
+        )
+    if all(each.reason for each in variants):
+        yield ("vary",), f"makes no possible design: {variants[0].reason}"
+    if sweep.basis.is_contact_adapted and any(
+        key.startswith(RATIOS) for each in variants for key in each.values
+    ):
+        yield (
+            ("basis",),
+            "must be free-N: a contact-adapted basis is made for preloads of one ratio",
+        )
+
+
+def _read_designs(
+    file: str, allowed: Mapping[str, Quantity], files: StudyFiles
+) -> dict[str, NDArray[np.float64]]:
+    """The designs in a table; none, with a problem noted, if it cannot be read."""
     try:
-        text = (files.folder / file).read_text(encoding="utf-8")
-        return next(iter(read_table(text, file, case).values())).size
+        return read_table((files.folder / file).read_text(encoding="utf-8"), file, allowed)
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8"
         files.problems.append(f"{file}: cannot be read: {reason}")
     except TableError as error:
         files.problems.append(str(error))
-    return 0
+    return {}
 
 
 def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:

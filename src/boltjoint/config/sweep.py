@@ -90,10 +90,10 @@ Observed = Literal["peaks", "responses", "contact-states"]
 
 
 class Sweep(Entry):
-    """Designs that vary keys of a case, solved with one joint model.
+    """Designs that vary keys of a case, its assembly or its joint, solved with one joint model.
 
-    The joint is reduced once, for the base case; each design has its regions, weighted pairs or
-    fitted elements with the coefficients and the preload of its own.
+    The joint is reduced once for all values of the contact, the preload, the force and the damping:
+    each design has its regions, weighted pairs or fitted elements with coefficients of its own.
     """
 
     description: Description = ""
@@ -101,10 +101,10 @@ class Sweep(Entry):
     case: Name
     """The base case: a file of ``cases/`` without ``.yaml``. What does not vary is as it says."""
     vary: dict[str, Values] = Field({})
-    """Keys of the base case that vary, each with its values: ``preload_N``, ``forces_N`` (one level
-    a design), ``loss_factor``, and the numbers under ``contact`` as
-    ``contact.friction_coefficient``. A list, a range or a distribution. None with
-    ``kind: table``."""
+    """Keys that vary, each with its values: a list, a range or a distribution. Of the base case as
+    ``preload_N``, ``forces_N`` (one level a design), ``contact.friction_coefficient`` or
+    ``preload_ratios[0]``, of its assembly as ``assembly.bar.lap_mm``, of the joint as
+    ``joint.regions``. None with ``kind: table``."""
     levels: Several[Positive] | None = None
     """Excitation levels at which each design is solved, in N or m/s²; by default those of the case.
     Not where they vary."""

@@ -1,30 +1,40 @@
 """Cases with other values of some keys, as the designs of a sweep are."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from boltjoint.config.case import Case
-from boltjoint.config.entries import Entry, choice, explain
+from boltjoint.config.entries import Entry, explain
 from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.sweep import MOST_DESIGNS, Sweep
+from boltjoint.config.sweep import LEVEL_KEYS, MOST_DESIGNS, Sweep
 from boltjoint.config.types import Problems
+from boltjoint.config.varied_keys import (
+    ASSEMBLY,
+    JOINT,
+    RATIOS,
+    is_rescaled,
+    key_of,
+    not_varied,
+    path_of,
+    with_value_at,
+)
 
 Array = NDArray[np.float64]
 
 
-def conflicts_with_case(sweep: Sweep, case: Case) -> Problems:
-    """Keys that the base case does not vary, and ranges that reach beyond what it allows."""
-    allowed, content = keys_that_vary(case), case.model_dump()
+def conflicts_with_case(sweep: Sweep, case: Case, allowed: Collection[str]) -> Problems:
+    """Keys that do not vary, and ranges that reach beyond what the base case allows."""
+    content = case.model_dump()
     for key, values in sweep.vary.items():
         if key not in allowed:
-            yield ("vary", key), f"is no key that varies{choice(key, allowed)}"
-        elif not isinstance(values, tuple):
+            yield ("vary", key), not_varied(key, allowed)
+        elif is_rescaled(key) and not isinstance(values, tuple):
             for value in values.extremes:
                 changed = with_values(content, {key: float(f"{value:.4g}")})
                 for sentence in refused(changed, Case):
@@ -37,46 +47,29 @@ def refused(content: Mapping[str, Any], model: type[Entry]) -> list[str]:
         model.model_validate(content)
     except ValidationError as error:
         found = explain(error, model, content)
-        return [f"{'.'.join(map(str, path))}: {sentence}" for path, sentence in found]
+        return [f"{key_of(path)}: {sentence}" for path, sentence in found]
     return []
 
 
-class Quantity(NamedTuple):
-    """What a key that varies is called in results, its unit and its meaning."""
-
-    name: str
-    unit: str
-    meaning: str
-
-
-def keys_that_vary(case: Case) -> dict[str, Quantity]:
-    """The keys of a case that a sweep may vary."""
-    level, unit = ("accelerations_m_per_s2", "m/s2") if case.is_base_excited else ("forces_N", "N")
-    return {
-        "preload_N": Quantity("preload", "N", "preload of each bolt"),
-        level: Quantity("force_level", unit, "excitation amplitude"),
-        **(
-            {"loss_factor": Quantity("loss_factor", "1", "structural loss factor")}
-            if case.damping is None
-            else {}
-        ),
-        **{
-            f"contact.{each.key}": Quantity(each.name, each.unit, _as_meaning(each.meaning))
-            for each in case.contact.declaration.keys
-        },
-    }
-
-
 def with_values(content: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
-    """The content of a case with other values of some keys, a level being the only one."""
+    """The content of a case with other values of those keys that are its own."""
     changed = {**content, "verification_forces_N": ()}
     for key, value in values.items():
-        section, _, name = key.rpartition(".")
-        if section:
-            changed[section] = {**changed[section], name: value}
-        else:
-            changed[name] = (value,) if isinstance(changed.get(name), tuple) else value
+        if key in LEVEL_KEYS:
+            changed[key] = (value,)
+        elif not key.startswith((ASSEMBLY, JOINT)):
+            changed = with_value_at(changed, path_of(key), value)
     return changed
+
+
+def with_all_ratios(
+    content: Mapping[str, Any], keys: Collection[str], bolts: int
+) -> dict[str, Any]:
+    """The content of a case with a ratio of preload for each bolt where some of these vary."""
+    ratios = content["preload_ratios"]
+    if ratios is None and any(key.startswith(RATIOS) for key in keys):
+        ratios = (1.0,) * bolts
+    return {**content, "preload_ratios": ratios}
 
 
 def solved_alone(case: Case, sweep: Sweep) -> dict[str, Any]:
@@ -84,7 +77,10 @@ def solved_alone(case: Case, sweep: Sweep) -> dict[str, Any]:
     block = {
         "resonance": sweep.resonance,
         "joints": (sweep.joint,),
-        "window_Hz": case.window_around(sweep.resonance),
+        # of another assembly the resonance may lie elsewhere
+        "window_Hz": None
+        if any(key.startswith(ASSEMBLY) for key in sweep.vary)
+        else case.window_around(sweep.resonance),
     }
     level = "accelerations_m_per_s2" if case.is_base_excited else "forces_N"
     return {
@@ -97,12 +93,15 @@ def solved_alone(case: Case, sweep: Sweep) -> dict[str, Any]:
     }
 
 
-def _as_meaning(sentence: str) -> str:
-    return sentence[0].lower() + sentence[1:].partition(". ")[0].rstrip(".")
-
-
-def read_table(text: str, file: str, case: Case) -> dict[str, Array]:
+def read_table(text: str, file: str, allowed: Collection[str]) -> dict[str, Array]:
     """Values of the keys that vary, by design, from the text of a CSV file.
+
+    Parameters
+    ----------
+    text, file
+        What the file holds, and its name.
+    allowed
+        The keys that may vary.
 
     Raises
     ------
@@ -110,12 +109,10 @@ def read_table(text: str, file: str, case: Case) -> dict[str, Array]:
         If a column is no key that varies, is missing or appears twice, or a cell is no number.
     """
     rows = list(csv.reader(text.splitlines()))
-    keys, allowed = rows[0] if rows else [], keys_that_vary(case)
+    keys = rows[0] if rows else []
     for index, key in enumerate(keys):
         if key not in allowed:
-            raise TableError(
-                f"{file}: column {as_text(key)} is no key that varies{choice(key, allowed)}"
-            )
+            raise TableError(f"{file}: column {as_text(key)} {not_varied(key, allowed)}")
         if key in keys[:index]:
             raise TableError(f"{file}: column {key} must not appear twice")
     if not keys or len(rows) < 2:

@@ -99,23 +99,23 @@ def apply_preload(
     ------
     ValueError
         If preload, tolerance or iterations are not positive, bolts and preloads are not as many, a
-        variable of the assembly is missing,
-        or the mesh is not symmetric about y = 0.
+        variable of the assembly is missing, or the mesh is not symmetric about y = 0.
     RuntimeError
         If no equilibrium is found.
     """
+    T = symmetric_displacements(assembly, tightened=True)
     bolts = assembly.sizes["bolt"]
     tension = _tension(preload, bolts)
     largest = float(tension.max())
-    T = symmetric_displacements(assembly, tightened=True)
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
     modulus = assembly["youngs_modulus"].item()
     if sentence := yield_warning(largest, _shank_area(assembly), modulus):
         logger.warning(sentence)
     force = np.zeros(T.shape[1])
-    # the work of the bolt force on the shortening of its shank
-    force[-bolts:] = tension
+    # The work of the bolt force on the shortening of its shank. All grows with the preload, so that
+    # one of 1 N has the same iterates for all: only the ratios of the bolts matter.
+    force[-bolts:] = tension / largest
 
     area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
     found = solve_contact(
@@ -128,14 +128,16 @@ def apply_preload(
         maximum_iterations=maximum_iterations,
     )
     if not found.converged:
-        # all forces grow with the preload, so that another one would not help
         raise RuntimeError(
             f"preload {largest:g} N: no equilibrium after {len(found.residual) - 1} corrections, "
             f"the largest unbalanced force is {found.residual[-1]:.1e} of the preload: choose "
             "contact.penalty_N_per_m3 of the assembly nearer to 1e15, or the material nearer to "
             "steel, since stiffnesses too far apart are lost in rounding"
         )
-    normal_load = found.force[:, 2]
+    unknown, relative, contact = (
+        largest * each for each in (found.unknown, found.relative, found.force)
+    )
+    normal_load = contact[:, 2]
     logger.info(
         "preload %s N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
         preload,
@@ -148,17 +150,17 @@ def apply_preload(
     return xr.Dataset(
         {
             "normal_load": quantity("pair", normal_load, "N", "normal load of the contact pair"),
-            "gap": quantity("pair", np.maximum(-found.relative[:, 2], 0.0), "m", "opening"),
+            "gap": quantity("pair", np.maximum(-relative[:, 2], 0.0), "m", "opening"),
             "friction_force": quantity(
-                ("pair", "plane"), found.force[:, :2], "N", "friction force on side B"
+                ("pair", "plane"), contact[:, :2], "N", "friction force on side B"
             ),
             "position": assembly["position"].variable,
             "area": assembly["area"].variable,
             "shank_shortening": quantity(
-                "bolt", found.unknown[-bolts:], "m", "shortening of the shank by tightening"
+                "bolt", unknown[-bolts:], "m", "shortening of the shank by tightening"
             ),
             "displacement": quantity(
-                ("node", "axis"), (T @ found.unknown).reshape(-1, 3), "m", "displacement"
+                ("node", "axis"), (T @ unknown).reshape(-1, 3), "m", "displacement"
             ),
             "residual": quantity(
                 "iterate", found.residual, "1", "largest unbalanced force over preload"

@@ -1,5 +1,6 @@
 """The contents of a study: its responses, and one list of all files that it makes."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -88,14 +89,19 @@ class Contents:
         self.study = study
         self._displays = tuple(displays)
         self.artefacts = tuple(dict.fromkeys([*self._data(), *self._shown(), *self._pages()]))
+        self._of_kind: defaultdict[str, list[Artefact]] = defaultdict(list)
+        for artefact in self.artefacts:
+            self._of_kind[artefact.kind].append(artefact)
 
     def select(self, *kinds: str, **which: object) -> list[Artefact]:
         """The artefacts of these kinds, or of all, and with these values of their fields."""
+        found = (
+            [each for kind in kinds for each in self._of_kind[kind]] if kinds else self.artefacts
+        )
         return [
             artefact
-            for artefact in self.artefacts
-            if (not kinds or artefact.kind in kinds)
-            and all(getattr(artefact, name) == value for name, value in which.items())
+            for artefact in found
+            if all(getattr(artefact, name) == value for name, value in which.items())
         ]
 
     def files(self, *kinds: str, **which: object) -> list[str]:
@@ -248,23 +254,33 @@ class Contents:
 
     def _data_of_sweep(self, name: str) -> Iterator[Artefact]:
         sweep = self.study.sweeps[name]
-        assembly = self.study.case(sweep.case).assembly
-        yield Artefact("modes", assembly=assembly, basis=sweep.basis)
-        if sweep.basis.is_contact_adapted:
-            yield Artefact("pod_modes", assembly=assembly)
-        for joint in self.joints_of_sweep(name):
-            yield Artefact("joint", case=sweep.case, basis=sweep.basis, joint=joint)
-            if joint.reduction is not None:
-                which = {"case": sweep.case, "basis": sweep.basis, "joint": joint}
-                yield Artefact("fit_timing", **which)
+        for variant in self.study.possible_variants(name):
+            of_assembly = {"assembly": variant.assembly_name}
+            yield Artefact("assembly", **of_assembly)
+            yield Artefact("modes", basis=sweep.basis, **of_assembly)
+            if sweep.basis.is_contact_adapted:
+                yield Artefact("pod_modes", **of_assembly)
+            yield Artefact("preload", preload_N=variant.case.preload, **of_assembly)
+            for joint in with_regions([REFERENCE[0], variant.joint]):
+                which = {"case": variant.case_name, "basis": sweep.basis, "joint": joint}
+                yield Artefact("joint", **which)
+                if joint.reduction is not None:
+                    yield Artefact("fit_timing", **which)
         yield Artefact("designs", sweep=name)
         for chunk in range(self.chunks(name)):
             yield Artefact("chunk", sweep=name, chunk=chunk)
         yield Artefact("sweep", sweep=name)
 
-    def joints_of_sweep(self, name: str) -> list[JointName]:
-        """The joint of a sweep, after those that it is reduced from."""
-        return with_regions([REFERENCE[0], self.study.sweeps[name].joint])
+    def joints_of_sweep(self, name: str) -> list[list[str]]:
+        """Files of the joints of each variant of a sweep: node to node, and reduced from it."""
+        basis = self.study.sweeps[name].basis
+        return [
+            [
+                layout.path("joint", case=variant.case_name, basis=basis, joint=joint)
+                for joint in with_regions([REFERENCE[0], variant.joint])
+            ]
+            for variant in self.study.possible_variants(name)
+        ]
 
     def chunks(self, sweep: str) -> int:
         """Number of jobs that solve the designs of a sweep."""

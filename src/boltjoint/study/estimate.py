@@ -67,6 +67,8 @@ _PER_INTEGRATION = 0.03
 _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
 #: of a design at a level, and of each element in each vector [s]
 _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
+#: of the joints of a variant: node to node, divided and reduced [s]
+_PER_JOINT = 12.0
 #: of the list of designs, with their values and what is wrong with them [byte]
 _PER_ROW = 1000
 #: more than any machine can count: sizes beyond it would overflow
@@ -100,6 +102,9 @@ class Estimate:
         Frequency responses.
     designs
         Designs of sweeps.
+    meshes, tightenings, joints
+        Of sweeps: assemblies that are meshed, rows of bolts that are tightened, and joints that are
+        made.
     """
 
     memory: float
@@ -108,6 +113,9 @@ class Estimate:
     seconds: float
     responses: int
     designs: int
+    meshes: int
+    tightenings: int
+    joints: int
 
 
 class _Job(NamedTuple):
@@ -155,7 +163,7 @@ def mesh_size(assembly: Assembly) -> MeshSize:
 
 def estimate(study: Study) -> Estimate:
     """What a study needs: memory of its largest job, and time of all jobs."""
-    jobs = list(_jobs(Contents(study)))
+    jobs, variants = list(_jobs(Contents(study))), study.possible_variants()
     largest = max(jobs, key=lambda job: job.memory)
     return Estimate(
         memory=largest.memory,
@@ -164,6 +172,9 @@ def estimate(study: Study) -> Estimate:
         seconds=sum(job.seconds for job in jobs),
         responses=sum(len(case.responses) for case in study.cases.values()),
         designs=sum(study.designs.values()),
+        meshes=len({each.assembly_name for each in variants}),
+        tightenings=len({(each.assembly_name, each.case.preload) for each in variants}),
+        joints=len({(each.case_name, each.joint) for each in variants}),
     )
 
 
@@ -193,8 +204,13 @@ def summary(needed: Estimate, memory: float, cores: int) -> str:
     solved = f"{needed.responses} frequency responses"
     if needed.designs:
         solved += f" and {needed.designs} designs"
+        if needed.joints > 1:
+            solved += (
+                f" with {needed.joints} joints ({needed.meshes} meshes, "
+                f"{needed.tightenings} tightenings of bolts)"
+            )
     return (
-        f"Estimate: {solved} in some {time} on {cores} cores if "
+        f"Estimate: {solved} in some {time} on {cores} core{'s'[: cores - 1]} if "
         f"nothing of it is there yet; up to {needed.memory / _GIB:.2g} GiB of memory a job "
         f"({needed.job}), of {memory / _GIB:.3g} GiB"
     )
@@ -243,7 +259,8 @@ class Resources:
 
 
 def _jobs(contents: Contents) -> Iterator[_Job]:
-    for name in contents.study.assemblies:
+    varied = (each.assembly_name for each in contents.study.possible_variants())
+    for name in dict.fromkeys([*contents.study.assemblies, *varied]):
         yield from _of_assembly(contents, name)
     for name in contents.study.cases:
         yield from _of_case(contents, name)
@@ -254,7 +271,7 @@ def _jobs(contents: Contents) -> Iterator[_Job]:
 def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the finite elements."""
     study = contents.study
-    size, key = mesh_size(study.assemblies[name]), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
+    size, key = mesh_size(study.assembly(name)), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
     nodes = min(size.nodes, _COUNTLESS)
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill
@@ -291,7 +308,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the joints."""
     study = contents.study
     case, solver = study.cases[name], study.solver
-    pairs = min(study.assemblies[case.assembly].contact_pairs, _COUNTLESS)
+    pairs = min(study.assembly(case.assembly).contact_pairs, _COUNTLESS)
     harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.time_samples))
     law = case.contact.declaration
     directions, components = len(law.directions), law.components_of(harmonics)
@@ -321,18 +338,19 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
 
 
 def _of_sweep(contents: Contents, name: str) -> Iterator[_Job]:
-    """Jobs on the designs of a sweep."""
+    """Jobs on the joints and the designs of a sweep."""
     study = contents.study
-    sweep, designs = study.sweeps[name], study.designs[name]
+    sweep, designs, variants = study.sweeps[name], study.designs[name], study.variants[name]
+    key = f"{SWEEP_FOLDER}/{name}.yaml: design"
+    joints = {(each.case_name, each.joint) for each in variants}
+    yield _Job("joints", name, _PROCESS, _PER_JOINT * len(joints), key, "to reduce a joint")
     case = study.case(sweep.case)
-    pairs = study.assemblies[case.assembly].contact_pairs
     levels = 1 if LEVEL_KEYS & set(sweep.vary) else len(sweep.levels or case.levels)
-    elements = _elements(sweep.joint, pairs)
+    elements = max(_elements(each.joint, each.assembly.contact_pairs) for each in variants)
     vectors = min(sweep.basis.most, study.contact_adapted_basis.maximum_vectors)
     states = elements if "contact-states" in sweep.observe else 0
     stored = levels * (_NUMBER * (4 + (sweep.observed["frequencies"] or 0)) + states)
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
-    key = f"{SWEEP_FOLDER}/{name}.yaml: design"
     chunk = min(sweep.designs_per_job, designs)
     memory = _SOLVER + 2 * chunk * stored + _PER_ROW * designs
     does = f"to solve designs of {name}"

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.config.case import Case
-from boltjoint.config.varied_case import keys_that_vary, with_values
+from boltjoint.config.varied_case import with_values
+from boltjoint.config.varied_keys import is_rescaled, rescaled_keys
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.common_grid import amplitude_on_grid
 from boltjoint.dynamics.frequency_response import branch_solver
@@ -123,7 +124,7 @@ class SweptJoint:
 
 
 def solve_designs(
-    problem: SweptJoint,
+    variants: Sequence[SweptJoint],
     designs: xr.Dataset,
     chunk: range,
     threads: int = 1,
@@ -135,8 +136,8 @@ def solve_designs(
 
     Parameters
     ----------
-    problem
-        The joint with its base case.
+    variants
+        The joints with their base cases, by the number of ``variant`` in ``designs``.
     designs
         All designs of the sweep (``list_designs``): their responses have one grid of frequencies,
         over a window that suits them all.
@@ -157,10 +158,12 @@ def solve_designs(
     """
     checks.instance("designs", designs, xr.Dataset)
     values, impossible = values_of(designs), designs["reason"].to_numpy()
-    window = None if frequencies is None else _common_window(problem, designs)
+    joint_of = designs["variant"].to_numpy()
+    window = None if frequencies is None else _common_window(variants, designs)
     grid = None if window is None else np.linspace(*window, frequencies)
-    levels = 1 if "force_level" in designs else len(problem.base.levels)
-    found = _Observed(len(chunk), levels, grid, problem.elements if states else None)
+    levels = 1 if "force_level" in designs else len(variants[0].base.levels)
+    elements = max(each.elements for each in variants)
+    found = _Observed(len(chunk), levels, grid, elements if states else None)
     begun = said = time.monotonic()
 
     def solve(place: int, row: int) -> None:
@@ -168,7 +171,7 @@ def solve_designs(
             found.reason[place] = impossible[row]
             return
         try:
-            found.add(place, *problem.solve(values[row], window))
+            found.add(place, *variants[joint_of[row]].solve(values[row], window))
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
             found.reason[place] = str(error)
 
@@ -213,8 +216,8 @@ def gather_sweep(
     if "force_level" in names:
         whole = whole.squeeze("force")
     else:
-        level = next(each for each in keys_that_vary(base).values() if each.name == "force_level")
-        levels = quantity("force", list(base.levels), *level[1:])
+        level = next(each for each in rescaled_keys(base).values() if each.name == "force_level")
+        levels = quantity("force", list(base.levels), level.unit, level.meaning)
         whole = whole.assign_coords(force_level=levels)
     values = {name: designs[name].variable for name in names}
     return _on_grid(whole, values, list(grid.values())) if grid else whole.assign_coords(values)
@@ -244,15 +247,20 @@ def _on_grid(whole: xr.Dataset, values: Mapping[str, xr.Variable], sizes: list[i
     )
 
 
-def _common_window(problem: SweptJoint, designs: xr.Dataset) -> tuple[float, float]:
+def _common_window(variants: Sequence[SweptJoint], designs: xr.Dataset) -> tuple[float, float]:
     """Frequencies that hold the resonance of all designs [Hz]: it rises with each stiffness."""
     possible = designs.isel(design=np.flatnonzero(designs["reason"] == ""))
-    stiffest = {
-        possible[name].attrs["key"]: float(possible[name].max())
-        for name in varied(designs)
-        if possible[name].attrs["units"] == "N/m" and possible.sizes["design"]
-    }
-    return problem.window(stiffest)
+    windows = []
+    for number in np.unique(possible["variant"]):
+        own = possible.isel(design=np.flatnonzero(possible["variant"] == number))
+        stiffest = {
+            own[name].attrs["key"]: float(own[name].max())
+            for name in varied(designs)
+            if is_rescaled(own[name].attrs["key"]) and own[name].attrs["units"] == "N/m"
+        }
+        windows.append(variants[number].window(stiffest))
+    lows, highs = zip(*windows, strict=True)
+    return min(lows), max(highs)
 
 
 class _Observed:
@@ -278,7 +286,8 @@ class _Observed:
                 self.peak[place, level] = branch.frequency[at], branch.amplitude[at]
                 if self.state is not None:
                     motion = ModalContact(joint).motion(branch.modal_coordinate[at])
-                    self.state[place, level] = joint.law.contact_state(motion)
+                    found = joint.law.contact_state(motion)
+                    self.state[place, level, : found.size] = found
             if self.grid is not None:
                 along = branch.frequency, branch.amplitude
                 self.response[place, level] = amplitude_on_grid(*along, self.grid)
