@@ -1,4 +1,4 @@
-"""Tables of sweeps: statistics of the peaks of all designs, and what they are sensitive to."""
+"""Tables of sweeps: statistics of the peaks of all designs, and how these depend on the keys."""
 
 from collections.abc import Iterator
 
@@ -16,6 +16,8 @@ _SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 #: confidence level of the intervals of indices, and repetitions of the sample they are found from
 _CONFIDENCE, _RESAMPLES = 0.95, 499
 _ORDERS = ("first_order", "total")
+#: share of the designs at each end of a key, and half width of an interval of 95 % over the error
+_END, _HALF_WIDTH = 0.1, 1.96
 
 
 def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
@@ -34,9 +36,9 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
         Saltelli design only its two samples count, which have the distributions of the keys.
     """
     rows = []
+    count = drawn_designs(sweep)
     for name, level, values in _levels(sweep):
-        samples = sweep.attrs.get("saltelli_samples")
-        values = values if samples is None else values[: 2 * samples]
+        values = values[:count]
         known = values[np.isfinite(values)]
         row = {"observed": name, **level, "designs": values.size, "with_peak": known.size}
         quantiles = dict.fromkeys(_SHARES, np.nan)
@@ -46,6 +48,78 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
             mean, deviation = known.mean(), known.std()
         rows.append(row | {"mean": mean, "standard_deviation": deviation} | quantiles)
     return pd.DataFrame(rows)
+
+
+def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
+    """Means of the peaks at the low and the high end of each key, whatever the others are.
+
+    The low end of a key is the tenth of the designs with its lowest values, the high end that with
+    its highest; designs of equal values stay together. Where most designs share a value, the ends
+    are its lowest and its highest value alone. In all designs but tables the keys vary
+    independently of each other, so these are conditional means: what the others do cancels, but
+    for the error of the sample.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+
+    Returns
+    -------
+    DataFrame
+        A row for each observed quantity, level and key that varies: mean over all designs that have
+        a peak, and of each end the value of the key that bounds it, the number of designs, their
+        mean, and the half width of its interval of 95 % if they were drawn at random. A grid is not
+        drawn: its half widths are zero. Of a Saltelli design only its two samples count.
+    """
+    count, drawn = drawn_designs(sweep), "design" in sweep.dims
+    keys = values_of_keys(sweep)
+    rows = []
+    for name, level, values in _levels(sweep):
+        values = values[:count]
+        known = np.isfinite(values)
+        mean = values[known].mean() if known.any() else np.nan
+        for key, of_key in keys.items():
+            row = {"observed": name, **level, "key": key, "unit": sweep[key].attrs["units"]}
+            row["mean"] = mean
+            for end, (bound, inside) in _ends(of_key.to_numpy()[:count]).items():
+                at_end = values[inside & known]
+                told = {"designs": at_end.size, "mean": np.nan, "half_width": np.nan}
+                if at_end.size:
+                    told["mean"] = at_end.mean()
+                if at_end.size > 1 or not drawn:
+                    error = np.std(at_end, ddof=1) / np.sqrt(at_end.size) if drawn else 0.0
+                    told["half_width"] = _HALF_WIDTH * error
+                row |= {f"{end}_{of}": value for of, value in ({"bound": bound} | told).items()}
+            rows.append(row)
+    return pd.DataFrame(rows, columns=[*rows[0]] if rows else ["observed", "key"])
+
+
+def drawn_designs(sweep: xr.Dataset) -> int:
+    """Number of designs, from the first, that have the distributions of the keys."""
+    samples = sweep.attrs.get("saltelli_samples")
+    return sweep["reason"].size if samples is None else 2 * int(samples)
+
+
+def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Values of each key that varies, one design after another; none that has one value only."""
+    found = {}
+    for name in varied(sweep):
+        whole, _ = xr.broadcast(sweep[name], sweep["reason"])
+        # in the order in which the peaks are, whichever dimension the key has
+        values = whole.transpose(*sweep["reason"].dims).to_numpy().ravel()
+        if values.size and np.ptp(values) > 0:
+            found[name] = xr.DataArray(values, dims="design", attrs=sweep[name].attrs)
+    return found
+
+
+def _ends(values: NDArray[np.float64]) -> dict[str, tuple[float, NDArray[np.bool_]]]:
+    """Bound of the low and of the high end of a key, and which designs lie there."""
+    low = np.quantile(values, _END, method="inverted_cdf")
+    high = -np.quantile(-values, _END, method="inverted_cdf")
+    if low >= high:
+        low, high = values.min(), values.max()
+    return {"low": (float(low), values <= low), "high": (float(high), values >= high)}
 
 
 def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
