@@ -19,7 +19,7 @@ from boltjoint.report.figures.style import (
     level_colours,
 )
 from boltjoint.study.tables.html import number
-from boltjoint.study.tables.sweeps import values_of_keys
+from boltjoint.study.tables.sweeps import response_quantiles, values_of_keys
 
 Array = NDArray[np.float64]
 
@@ -46,16 +46,18 @@ def plot_bands(sweep: xr.Dataset) -> Figure:
     figure = Figure(figsize=(8, 4.8), layout="constrained")
     axes = figure.subplots()
     frequency = sweep["frequency"].to_numpy()
-    levels = list(_levels(sweep, "response_amplitude"))
-    for (level, values), colour in zip(levels, level_colours(len(levels)), strict=True):
-        known = values[np.isfinite(values).any(axis=1)] * MM
-        if not known.size:
+    shares = [share for band in _BANDS for share in band]
+    quantiles = response_quantiles(sweep, [0.5, *shares]) * MM
+    levels = _level_words(sweep)
+    for level, (median, *ends), colour in zip(
+        levels, quantiles, level_colours(len(levels)), strict=True
+    ):
+        if np.isnan(median).all():
             continue
-        for place, (low, high) in enumerate(_BANDS):
-            ends = np.nanquantile(known, [low, high], axis=0)
+        for place in range(len(_BANDS)):
             style = {"color": colour, "alpha": 0.2 + 0.2 * place, "linewidth": 0}
-            axes.fill_between(frequency, *ends, **style)
-        axes.plot(frequency, np.nanmedian(known, axis=0), color=colour, label=level)
+            axes.fill_between(frequency, *ends[2 * place : 2 * place + 2], **style)
+        axes.plot(frequency, median, color=colour, label=level)
     axes.set_yscale("log")
     label_decades(axes)
     axes.set(xlabel="frequency (Hz)", ylabel="response amplitude (mm)")
@@ -206,21 +208,20 @@ def plot_sensitivity(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def _levels(sweep: xr.Dataset, name: str) -> Iterator[tuple[str | None, Array]]:
-    """Levels by their words, and values of all designs at each, (designs, ...)."""
-    values = sweep[name]
-    last = [dim for dim in values.dims if dim == "frequency"]
-    if "force" not in values.dims:
-        yield None, _by_design(values, last)
-        return
+def _level_words(sweep: xr.Dataset) -> list[str | None]:
+    """Levels by their words; None for that of a sweep over levels."""
+    if "force" not in sweep.dims:
+        return [None]
     unit = sweep["force_level"].attrs["units"].replace("m/s2", "m/s²")
-    for place, level in enumerate(sweep["force_level"].to_numpy()):
-        yield f"{level:g} {unit}", _by_design(values.isel(force=place), last)
+    return [f"{level:g} {unit}" for level in sweep["force_level"].to_numpy()]
 
 
-def _by_design(values: xr.DataArray, last: list[str]) -> Array:
-    found = values.to_numpy()
-    return found.reshape(-1, found.shape[-1]) if last else found.ravel()
+def _levels(sweep: xr.Dataset, name: str) -> Iterator[tuple[str | None, Array]]:
+    """Levels by their words, and values of all designs at each."""
+    values = sweep[name]
+    for place, words in enumerate(_level_words(sweep)):
+        at_level = values if words is None else values.isel(force=place)
+        yield words, at_level.to_numpy().ravel()
 
 
 def _with_unit(name: str, unit: str) -> str:

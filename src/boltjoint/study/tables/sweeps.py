@@ -1,6 +1,6 @@
 """Tables of sweeps: statistics of the peaks of all designs, and how these depend on the keys."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
@@ -110,6 +110,24 @@ def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
         values = whole.transpose(*sweep["reason"].dims).to_numpy().ravel()
         if values.size and np.ptp(values) > 0:
             found[name] = xr.DataArray(values, dims="design", attrs=sweep[name].attrs)
+    return found
+
+
+def response_quantiles(sweep: xr.Dataset, shares: Sequence[float]) -> NDArray[np.float64]:
+    """Response amplitudes [m] below which shares of the designs lie, (levels, shares, frequency).
+
+    Designs without a response do not count; where levels vary, all are one level.
+    """
+    amplitude = sweep["response_amplitude"]
+    if "force" not in amplitude.dims:
+        amplitude = amplitude.expand_dims("force")
+    amplitude = amplitude.transpose("force", ..., "frequency").to_numpy()
+    found = np.full((len(amplitude), len(shares), amplitude.shape[-1]), np.nan)
+    for level, values in enumerate(amplitude):
+        rows = values.reshape(-1, values.shape[-1])
+        known = rows[np.isfinite(rows).any(axis=1)]
+        if known.size:
+            found[level] = np.nanquantile(known, shares, axis=0)
     return found
 
 
