@@ -89,6 +89,7 @@ function chooseDesign(event) {
 
 function fillChoice(id, from, name, redraw) {
   const select = element(id);
+  if (!select) return;
   from.forEach((axis) => select.add(new Option(axis.title, axis.number)));
   if (state[name]) select.value = state[name].number;
   select.addEventListener("change", () => {

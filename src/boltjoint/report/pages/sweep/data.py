@@ -89,6 +89,11 @@ class SweepData:
         return np.random.default_rng(0).permutation(count)[: self.limits.designs]
 
     @cached_property
+    def keys(self) -> dict[str, xr.DataArray]:
+        """Values of the keys that vary, of all designs."""
+        return values_of_keys(self.sweep)
+
+    @cached_property
     def levels(self) -> list[float]:
         """Excitation levels that each design is solved at; none where they vary."""
         if "force" not in self.sweep.dims:
@@ -127,19 +132,17 @@ class SweepData:
 
     def packed(self) -> dict[str, object]:
         """All that the page draws, as JSON can hold it."""
-        keys = values_of_keys(self.sweep)
-        unit = self.sweep["force_level"].attrs["units"] if self.levels else ""
         return {
             "colours": _colours(),
             "designs": _pack(self.designs, "<i4"),
             "lines": self.lines,
-            "keys": [_key(name, each, self.designs) for name, each in keys.items()],
+            "keys": [_key(name, each, self.designs) for name, each in self.keys.items()],
             "peaks": [
                 {"words": words, "unit": unit, "log": log, "values": _pack(factor * found)}
                 for name, words, unit, factor, log in _PEAKS.values()
                 for found in [by_level(self.sweep, name)[:, self.designs]]
             ],
-            "levels": [f"{level:g} {unit.replace('m/s2', 'm/s²')}" for level in self.levels],
+            "levels": [f"{level:g} {self.unit_of_level}" for level in self.levels],
             "responses": self._responses() if self.has_responses else None,
             "indices": self._indices(),
         }

@@ -61,6 +61,7 @@ function means(places, first, second) {
 }
 
 function drawHeatMap(places) {
+  if (!document.getElementById("heat-map")) return null;
   const wanted = Math.max(4, Math.min(20, Math.round(Math.sqrt(count / 12))));
   const first = cells(state.first, { cells: wanted });
   const second = cells(state.second, { cells: wanted });

@@ -84,10 +84,12 @@ function drawResponses(places) {
   const amplitude = { title: "response amplitude (mm)", log: true };
   const frequency = { title: "frequency (Hz)", log: false };
   const range = extent(family.frequency);
+  const size = family.designs * family.frequency.length;
+  const ofLevel = family.amplitude.subarray(state.level * size, (state.level + 1) * size);
   const changes = {
     height: 460,
     xaxis: axisLayout(frequency, range, { range }),
-    yaxis: axisLayout(amplitude, extent(family.amplitude)),
+    yaxis: axisLayout(amplitude, extent(ofLevel)),
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     margin: { l: 70, r: 20, t: 50, b: 55 },
     uirevision: "responses",

@@ -80,10 +80,11 @@ function withUnit(axis, text) {
   return axis.unit ? `${text} ${axis.unit}` : text;
 }
 
-// on a logarithmic axis, the places of its labels: 1, 2 and 5 of each decade, or decades of many
+// on a logarithmic axis, the places of its labels: the more, the fewer decades it has
 function decadeTicks(low, high) {
   const ticks = [];
-  const steps = high / low > 2e3 ? [1] : high / low > 5 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8];
+  const ratio = high / low;
+  const steps = ratio > 2e3 ? [1] : ratio > 30 ? [1, 2, 5] : [1, 1.5, 2, 3, 5, 7];
   for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); power++) {
     for (const step of steps) {
       const tick = step * 10 ** power;
