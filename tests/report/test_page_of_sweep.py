@@ -125,12 +125,14 @@ def test_of_many_designs_a_subset_is_drawn_and_told():
 
 
 def test_a_page_stays_small_whatever_is_observed():
-    limits = DEFAULT_LIMITS
-    keys, levels = 10, 20
-    values = limits.amplitudes + 5 * levels * limits.frequencies
-    values += limits.designs * (keys + 2 * levels + 1)
+    limits, levels = DEFAULT_LIMITS, 20
+    values = limits.numbers + limits.amplitudes + 5 * levels * limits.frequencies
     # four bytes are 16/3 letters; beside them the page has 5 MB of plotly.js
-    assert values * 16 / 3 < 7e6
+    assert values * 16 / 3 < 5e6
+    content = content_of("grid")
+    few = SweepData(content, limits=replace(limits, numbers=200, amplitudes=1000))
+    # three keys, two peaks at three levels and the number of the design
+    assert (few.designs.size, few.responses) == (20, 8)
 
 
 def test_indices_have_their_level_and_peak():

@@ -5,7 +5,7 @@ from urllib.parse import unquote
 
 import pytest
 from browsing import errors, wait_for
-from small_study import CASES, run
+from small_study import CASES, SWEEPS, run
 
 pytestmark = pytest.mark.report
 
@@ -134,6 +134,20 @@ def test_links_of_pages_lead_somewhere(finished):
             assert not file or (folder / file).exists(), (name, link)
             if anchor:
                 assert f' id="{anchor}"' in texts[file or name], (name, link)
+
+
+def test_the_page_of_a_case_leads_to_those_of_its_sweeps_and_back(browser, report, finished):
+    browser.get((finished / "results/report/small.html").as_uri())
+    for name in SWEEPS:
+        address = f'a[href="../sweeps/{name}/explore.html"]'
+        opened = browser.find_element("css selector", address).get_attribute("href")
+        browser.get(opened)
+        wait_for(browser, lambda: browser.execute_script("return document.body.dataset.ready"))
+        assert browser.find_element("tag name", "h1").text == name
+        named(browser, "small").click()
+        wait_for(browser, lambda: browser.current_url.endswith("report/small.html#sweeps"))
+        assert browser.find_element("id", "sweeps").is_displayed()
+    assert errors(browser) == []
 
 
 def test_every_figure_and_table_is_on_a_page(finished):

@@ -41,20 +41,23 @@ class Limits:
     ----------
     designs
         Designs with their keys and peaks, from which means are found.
+    numbers
+        Keys and peaks of all these designs together: four bytes each, which are 16/3 letters.
     lines
         Designs in the parallel coordinates.
     responses
         Designs with responses: browsers draw some hundred without delay.
     amplitudes
-        Amplitudes of all these responses together: with four bytes each, text in the file.
+        Amplitudes of all these responses together.
     frequencies
         Frequencies of these responses.
     """
 
     designs: int = 10_000
+    numbers: int = 300_000
     lines: int = 2_000
     responses: int = 300
-    amplitudes: int = 600_000
+    amplitudes: int = 500_000
     frequencies: int = 1_000
 
 
@@ -85,8 +88,9 @@ class SweepData:
 
         They are in random order, so that the first are spread over all.
         """
-        count = drawn_designs(self.sweep)
-        return np.random.default_rng(0).permutation(count)[: self.limits.designs]
+        each = 1 + len(self.keys) + len(_PEAKS) * max(1, len(self.levels))
+        most = min(self.limits.designs, max(1, self.limits.numbers // each))
+        return np.random.default_rng(0).permutation(drawn_designs(self.sweep))[:most]
 
     @cached_property
     def keys(self) -> dict[str, xr.DataArray]:

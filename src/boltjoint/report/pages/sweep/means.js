@@ -139,6 +139,7 @@ function drawSlices(places) {
       mode: "markers",
       marker: { size: 12, color: "rgba(0,0,0,0)", line: { color: "#c0392b", width: 2.5 } },
       name: `design ${designs[state.design]}`,
+      showlegend: false,
       hoverinfo: "skip",
     });
   }
@@ -147,7 +148,7 @@ function drawSlices(places) {
     xaxis: axisLayout(state.first, ends(state.first)),
     yaxis: axisLayout(state.peak, ends(state.peak)),
     legend: { title: { text: state.second.title, font }, orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
-    margin: { l: 70, r: 20, t: 80, b: 55 },
+    margin: { l: 70, r: 20, t: 95, b: 55 },
   };
   return Plotly.react("slices", traces, layout(changes), settings);
 }

@@ -16,7 +16,7 @@ function dimension(axis, places) {
   const room = high > low ? 0 : Math.abs(high) * 0.01 || 1;
   const found = {
     name: String(axis.number),
-    label: axis.title,
+    label: axis.title.replace(" ", "<br>"),
     values: values.map((value) => toAxis(axis, value)),
     range: [toAxis(axis, low) - room, toAxis(axis, high) + room],
   };
@@ -54,7 +54,7 @@ function drawParallel() {
     tickfont: { ...font, size: 12 },
     rangefont: { ...font, size: 1, color: "rgba(0,0,0,0)" },
   };
-  const changes = { height: 430, margin: { l: 90, r: 60, t: 60, b: 30 } };
+  const changes = { height: 450, margin: { l: 90, r: 60, t: 80, b: 30 } };
   return Plotly.react("parallel", [trace], layout(changes), still);
 }
 
