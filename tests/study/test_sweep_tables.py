@@ -175,6 +175,21 @@ def test_extremes_count_designs_with_a_peak_of_the_two_samples_of_saltelli(sweep
     assert table.loc[("peak_mm", 10, "x0"), "high_mean"] == pytest.approx(2.7 * np.pi, abs=0.05)
 
 
+def test_designs_without_any_peak_have_no_part_in_the_ends():
+    sides = np.linspace(0, 1, 4), np.linspace(0, 1, 3)
+    x = np.meshgrid(*sides, indexing="ij")
+    grid = of_peaks(("x0", "x1"), [("x0", sides[0]), ("x1", sides[1])], x)
+    for name in ("peak_frequency", "peak_amplitude"):
+        grid[name][{"x0": 0}] = np.nan
+    row = extremes_of(grid, "peak_frequency_Hz", "x0")
+    assert (row["low_bound"], row["low_designs"]) == (pytest.approx(1 / 3), 3)
+    assert row["low_mean"] == pytest.approx(70 + 4 / 3)
+    nothing = grid.assign(
+        {name: grid[name] * np.nan for name in ("peak_frequency", "peak_amplitude")}
+    )
+    assert tabulate_extremes(nothing).empty
+
+
 def test_what_has_one_value_only_has_no_extremes():
     x = np.ones((2, 3))
     table = tabulate_extremes(of_peaks("design", [("design", x[0]), ("design", x[1])], x))

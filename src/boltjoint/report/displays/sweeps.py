@@ -44,7 +44,8 @@ _OF_SWEEP = {
 _ENDS = (
     "Mean peak of the tenth of the designs with the lowest values of a key (≤) and of that with "
     "the highest (≥), whatever their other keys are: these vary independently of it in all designs "
-    "but tables. Where most designs share a value, the ends are the lowest and the highest value."
+    "but tables. Designs without any peak do not count. Where most designs share a value, the ends "
+    "are the lowest and the highest value."
 )
 
 

@@ -54,10 +54,10 @@ def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
     """Means of the peaks at the low and the high end of each key, whatever the others are.
 
     The low end of a key is the tenth of the designs with its lowest values, the high end that with
-    its highest; designs of equal values stay together. Where most designs share a value, the ends
-    are its lowest and its highest value alone. In all designs but tables the keys vary
-    independently of each other, so these are conditional means: what the others do cancels, but
-    for the error of the sample.
+    its highest; designs of equal values stay together, and those without any peak do not count.
+    Where most designs share a value, the ends are its lowest and its highest value alone. In all
+    designs but tables the keys vary independently of each other, so these are conditional means:
+    what the others do cancels, but for the error of the sample.
 
     Parameters
     ----------
@@ -73,24 +73,23 @@ def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
         drawn: its half widths are zero. Of a Saltelli design only its two samples count.
     """
     count, drawn = drawn_designs(sweep), "design" in sweep.dims
-    keys = values_of_keys(sweep)
+    peaks = [(name, level, values[:count]) for name, level, values in _levels(sweep)]
+    solved = np.any([np.isfinite(values) for _, _, values in peaks], axis=0)
+    ends = {
+        key: _ends(of_key.to_numpy()[:count], solved)
+        for key, of_key in values_of_keys(sweep).items()
+        if solved.any()
+    }
     rows = []
-    for name, level, values in _levels(sweep):
-        values = values[:count]
-        known = np.isfinite(values)
-        mean = values[known].mean() if known.any() else np.nan
-        for key, of_key in keys.items():
+    for name, level, values in peaks:
+        known = values[np.isfinite(values)]
+        mean = known.mean() if known.size else np.nan
+        for key, ends_of_key in ends.items():
             row = {"observed": name, **level, "key": key, "unit": sweep[key].attrs["units"]}
             row["mean"] = mean
-            for end, (bound, inside) in _ends(of_key.to_numpy()[:count]).items():
-                at_end = values[inside & known]
-                told = {"designs": at_end.size, "mean": np.nan, "half_width": np.nan}
-                if at_end.size:
-                    told["mean"] = at_end.mean()
-                if at_end.size > 1 or not drawn:
-                    error = np.std(at_end, ddof=1) / np.sqrt(at_end.size) if drawn else 0.0
-                    told["half_width"] = _HALF_WIDTH * error
-                row |= {f"{end}_{of}": value for of, value in ({"bound": bound} | told).items()}
+            for end, (bound, inside) in ends_of_key.items():
+                told = {"bound": bound} | _mean_with_interval(values[inside], drawn)
+                row |= {f"{end}_{of}": value for of, value in told.items()}
             rows.append(row)
     return pd.DataFrame(rows, columns=[*rows[0]] if rows else ["observed", "key"])
 
@@ -131,13 +130,30 @@ def response_quantiles(sweep: xr.Dataset, shares: Sequence[float]) -> NDArray[np
     return found
 
 
-def _ends(values: NDArray[np.float64]) -> dict[str, tuple[float, NDArray[np.bool_]]]:
-    """Bound of the low and of the high end of a key, and which designs lie there."""
-    low = np.quantile(values, _END, method="inverted_cdf")
-    high = -np.quantile(-values, _END, method="inverted_cdf")
+def _ends(
+    values: NDArray[np.float64], solved: NDArray[np.bool_]
+) -> dict[str, tuple[float, NDArray[np.bool_]]]:
+    """Bound of the low and of the high end of a key, and which of all designs lie there."""
+    counted = values[solved]
+    low = np.quantile(counted, _END, method="inverted_cdf")
+    high = -np.quantile(-counted, _END, method="inverted_cdf")
     if low >= high:
-        low, high = values.min(), values.max()
-    return {"low": (float(low), values <= low), "high": (float(high), values >= high)}
+        low, high = counted.min(), counted.max()
+    return {
+        "low": (float(low), solved & (values <= low)),
+        "high": (float(high), solved & (values >= high)),
+    }
+
+
+def _mean_with_interval(values: NDArray[np.float64], drawn: bool) -> dict[str, float]:
+    """Number of designs with a peak, their mean, and half width of its interval."""
+    known = values[np.isfinite(values)]
+    mean = known.mean() if known.size else np.nan
+    if drawn:
+        error = known.std(ddof=1) / np.sqrt(known.size) if known.size > 1 else np.nan
+    else:
+        error = 0.0
+    return {"designs": known.size, "mean": mean, "half_width": _HALF_WIDTH * error}
 
 
 def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
