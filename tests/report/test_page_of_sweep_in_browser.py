@@ -34,6 +34,20 @@ def page(browser, address):
     assert errors(browser) == []
 
 
+def test_a_page_without_any_peak_opens(browser, tmp_path):
+    content = content_of("latin-hypercube", 6, failed=6)
+    for name in ("peak_frequency", "peak_amplitude", "response_amplitude"):
+        content[name] *= float("nan")
+    path = tmp_path / "explore.html"
+    path.write_text(sweep_page("swept", sweep_of("latin-hypercube"), content), encoding="utf-8")
+    errors(browser)
+    browser.get(path.as_uri())
+    wait_for(browser, lambda: browser.execute_script("return document.body.dataset.ready"))
+    assert text(browser, "count") == "0 of 6 designs with a peak, 0 responses drawn"
+    assert len(browser.find_elements("css selector", "#failures tbody tr")) == 2
+    assert errors(browser) == []
+
+
 def text(page, name):
     return page.find_element("id", name).text
 

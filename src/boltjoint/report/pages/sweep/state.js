@@ -54,14 +54,14 @@ function selected() {
   return withPeak().filter(isWithin);
 }
 
-// lowest and highest of the finite values
+// lowest and highest of the finite values; of none, ends that a logarithmic axis may have too
 function extent(values) {
   let low = Infinity, high = -Infinity;
   for (const value of values) {
     if (value < low) low = value;
     if (value > high) high = value;
   }
-  return low <= high ? [low, high] : [0, 1];
+  return low <= high ? [low, high] : [1, 2];
 }
 
 function numberText(value) {
@@ -82,6 +82,7 @@ function withUnit(axis, text) {
 
 // on a logarithmic axis, the places of its labels: the more, the fewer decades it has
 function decadeTicks(low, high) {
+  if (!(low > 0)) return [];
   const ticks = [];
   const ratio = high / low;
   const steps = ratio > 2e3 ? [1] : ratio > 30 ? [1, 2, 5] : [1, 1.5, 2, 3, 5, 7];
