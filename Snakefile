@@ -36,6 +36,7 @@ rule figures:
 rule pages:
     input:
         contents.files(form="page"),
+        contents.files("sweep_page"),
 
 
 onstart:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from browsing import open_browser
 from figure_parts import FORCES
 from page_examples import CASE, NODES, SOURCE, save, write
 from small_joint import make_joint, make_preload
@@ -29,6 +30,14 @@ BOLTED = ASSEMBLY | {
     "bar": {"width_mm": 20, "height_mm": 16, "free_length_mm": [60, 50], "lap_mm": 62},
     "material": {"youngs_modulus_GPa": 200, "poissons_ratio": 0.3, "density_kg_per_m3": 7800},
 }
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A browser without a window; tests that need it are skipped without one."""
+    running = open_browser(tmp_path_factory.mktemp("profile"))
+    yield running
+    running.quit()
 
 
 @pytest.fixture(scope="module")

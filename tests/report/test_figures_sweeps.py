@@ -5,7 +5,12 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from boltjoint.report.figures.sweeps import plot_bands, plot_peaks, plot_sensitivity
+from boltjoint.report.figures.sweeps import (
+    plot_bands,
+    plot_peaks,
+    plot_sensitivity,
+    plot_tornado,
+)
 
 
 @pytest.fixture
@@ -91,3 +96,41 @@ def test_indices_have_bars_and_intervals():
     np.testing.assert_allclose(heights, [0.3, 0.5, 0.5, 0.7])
     labels = [label.get_text() for label in figure.axes[1].get_xticklabels()]
     assert labels == ["preload", "loss factor"]
+
+
+def extremes(levels=(None,)):
+    return pd.DataFrame(
+        [
+            {"observed": observed, "key": key, "unit": unit, "mean": mean}
+            | ({} if level is None else {"force_N": level})
+            | {"low_bound": 8000.0, "low_mean": mean * (1 - move), "low_half_width": 0.1}
+            | {"high_bound": 1.2e8, "high_mean": mean * (1 + 2 * move), "high_half_width": 0.1}
+            for observed, mean in (("peak_frequency_Hz", 70.0), ("peak_mm", 2.0))
+            for level in levels
+            for key, unit, move in (("loss_factor", "1", 0.01), ("preload", "N", -0.2))
+        ]
+    )
+
+
+def test_the_key_that_moves_most_is_uppermost():
+    frequency, amplitude = plot_tornado(extremes()).axes
+    labels = [label.get_text() for label in frequency.get_yticklabels()]
+    assert labels == ["loss factor\n≤ 8000, ≥ 1.2 × 10⁸", "preload\n≤ 8000, ≥ 1.2 × 10⁸ N"]
+    ends = [round(bar.get_width(), 6) for bar in frequency.patches]
+    # the low ends, in the order of the table, then the high ends
+    assert ends == [-0.7, 14, 1.4, -28]
+    assert [round(bar.get_width(), 6) for bar in amplitude.patches] == [-1, 20, 2, -40]
+    assert amplitude.get_xlabel() == "change of the mean peak amplitude (%)"
+
+
+def test_each_level_has_its_bars():
+    figure = plot_tornado(extremes((1.0, 10.0)))
+    assert len(figure.axes[0].patches) == 2 * 2 * 2
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["1 N", "10 N"]
+    centres = {round(bar.get_y() + bar.get_height() / 2, 6) for bar in figure.axes[0].patches}
+    assert len(centres) == 4
+
+
+def test_a_tornado_of_nothing_is_empty():
+    figure = plot_tornado(pd.DataFrame(columns=["observed", "key"]))
+    assert not any(axes.patches for axes in figure.axes)

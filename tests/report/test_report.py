@@ -1,28 +1,15 @@
 """The report of a small study, as a reader has it: in a browser."""
 
-import os
 import re
-import shutil
 from urllib.parse import unquote
 
 import pytest
-from small_study import CASES, run
+from browsing import errors, wait_for
+from small_study import CASES, SWEEPS, run
 
 pytestmark = pytest.mark.report
 
 PAGES = ("overview", "accuracy", "structure", *CASES)
-#: what a reader's screen is wide, in pixels
-SCREEN = (1400, 900)
-OPTIONS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 
 
 @pytest.fixture(scope="module")
@@ -30,42 +17,6 @@ def report(finished, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
     run(finished, "--report", str(path))
     return path
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """Chromium without a window; BOLTJOINT_BROWSER=required makes its absence a failure."""
-    stop = pytest.fail if os.environ.get("BOLTJOINT_BROWSER") == "required" else pytest.skip
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    driver = shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        stop("no chromium and chromedriver on this machine: .ci/install-browser installs them")
-    try:
-        from selenium import webdriver
-        from selenium.webdriver.chrome.service import Service
-    except ImportError:
-        stop("selenium is not installed: pip install -e .[test]")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for option in (*OPTIONS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    running = webdriver.Chrome(options=options, service=Service(driver))
-    running.set_window_size(*SCREEN)
-    yield running
-    running.quit()
-
-
-def errors(browser):
-    """What the console of the browser has complained about since it was asked last."""
-    return [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
-
-
-def wait_for(browser, find):
-    """The first true answer of a function, within a few seconds."""
-    from selenium.webdriver.support.ui import WebDriverWait
-
-    return WebDriverWait(browser, 10, poll_frequency=0.05).until(lambda _: find())
 
 
 def named(browser, text, among="a"):
@@ -183,6 +134,20 @@ def test_links_of_pages_lead_somewhere(finished):
             assert not file or (folder / file).exists(), (name, link)
             if anchor:
                 assert f' id="{anchor}"' in texts[file or name], (name, link)
+
+
+def test_the_page_of_a_case_leads_to_those_of_its_sweeps_and_back(browser, report, finished):
+    browser.get((finished / "results/report/small.html").as_uri())
+    for name in SWEEPS:
+        address = f'a[href="../sweeps/{name}/explore.html"]'
+        opened = browser.find_element("css selector", address).get_attribute("href")
+        browser.get(opened)
+        wait_for(browser, lambda: browser.execute_script("return document.body.dataset.ready"))
+        assert browser.find_element("tag name", "h1").text == name
+        named(browser, "small").click()
+        wait_for(browser, lambda: browser.current_url.endswith("report/small.html#sweeps"))
+        assert browser.find_element("id", "sweeps").is_displayed()
+    assert errors(browser) == []
 
 
 def test_every_figure_and_table_is_on_a_page(finished):

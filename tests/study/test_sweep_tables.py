@@ -8,7 +8,11 @@ from boltjoint.config.design_columns import exchanged
 from boltjoint.config.distributions import Linear
 from boltjoint.config.sweep import Saltelli
 from boltjoint.study.designs import list_designs
-from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
+from boltjoint.study.tables.sweeps import (
+    tabulate_extremes,
+    tabulate_sensitivity,
+    tabulate_statistics,
+)
 
 #: of the Ishigami function with a = 7 and b = 0.1
 FIRST_ORDER, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
@@ -85,6 +89,112 @@ def test_statistics_are_those_of_the_two_samples(sweep):
     assert row["mean"] == pytest.approx(0, abs=0.02)
     assert row["standard_deviation"] == pytest.approx(np.pi * np.sqrt(10 / 3), rel=0.01)
     assert row["p05"] == pytest.approx(-row["p95"], rel=0.02)
+
+
+def drawn(kind, count=4096):
+    """A sweep of two keys on 0 to 1 whose peaks are 70 + 4 x0 Hz and exp(3 x0 - x1) mm."""
+    from scipy.stats import qmc
+
+    draw = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}[kind]
+    x = draw(2, rng=3).random(count).T
+    return of_peaks("design", [("design", x[0]), ("design", x[1])], x)
+
+
+def of_peaks(dims, keys, x):
+    return xr.Dataset(
+        {
+            "peak_frequency": (dims, 70 + 4 * x[0]),
+            "peak_amplitude": (dims, 1e-3 * np.exp(3 * x[0] - x[1])),
+            "reason": (dims, np.full(x[0].shape, "")),
+        },
+        coords={f"x{place}": (*key, {"units": "1"}) for place, key in enumerate(keys)},
+        attrs={"varied": "x0 x1"},
+    )
+
+
+def extremes_of(sweep, observed, key):
+    table = tabulate_extremes(sweep)
+    return table[(table["observed"] == observed) & (table["key"] == key)].iloc[0]
+
+
+@pytest.mark.parametrize("kind", ["sobol", "latin-hypercube"])
+def test_extremes_are_conditional_means(kind):
+    sweep = drawn(kind)
+    frequency = extremes_of(sweep, "peak_frequency_Hz", "x0")
+    # of a uniform key the tenths have the means 0.05 and 0.95
+    assert frequency["low_mean"] == pytest.approx(70.2, abs=0.01)
+    assert frequency["high_mean"] == pytest.approx(73.8, abs=0.01)
+    assert (frequency["low_bound"], frequency["high_bound"]) == pytest.approx((0.1, 0.9), abs=1e-3)
+    assert frequency["low_designs"] == pytest.approx(410, abs=1)
+    for key, of_key, of_other in (("x0", 3, -1), ("x1", -1, 3)):
+        row = extremes_of(sweep, "peak_mm", key)
+        for end, (a, b) in {"low": (0, 0.1), "high": (0.9, 1)}.items():
+            exact = (np.exp(of_key * b) - np.exp(of_key * a)) / (of_key * 0.1)
+            exact *= (np.exp(of_other) - 1) / of_other
+            # random designs of this number would be off by more than twice in 20 000 cases
+            assert abs(row[f"{end}_mean"] - exact) < 2 * row[f"{end}_half_width"]
+    assert extremes_of(sweep, "peak_frequency_Hz", "x1")["low_half_width"] > 0
+
+
+def test_extremes_of_a_grid_are_means_over_its_other_keys():
+    sides = np.linspace(0, 1, 4), np.linspace(0, 1, 3)
+    x = np.meshgrid(*sides, indexing="ij")
+    grid = of_peaks(("x0", "x1"), [("x0", sides[0]), ("x1", sides[1])], x)
+    row = extremes_of(grid, "peak_mm", "x1")
+    np.testing.assert_allclose(row["low_mean"], np.exp(3 * sides[0]).mean())
+    np.testing.assert_allclose(row["high_mean"], np.exp(3 * sides[0] - 1).mean())
+    assert (row["low_designs"], row["high_designs"], row["low_half_width"]) == (4, 4, 0)
+    assert extremes_of(grid, "peak_frequency_Hz", "x1")["low_mean"] == row_mean(grid)
+
+
+def row_mean(grid):
+    return pytest.approx(float(grid["peak_frequency"].mean()))
+
+
+def test_keys_changed_one_at_a_time_have_their_extremes():
+    x = np.full((2, 41), 0.5)
+    x[0, 1], x[0, 2], x[1, 3], x[1, 4] = 0, 1, 0, 1
+    row = extremes_of(
+        of_peaks("design", [("design", x[0]), ("design", x[1])], x), "peak_frequency_Hz", "x0"
+    )
+    assert (row["low_mean"], row["high_mean"]) == pytest.approx((70, 74))
+    assert (row["low_designs"], row["high_designs"]) == (1, 1)
+    assert np.isnan(row["low_half_width"])
+
+
+def test_extremes_count_designs_with_a_peak_of_the_two_samples_of_saltelli(sweep):
+    whole = sweep.copy(deep=True)
+    for name in ("x0", "x1", "x2"):
+        whole[name].attrs["units"] = "1"
+    whole["reason"] = ("design", np.full(whole.sizes["design"], ""))
+    lost = int(whole["x0"].to_numpy()[:4096].argmin())
+    whole["peak_amplitude"][{"design": lost, "force": 1}] = np.nan
+    table = tabulate_extremes(whole).set_index(["observed", "force_N", "key"])
+    assert table.loc[("peak_mm", 1, "x0"), "low_designs"] == 410
+    assert table.loc[("peak_mm", 10, "x0"), "low_designs"] == 409
+    # the mean of 3 x over the tenth next to pi
+    assert table.loc[("peak_mm", 10, "x0"), "high_mean"] == pytest.approx(2.7 * np.pi, abs=0.05)
+
+
+def test_designs_without_any_peak_have_no_part_in_the_ends():
+    sides = np.linspace(0, 1, 4), np.linspace(0, 1, 3)
+    x = np.meshgrid(*sides, indexing="ij")
+    grid = of_peaks(("x0", "x1"), [("x0", sides[0]), ("x1", sides[1])], x)
+    for name in ("peak_frequency", "peak_amplitude"):
+        grid[name][{"x0": 0}] = np.nan
+    row = extremes_of(grid, "peak_frequency_Hz", "x0")
+    assert (row["low_bound"], row["low_designs"]) == (pytest.approx(1 / 3), 3)
+    assert row["low_mean"] == pytest.approx(70 + 4 / 3)
+    nothing = grid.assign(
+        {name: grid[name] * np.nan for name in ("peak_frequency", "peak_amplitude")}
+    )
+    assert tabulate_extremes(nothing).empty
+
+
+def test_what_has_one_value_only_has_no_extremes():
+    x = np.ones((2, 3))
+    table = tabulate_extremes(of_peaks("design", [("design", x[0]), ("design", x[1])], x))
+    assert table.empty and "key" in table
 
 
 def test_both_samples_and_every_exchange_are_designs():

@@ -255,12 +255,19 @@ def test_figures_and_tables_use_no_more_of_the_library_than_they_need(module, us
 def test_other_values_of_a_sweep_leave_its_joint_alone(copied):
     vary = SWEEP["vary"] | {"preload_N": [9000, 10000, 12000]}
     write(copied / "config/sweeps/grid.yaml", SWEEP | {"vary": vary, "description": "Other words"})
-    assert among(planned(copied), "*.nc") == [
+    found = planned(copied)
+    assert among(found, "*.nc") == [
         "results/sweeps/grid/chunks/0.nc",
         "results/sweeps/grid/chunks/1.nc",
         "results/sweeps/grid/designs.nc",
         "results/sweeps/grid/sweep.nc",
     ]
+    assert among(found, "*/explore.html") == ["results/sweeps/grid/explore.html"]
+
+
+def test_words_of_a_sweep_run_nothing(copied):
+    write(copied / "config/sweeps/grid.yaml", SWEEP | {"description": "Other words"})
+    assert planned(copied) == []
 
 
 def test_a_sweep_goes_on_with_the_chunk_that_is_missing(copied):

@@ -25,13 +25,14 @@ from small_study import (
 
 from boltjoint import dataset
 
-#: what is made of every sort of file: basis, joint, response, table, figure and page
+#: what is made of every sort of file: basis, joint, response, table, figure, page and sweep
 REPEATED = [
     "results/assemblies/two_bolt/enriched-8/modes.nc",
     "results/cases/small/free-2/clusters=2/harmonic=2/joint.nc",
     "results/figures/loops_variable_free-2_regions=2_elements=2.svg",
     "results/report/structure.html",
     "results/sweeps/grid/sweep.nc",
+    "results/sweeps/shares/explore.html",
 ]
 #: what depends on the clock, or records the machine
 TIMED = ("timing.csv", "fit_timing.csv", "times_", "fits_")

@@ -76,3 +76,32 @@ rule gather_sweep:
         case=lambda w: study.base_of_sweep(w.sweep),
     script:
         "../scripts/gather_sweep.py"
+
+
+rule write_page_of_sweep:
+    input:
+        sweep=layout.PATHS["sweep"],
+        # where the base case has no page, the page of the sweep finds the indices itself
+        indices=lambda w: contents.files(
+            "sweep_sensitivity", form="table", sweep=w.sweep
+        ),
+    output:
+        page=layout.PATHS["sweep_page"],
+    log:
+        "results/logs/write_page_of_sweep/{sweep}.log",
+    benchmark:
+        "results/benchmarks/write_page_of_sweep/{sweep}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("sweep", w.sweep)["mem_mb"],
+        runtime=lambda w: resources_of("sweep", w.sweep)["runtime"],
+    params:
+        library=library("write_page_of_sweep.py"),
+        # no words of the configuration stand on the page
+        sweep=lambda w: study.sweeps[w.sweep].model_dump(
+            include={"case", "vary", "design", "basis", "joint"}
+        ),
+        reported=lambda w: study.sweeps[w.sweep].case in study.cases,
+    script:
+        "../scripts/write_page_of_sweep.py"

@@ -269,7 +269,8 @@ class Contents:
         yield Artefact("designs", sweep=name)
         for chunk in range(self.chunks(name)):
             yield Artefact("chunk", sweep=name, chunk=chunk)
-        yield Artefact("sweep", sweep=name)
+        for kind in ("sweep", "sweep_page"):
+            yield Artefact(kind, sweep=name)
 
     def joints_of_sweep(self, name: str) -> list[list[str]]:
         """Files of the joints of each variant of a sweep: node to node, and reduced from it."""

@@ -32,6 +32,7 @@ PATHS = {
     "designs": _SWEEP + "/designs.nc",
     "chunk": _SWEEP + "/chunks/{chunk}.nc",
     "sweep": _SWEEP + "/sweep.nc",
+    "sweep_page": _SWEEP + "/explore.html",
 }
 _FOLDERS = {"figure": ("figures", "svg"), "table": ("tables", "csv"), "html": ("tables", "html")}
 

@@ -40,6 +40,13 @@ _OF_SWEEP = {
     "job": "sweep_{sweep}",
     "section": "sweeps",
 }
+#: what the ends of a key are
+_ENDS = (
+    "Mean peak of the tenth of the designs with the lowest values of a key (≤) and of that with "
+    "the highest (≥), whatever their other keys are: these vary independently of it in all designs "
+    "but tables. Designs without any peak do not count. Where most designs share a value, the ends "
+    "are the lowest and the highest value."
+)
 
 
 @table(
@@ -54,6 +61,21 @@ def sweep_statistics(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     from boltjoint.study.tables.sweeps import tabulate_statistics
 
     return tabulate_statistics(results.dataset("sweep", sweep=artefact.sweep))
+
+
+@table(
+    "sweep_extremes",
+    **_OF_SWEEP,
+    of=_sweeps(),
+    title="peaks at the ends of the keys of {sweep}",
+    caption=f"{_ENDS} The half width is of the interval of 95 % of the mean, if the designs were "
+    "drawn at random; those of a grid are not drawn.",
+)
+def sweep_extremes(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Peaks at the low and the high end of each key."""
+    from boltjoint.study.tables.sweeps import tabulate_extremes
+
+    return tabulate_extremes(results.dataset("sweep", sweep=artefact.sweep))
 
 
 @table(
@@ -102,12 +124,31 @@ def sweep_peaks(artefact: Artefact, results: "Results") -> "Figure":
 
 
 @figure(
+    "sweep_extremes",
+    of=_sweeps(),
+    reads=(table_of_same,),
+    job="sweep_{sweep}",
+    section="sweeps",
+    order=2,
+    title="How far each key of {sweep} moves the peaks",
+    caption=f"{_ENDS} Bars are the distances of these means from the mean of all designs, pale at "
+    "the low end and dark at the high end; lines on them are intervals of 95 %, if the designs "
+    "were drawn at random.",
+)
+def extremes(artefact: Artefact, results: "Results") -> "Figure":
+    """Tornado of the peaks."""
+    from boltjoint.report.figures.sweeps import plot_tornado
+
+    return plot_tornado(results.table("sweep_extremes", **artefact.which))
+
+
+@figure(
     "sweep_sensitivity",
     of=_sweeps(_with_indices),
     reads=(table_of_same,),
     job="sweep_{sweep}",
     section="sweeps",
-    order=2,
+    order=3,
     title="Sobol indices of {sweep}",
     caption="Shares of the keys in the variance of the peaks: narrow and dark by themselves (first "
     "order), broad and pale with all others (total); with intervals of 95 %.",

@@ -1,4 +1,4 @@
-"""Figures of sweeps: bands of responses, peaks over the keys, and Sobol indices."""
+"""Figures of sweeps: bands of responses, peaks over the keys, their extremes, Sobol indices."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,8 @@ from boltjoint.report.figures.style import (
     label_decades,
     level_colours,
 )
-from boltjoint.study.designs import varied
+from boltjoint.study.tables.html import number
+from boltjoint.study.tables.sweeps import response_quantiles, values_of_keys
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,8 @@ _DOTS = 500
 #: designs whose dots are larger
 _FEW = 200
 _WIDTH = 0.38
+#: ends of a key, and how opaque their bars are
+_ENDS = {"low": 0.4, "high": 0.9}
 
 
 @figure_style
@@ -43,24 +46,26 @@ def plot_bands(sweep: xr.Dataset) -> Figure:
     figure = Figure(figsize=(8, 4.8), layout="constrained")
     axes = figure.subplots()
     frequency = sweep["frequency"].to_numpy()
-    levels = list(_levels(sweep, "response_amplitude"))
-    for (level, values), colour in zip(levels, level_colours(len(levels)), strict=True):
-        known = values[np.isfinite(values).any(axis=1)] * MM
-        if not known.size:
+    shares = [share for band in _BANDS for share in band]
+    quantiles = response_quantiles(sweep, [0.5, *shares]) * MM
+    levels = _level_words(sweep)
+    for level, (median, *ends), colour in zip(
+        levels, quantiles, level_colours(len(levels)), strict=True
+    ):
+        if np.isnan(median).all():
             continue
-        for number, (low, high) in enumerate(_BANDS):
-            ends = np.nanquantile(known, [low, high], axis=0)
-            style = {"color": colour, "alpha": 0.2 + 0.2 * number, "linewidth": 0}
-            axes.fill_between(frequency, *ends, **style)
-        axes.plot(frequency, np.nanmedian(known, axis=0), color=colour, label=level)
+        for place in range(len(_BANDS)):
+            style = {"color": colour, "alpha": 0.2 + 0.2 * place, "linewidth": 0}
+            axes.fill_between(frequency, *ends[2 * place : 2 * place + 2], **style)
+        axes.plot(frequency, median, color=colour, label=level)
     axes.set_yscale("log")
     label_decades(axes)
     axes.set(xlabel="frequency (Hz)", ylabel="response amplitude (mm)")
     axes.grid(True)
     handles, _ = axes.get_legend_handles_labels()
     handles += [
-        Patch(color="0.3", alpha=0.2 + 0.2 * number, label=f"{high - low:.0%} of the designs")
-        for number, (low, high) in enumerate(_BANDS)
+        Patch(color="0.3", alpha=0.2 + 0.2 * place, label=f"{high - low:.0%} of the designs")
+        for place, (low, high) in enumerate(_BANDS)
     ]
     axes.legend(handles=[*handles, Line2D([], [], color="0.3", label="median")])
     return figure
@@ -75,7 +80,7 @@ def plot_peaks(sweep: xr.Dataset) -> Figure:
     sweep
         ``sweep.nc``; of many designs some are drawn.
     """
-    keys = _keys(sweep)
+    keys = values_of_keys(sweep)
     figure = Figure(figsize=(max(8, 2.4 * len(keys)), 5.6), layout="constrained")
     panels = figure.subplots(2, len(keys), sharex="col", sharey="row", squeeze=False)
     for row, (name, factor, label) in enumerate(
@@ -109,6 +114,61 @@ def plot_peaks(sweep: xr.Dataset) -> Figure:
 
 
 @figure_style
+def plot_tornado(table: pd.DataFrame) -> Figure:
+    """Tornado: how far the mean peak moves towards the low (pale) and the high end of each key.
+
+    The key that moves a peak most is uppermost; a line on a bar is an interval of 95 %.
+
+    Parameters
+    ----------
+    table
+        As ``tabulate_extremes`` returns it.
+    """
+    levels = list(table["force_N"].unique()) if "force_N" in table else [None]
+    changes = {
+        "peak_frequency_Hz": ("change of the mean peak frequency (Hz)", lambda mean: 1.0),
+        "peak_mm": ("change of the mean peak amplitude (%)", lambda mean: mean / 100),
+    }
+    count = table["key"].nunique()
+    height = 1.5 + 0.45 * max(count, 1) * max(1, len(levels) / 2)
+    figure = Figure(figsize=(9.5, height), layout="constrained")
+    panels = figure.subplots(1, len(changes))
+    for axes, (observed, (label, unit)) in zip(panels, changes.items(), strict=True):
+        of_peak = table[table["observed"] == observed] if count else table
+        moves = {
+            end: (of_peak[f"{end}_mean"] - of_peak["mean"]) / unit(of_peak["mean"])
+            for end in (_ENDS if count else ())
+        }
+        largest = pd.DataFrame(moves).abs().max(axis=1).fillna(0).groupby(of_peak["key"]).max()
+        keys = list(largest.sort_values(kind="stable").index)
+        for place, (level, colour) in enumerate(
+            zip(levels, level_colours(len(levels)), strict=True)
+        ):
+            colour = REGION_COLOURS[0] if level is None else colour
+            rows = of_peak if level is None else of_peak[of_peak["force_N"] == level]
+            width = 2 * _WIDTH / len(levels)
+            at = rows["key"].map(keys.index) + _WIDTH - (place + 0.5) * width
+            for end, alpha in _ENDS.items() if count else ():
+                move = moves[end][rows.index]
+                label_of_bar = None if level is None or end == "low" else f"{level:g} N"
+                style = {"color": colour, "alpha": alpha, "label": label_of_bar}
+                axes.barh(at, move, 0.9 * width, **style)
+                line = {"color": "0.25", "linewidth": 0.9, "linestyle": "none", "capsize": 2}
+                error = rows[f"{end}_half_width"] / unit(rows["mean"])
+                axes.errorbar(move, at, xerr=error.fillna(0), **line)
+        axes.axvline(0, color="0.25", linewidth=0.7)
+        bounds = of_peak.drop_duplicates("key").set_index("key") if count else of_peak
+        axes.set_yticks(range(len(keys)), [_with_bounds(key, bounds.loc[key]) for key in keys])
+        axes.tick_params("y", length=0)
+        axes.set_xlabel(label)
+        axes.grid(True, axis="x")
+    if levels != [None] and count:
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(levels))
+    return figure
+
+
+@figure_style
 def plot_sensitivity(table: pd.DataFrame) -> Figure:
     """Sobol indices of the peaks: a broad pale bar is the total, a narrow one the first order.
 
@@ -124,13 +184,13 @@ def plot_sensitivity(table: pd.DataFrame) -> Figure:
     panels = figure.subplots(len(names), sharex=True, sharey=True)
     for axes, (observed, title) in zip(panels, names.items(), strict=True):
         of_peak = table[table["observed"] == observed]
-        for number, (level, colour) in enumerate(
+        for place, (level, colour) in enumerate(
             zip(levels, level_colours(len(levels)), strict=True)
         ):
             rows = of_peak if level is None else of_peak[of_peak["force_N"] == level]
             colour = REGION_COLOURS[0] if level is None else colour
             width = 2 * _WIDTH / len(levels)
-            at = np.arange(len(keys)) - _WIDTH + (number + 0.5) * width
+            at = np.arange(len(keys)) - _WIDTH + (place + 0.5) * width
             for order, share, alpha in (("total", 0.9, 0.35), ("first_order", 0.45, 0.9)):
                 value = rows[order].to_numpy()
                 ends = [value - rows[f"{order}_low"], rows[f"{order}_high"] - value]
@@ -148,29 +208,29 @@ def plot_sensitivity(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def _levels(sweep: xr.Dataset, name: str) -> Iterator[tuple[str | None, Array]]:
-    """Levels by their words, and values of all designs at each, (designs, ...)."""
-    values = sweep[name]
-    last = [dim for dim in values.dims if dim == "frequency"]
-    if "force" not in values.dims:
-        yield None, _by_design(values, last)
-        return
+def _level_words(sweep: xr.Dataset) -> list[str | None]:
+    """Levels by their words; None for that of a sweep over levels."""
+    if "force" not in sweep.dims:
+        return [None]
     unit = sweep["force_level"].attrs["units"].replace("m/s2", "m/s²")
-    for number, level in enumerate(sweep["force_level"].to_numpy()):
-        yield f"{level:g} {unit}", _by_design(values.isel(force=number), last)
+    return [f"{level:g} {unit}" for level in sweep["force_level"].to_numpy()]
 
 
-def _by_design(values: xr.DataArray, last: list[str]) -> Array:
-    found = values.to_numpy()
-    return found.reshape(-1, found.shape[-1]) if last else found.ravel()
-
-
-def _keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
-    """The quantities that vary, by design; none that has one value only."""
-    found = {name: sweep[name].broadcast_like(sweep["reason"]) for name in varied(sweep)}
-    return {name: each for name, each in found.items() if np.ptp(each.to_numpy()) > 0}
+def _levels(sweep: xr.Dataset, name: str) -> Iterator[tuple[str | None, Array]]:
+    """Levels by their words, and values of all designs at each."""
+    values = sweep[name]
+    for place, words in enumerate(_level_words(sweep)):
+        at_level = values if words is None else values.isel(force=place)
+        yield words, at_level.to_numpy().ravel()
 
 
 def _with_unit(name: str, unit: str) -> str:
     words = name.replace("_", " ")
     return words if unit == "1" else f"{words} ({unit})"
+
+
+def _with_bounds(key: str, row: pd.Series) -> str:
+    """A key with the values that bound its low and its high end."""
+    unit = "" if row["unit"] == "1" else f" {row['unit']}"
+    low, high = (number(row[f"{end}_bound"], 3) for end in _ENDS)
+    return f"{key.replace('_', ' ')}\n≤ {low}, ≥ {high}{unit}"

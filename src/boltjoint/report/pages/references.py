@@ -8,6 +8,9 @@ from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
 
+#: any page of the report: all lie in one folder
+_PAGE = layout.page("overview")
+
 
 def stem_of(artefact: Artefact) -> str:
     """The name of the file without its ending."""
@@ -27,6 +30,11 @@ def page_of(artefact: Artefact) -> str:
 def address_of(artefact: Artefact) -> str:
     """The file, seen from a page."""
     return posixpath.relpath(artefact.path, posixpath.dirname(layout.page(page_of(artefact))))
+
+
+def address_of_sweep(name: str) -> str:
+    """The interactive page of a sweep, seen from a page."""
+    return posixpath.relpath(layout.path("sweep_page", sweep=name), posixpath.dirname(_PAGE))
 
 
 def figures_in_source(artefact: Artefact, published: Published) -> list[str]:

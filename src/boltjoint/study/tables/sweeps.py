@@ -1,6 +1,6 @@
-"""Tables of sweeps: statistics of the peaks of all designs, and what they are sensitive to."""
+"""Tables of sweeps: statistics of the peaks of all designs, and how these depend on the keys."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,8 @@ _SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 #: confidence level of the intervals of indices, and repetitions of the sample they are found from
 _CONFIDENCE, _RESAMPLES = 0.95, 499
 _ORDERS = ("first_order", "total")
+#: share of the designs at each end of a key, and half width of an interval of 95 % over the error
+_END, _HALF_WIDTH = 0.1, 1.96
 
 
 def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
@@ -34,9 +36,9 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
         Saltelli design only its two samples count, which have the distributions of the keys.
     """
     rows = []
+    count = drawn_designs(sweep)
     for name, level, values in _levels(sweep):
-        samples = sweep.attrs.get("saltelli_samples")
-        values = values if samples is None else values[: 2 * samples]
+        values = values[:count]
         known = values[np.isfinite(values)]
         row = {"observed": name, **level, "designs": values.size, "with_peak": known.size}
         quantiles = dict.fromkeys(_SHARES, np.nan)
@@ -46,6 +48,112 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
             mean, deviation = known.mean(), known.std()
         rows.append(row | {"mean": mean, "standard_deviation": deviation} | quantiles)
     return pd.DataFrame(rows)
+
+
+def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
+    """Means of the peaks at the low and the high end of each key, whatever the others are.
+
+    The low end of a key is the tenth of the designs with its lowest values, the high end that with
+    its highest; designs of equal values stay together, and those without any peak do not count.
+    Where most designs share a value, the ends are its lowest and its highest value alone. In all
+    designs but tables the keys vary independently of each other, so these are conditional means:
+    what the others do cancels, but for the error of the sample.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+
+    Returns
+    -------
+    DataFrame
+        A row for each observed quantity, level and key that varies: mean over all designs that have
+        a peak, and of each end the value of the key that bounds it, the number of designs, their
+        mean, and the half width of its interval of 95 % if they were drawn at random. A grid is not
+        drawn: its half widths are zero. Of a Saltelli design only its two samples count.
+    """
+    count, drawn = drawn_designs(sweep), "design" in sweep.dims
+    peaks = [(name, level, values[:count]) for name, level, values in _levels(sweep)]
+    solved = np.any([np.isfinite(values) for _, _, values in peaks], axis=0)
+    ends = {
+        key: _ends(of_key.to_numpy()[:count], solved)
+        for key, of_key in values_of_keys(sweep).items()
+        if solved.any()
+    }
+    rows = []
+    for name, level, values in peaks:
+        known = values[np.isfinite(values)]
+        mean = known.mean() if known.size else np.nan
+        for key, ends_of_key in ends.items():
+            row = {"observed": name, **level, "key": key, "unit": sweep[key].attrs["units"]}
+            row["mean"] = mean
+            for end, (bound, inside) in ends_of_key.items():
+                told = {"bound": bound} | _mean_with_interval(values[inside], drawn)
+                row |= {f"{end}_{of}": value for of, value in told.items()}
+            rows.append(row)
+    return pd.DataFrame(rows, columns=[*rows[0]] if rows else ["observed", "key"])
+
+
+def drawn_designs(sweep: xr.Dataset) -> int:
+    """Number of designs, from the first, that have the distributions of the keys."""
+    samples = sweep.attrs.get("saltelli_samples")
+    return sweep["reason"].size if samples is None else 2 * int(samples)
+
+
+def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Values of each key that varies, one design after another; none that has one value only."""
+    found = {}
+    for name in varied(sweep):
+        whole, _ = xr.broadcast(sweep[name], sweep["reason"])
+        # in the order in which the peaks are, whichever dimension the key has
+        values = whole.transpose(*sweep["reason"].dims).to_numpy().ravel()
+        if values.size and np.ptp(values) > 0:
+            found[name] = xr.DataArray(values, dims="design", attrs=sweep[name].attrs)
+    return found
+
+
+def response_quantiles(sweep: xr.Dataset, shares: Sequence[float]) -> NDArray[np.float64]:
+    """Response amplitudes [m] below which shares of the designs lie, (levels, shares, frequency).
+
+    Designs without a response do not count; where levels vary, all are one level.
+    """
+    amplitude = sweep["response_amplitude"]
+    if "force" not in amplitude.dims:
+        amplitude = amplitude.expand_dims("force")
+    amplitude = amplitude.transpose("force", ..., "frequency").to_numpy()
+    found = np.full((len(amplitude), len(shares), amplitude.shape[-1]), np.nan)
+    for level, values in enumerate(amplitude):
+        rows = values.reshape(-1, values.shape[-1])
+        known = rows[np.isfinite(rows).any(axis=1)]
+        if known.size:
+            found[level] = np.nanquantile(known, shares, axis=0)
+    return found
+
+
+def _ends(
+    values: NDArray[np.float64], solved: NDArray[np.bool_]
+) -> dict[str, tuple[float, NDArray[np.bool_]]]:
+    """Bound of the low and of the high end of a key, and which of all designs lie there."""
+    counted = values[solved]
+    low = np.quantile(counted, _END, method="inverted_cdf")
+    high = -np.quantile(-counted, _END, method="inverted_cdf")
+    if low >= high:
+        low, high = counted.min(), counted.max()
+    return {
+        "low": (float(low), solved & (values <= low)),
+        "high": (float(high), solved & (values >= high)),
+    }
+
+
+def _mean_with_interval(values: NDArray[np.float64], drawn: bool) -> dict[str, float]:
+    """Number of designs with a peak, their mean, and half width of its interval."""
+    known = values[np.isfinite(values)]
+    mean = known.mean() if known.size else np.nan
+    if drawn:
+        error = known.std(ddof=1) / np.sqrt(known.size) if known.size > 1 else np.nan
+    else:
+        error = 0.0
+    return {"designs": known.size, "mean": mean, "half_width": _HALF_WIDTH * error}
 
 
 def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:

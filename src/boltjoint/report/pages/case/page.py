@@ -21,6 +21,8 @@ from boltjoint.report.pages.case.tables import (
 from boltjoint.report.pages.content import PageContent, capitalize
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import joined, prose
+from boltjoint.report.pages.references import address_of_sweep
+from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
@@ -64,10 +66,26 @@ def case_page(
     sections = [Section("case", "The case", facts(name, case, solver, content))]
     for basis in case.bases:
         sections += _sections(CaseBasis.of(case, basis, content))
-    sections += content.remainder()
+    sections += [*_sweeps(artefacts, content), *content.remainder()]
     law = case.contact.declaration.label
     lead = _TEXT.lead(published.case_study(), case, law, solver.harmonics)
     return render_page(name, "Case study", lead, sections, cases, f"{name}.html")
+
+
+def _sweeps(artefacts: Sequence[Artefact], content: PageContent) -> Iterator[Section]:
+    """The sweeps of a case, each with a link to its interactive page."""
+    names = dict.fromkeys(each.sweep for each in artefacts if each.sweep is not None)
+    bodies = {
+        name: _TEXT.sweep(address_of_sweep(name), layout.path("sweep_page", sweep=name))
+        + content.section("sweeps", sweep=name)
+        for name in names
+    }
+    if len(bodies) == 1:
+        yield Section("sweeps", f"Sweep {next(iter(bodies))}", joined(bodies.values()))
+    elif bodies:
+        yield Section("sweeps", "Sweeps", Markup())
+        for name, body in bodies.items():
+            yield Section(f"sweep-{name}", name, body, level=3)
 
 
 def _sections(basis: CaseBasis) -> Iterator[Section]:
