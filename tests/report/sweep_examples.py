@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from boltjoint.config.sweep import Sweep
-from boltjoint.study.designs import _exchanged
+from boltjoint.config.design_columns import exchanged
 
 LEVELS = (1.0, 10.0, 100.0)
 FREQUENCY = np.linspace(60, 80, 41)
@@ -104,5 +104,5 @@ def _shares(kind, number):
         return np.meshgrid(*(np.linspace(0, 1, size) for size in GRID_SIZES), indexing="ij")
     random = np.random.default_rng(7)
     if kind == "saltelli":
-        return _exchanged(*random.random((2, len(KEYS), number)))
+        return exchanged(*random.random((2, len(KEYS), number)))
     return random.random((len(KEYS), number))

@@ -12,9 +12,7 @@ rule build_assembly:
         **SMALL,
     params:
         library=library("build_assembly.py"),
-        assembly=lambda w: study.assembly(w.assembly).model_dump(
-            exclude={"preload_N"}
-        ),
+        assembly=lambda w: study.assembly(w.assembly).model_dump(exclude={"preload_N"}),
     script:
         "../scripts/build_assembly.py"
 
