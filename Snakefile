@@ -39,7 +39,7 @@ rule pages:
 
 
 onstart:
-    logger.info(estimate.summary(needed, memory, workflow.cores))
+    logger.info(estimate.summary(needed, memory, cores))
     # Every job that has finished would make Snakemake ask once a second, until the end, whether the
     # limit of jobs a second allows another one (its issue 2967): after hundreds of jobs it does
     # little else. Here cores are the limit.
