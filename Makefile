@@ -5,11 +5,14 @@ BIN = .venv/bin
 # a file whose keys replace those of config.yaml: make reproduce STUDY=config/short.yaml
 STUDY ?=
 CONFIG = $(if $(STUDY),--config "study=$(STUDY)")
+# where jobs run, if not on this machine: make reproduce PROFILE=profiles/slurm (docs/cluster.md)
+PROFILE ?=
+WHERE = $(if $(PROFILE),--profile $(PROFILE),--cores $(CORES))
 
 .PHONY: reproduce test lint docs reference benchmark verify clean
 
 reproduce: .venv/ready
-	$(BIN)/snakemake --cores $(CORES) $(CONFIG)
+	$(BIN)/snakemake $(WHERE) $(CONFIG)
 	$(BIN)/snakemake --cores $(CORES) $(CONFIG) --report results/report.html
 
 test: .venv/ready

@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from small_study import ASSEMBLY, CASE, ROOT, SETTINGS, write
+from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, write
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import load_study
@@ -104,6 +104,34 @@ def test_a_march_in_a_large_basis_is_refused_by_its_case(study):
     assert "verification_forces_N" in line and "201 harmonics" in line
     without = estimate.estimate(study(case=case | {"verification_forces_N": []}))
     assert estimate.shortage(without, 8 * GIB) is None
+
+
+def test_nothing_is_known_of_the_nodes_of_a_cluster(study):
+    found = estimate.estimate(study())
+    assert estimate.shortage(found, None) is None
+    line = estimate.summary(found, None, None)
+    assert " of one core if nothing" in line and line.endswith(")")
+
+
+def test_jobs_of_a_sweep_have_room_for_what_they_take_and_no_more(study, tmp_path):
+    def declare(sweep, jobs):
+        # ten levels of nine thousand designs: a quarter of an hour
+        content = SALTELLI | {"design": {"kind": "sobol", "number": 9000}}
+        content |= {"levels": list(range(1, 11)), "designs_per_job": 9000 // jobs}
+        write(tmp_path / f"config/sweeps/{sweep}.yaml", content)
+
+    declare("one", 1)
+    declare("ten", 10)
+    resources = estimate.Resources(study(sweeps=["one", "ten"]))
+    one, ten = (resources.of("designs", sweep) for sweep in ("one", "ten"))
+    # beside ten minutes that all jobs have
+    assert one["runtime"] - 10 == pytest.approx(10 * (ten["runtime"] - 10), abs=10)
+    assert one["mem_mb"] > ten["mem_mb"]
+    # tasks of one job array have the same
+    assert resources.of_any("designs") == one
+    assert resources.of_any("unknown") == resources.SMALL
+    # measured: a job with its two Snakemakes, where it compiles
+    assert ten["mem_mb"] > 396 + 138 + 135
 
 
 def test_the_machine_has_memory():

@@ -49,11 +49,12 @@ for case, basis in contents.cases_and_bases():
         priority: 1
         conda:
             "../envs/boltjoint.yaml"
-        # all cores, so that nothing else runs on the machine meanwhile; one after another, so that
-        # no core waits for the other between them
-        threads: workflow.cores
+        # all cores, or a node of a cluster, so that nothing else runs on the machine meanwhile; one
+        # after another, so that no core waits for the other between them
+        threads: cores or 1
         resources:
             **resources_of("responses", case),
+            slurm_extra="--exclusive",
         params:
             library=library("time_responses.py"),
             case=problem(case, basis),
@@ -127,6 +128,8 @@ rule record_environment:
         layout.PATHS["environment"],
     log:
         "results/logs/record_environment.log",
+    # of the machine on which the run is started: nodes of a cluster may differ from each other
+    localrule: True
     conda:
         "../envs/boltjoint.yaml"
     resources:

@@ -35,18 +35,21 @@ try:
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
 
-needed, memory = estimate.estimate(study), estimate.machine_memory()
+needed = estimate.estimate(study)
+# of this machine; what a cluster has, it knows itself
+cores = workflow.resource_settings.cores
+memory = None if cores is None else estimate.machine_memory()
 # jobs, which read this file again, are asked no more
 if workflow.is_main_process:
     if shortage := estimate.shortage(needed, memory):
         raise WorkflowError(shortage)
     for line in estimate.overstrained(study):
         logger.warning(line)
-    cores = workflow.resource_settings.cores or 1
     logger.info(estimate.summary(needed, memory, cores))
 
 contents = Contents(study, DISPLAYS)
-resources_of, SMALL = estimate.Resources(study).of, estimate.Resources.SMALL
+resources_needed = estimate.Resources(study)
+resources_of, SMALL = resources_needed.of, resources_needed.SMALL
 
 
 # a variant in a sweep is called by its values

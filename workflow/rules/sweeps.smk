@@ -8,7 +8,8 @@ rule list_designs:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        **SMALL,
+        mem_mb=lambda w: resources_of("sweep", w.sweep)["mem_mb"],
+        runtime=lambda w: resources_of("sweep", w.sweep)["runtime"],
     params:
         library=library("list_designs.py"),
         vary=lambda w: study.sweeps[w.sweep].vary,
@@ -36,8 +37,8 @@ rule solve_designs:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        mem_mb=lambda w: resources_of("designs", w.sweep)["mem_mb"],
-        runtime=lambda w: resources_of("designs", w.sweep)["runtime"],
+        # chunks of several sweeps may be tasks of one job array, which all have the same
+        **resources_needed.of_any("designs"),
     params:
         library=library("solve_designs.py"),
         case=lambda w: study.base_of_sweep(w.sweep),

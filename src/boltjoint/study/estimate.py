@@ -42,6 +42,8 @@ _NUMBER = 8
 #: Python with what the finite elements import, and with what the responses import and compile where
 #: no process before has compiled it (else half of that) [byte]
 _PROCESS, _SOLVER = 137e6, 510e6
+#: the two Snakemakes that start a job on a node of a cluster [byte]
+_SNAKEMAKE = 290e6
 #: factors of the stiffness of one half of all nodes, with contact and without: these times
 #: nodes^(4/3), the fill of a body in space; and what else tightening or a search for modes holds
 #: [byte]
@@ -125,6 +127,8 @@ class _Job(NamedTuple):
     seconds: float
     key: str
     does: str
+    #: jobs among which the time is divided
+    parts: int = 1
 
 
 def mesh_size(assembly: Assembly) -> MeshSize:
@@ -187,9 +191,12 @@ def machine_memory() -> float:
     return memory
 
 
-def shortage(needed: Estimate, memory: float) -> str | None:
-    """A line that says which key asks for more memory than there is [byte]; None if none does."""
-    if needed.memory <= memory:
+def shortage(needed: Estimate, memory: float | None) -> str | None:
+    """A line that says which key asks for more memory than there is [byte]; None if none does.
+
+    What is there is None on a cluster, which knows its nodes itself.
+    """
+    if memory is None or needed.memory <= memory:
         return None
     return (
         f"{needed.key}: needs some {needed.memory / _GIB:.3g} GiB of memory {needed.job}, and this "
@@ -197,9 +204,12 @@ def shortage(needed: Estimate, memory: float) -> str | None:
     )
 
 
-def summary(needed: Estimate, memory: float, cores: int) -> str:
-    """A line on what a study needs beside what there is: memory [byte], cores."""
-    minutes = needed.seconds / cores / 60
+def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
+    """A line on what a study needs beside what there is: memory [byte] and cores of this machine.
+
+    Both are None where jobs go to a cluster.
+    """
+    minutes = needed.seconds / (cores or 1) / 60
     time = f"{minutes:.0f} minutes" if minutes < 100 else f"{minutes / 60:.0f} hours"
     solved = f"{needed.responses} frequency responses"
     if needed.designs:
@@ -209,11 +219,13 @@ def summary(needed: Estimate, memory: float, cores: int) -> str:
                 f" with {needed.joints} joints ({needed.meshes} meshes, "
                 f"{needed.tightenings} tightenings of bolts)"
             )
-    return (
-        f"Estimate: {solved} in some {time} on {cores} core{'s'[: cores - 1]} if "
+    where = "of one core" if cores is None else f"on {cores} core{'s'[: cores - 1]}"
+    line = (
+        f"Estimate: {solved} in some {time} {where} if "
         f"nothing of it is there yet; up to {needed.memory / _GIB:.2g} GiB of memory a job "
-        f"({needed.job}), of {memory / _GIB:.3g} GiB"
+        f"({needed.job})"
     )
+    return line if memory is None else f"{line}, of {memory / _GIB:.3g} GiB"
 
 
 def overstrained(study: Study) -> list[str]:
@@ -237,10 +249,14 @@ def overstrained(study: Study) -> list[str]:
 
 
 class Resources:
-    """What the jobs of each stage need, as Snakemake is told: ``mem_mb`` and ``runtime`` [min]."""
+    """What the jobs of each stage need, as Snakemake is told: ``mem_mb`` and ``runtime`` [min].
+
+    A cluster ends a job that takes more, so there is room: half as much memory again as estimated,
+    with that of the processes of Snakemake, and a machine of a third the speed.
+    """
 
     #: of jobs that only read, tabulate or draw: measured for figures
-    SMALL = MappingProxyType({"mem_mb": 510, "runtime": 10})
+    SMALL = MappingProxyType({"mem_mb": math.ceil((510e6 + _SNAKEMAKE) / 1e6), "runtime": 10})
 
     def __init__(self, study: Study) -> None:
         self._jobs: defaultdict[tuple[str, str], list[_Job]] = defaultdict(list)
@@ -248,14 +264,19 @@ class Resources:
             self._jobs[job.stage, job.subject].append(job)
 
     def of(self, stage: str, subject: str) -> Mapping[str, int]:
-        """Those of a stage of an assembly or case; with room for a machine of a third the speed."""
+        """Those of a stage of an assembly, case or sweep."""
         jobs = self._jobs[stage, subject]
         if not jobs:
             return self.SMALL
         return {
-            "mem_mb": math.ceil(max(job.memory for job in jobs) / 1e6),
-            "runtime": math.ceil(10 + 3 * sum(job.seconds for job in jobs) / 60),
+            "mem_mb": math.ceil((1.5 * max(job.memory for job in jobs) + _SNAKEMAKE) / 1e6),
+            "runtime": math.ceil(10 + 3 * sum(job.seconds / job.parts for job in jobs) / 60),
         }
+
+    def of_any(self, stage: str) -> Mapping[str, int]:
+        """The largest of a stage of any subject."""
+        found = [self.of(*each) for each in list(self._jobs) if each[0] == stage] or [self.SMALL]
+        return {key: max(each[key] for each in found) for key in self.SMALL}
 
 
 def _jobs(contents: Contents) -> Iterator[_Job]:
@@ -354,7 +375,8 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[_Job]:
     chunk = min(sweep.designs_per_job, designs)
     memory = _SOLVER + 2 * chunk * stored + _PER_ROW * designs
     does = f"to solve designs of {name}"
-    yield _Job("designs", name, memory, designs * seconds, key, does)
+    jobs = contents.chunks(name)
+    yield _Job("designs", name, memory, designs * seconds, key, does, parts=jobs)
     memory = _PROCESS + 3 * designs * stored + _PER_ROW * designs
     yield _Job("sweep", name, memory, 0.0, key, f"to gather the designs of {name}")
 
