@@ -92,7 +92,7 @@ SWEEP = {
     "design": {"kind": "grid"},
     "basis": "free-2",
     "joint": "regions=3/elements=2",
-    "observe": ["peaks", "responses", "contact-states"],
+    "observe": ["peaks", "responses", "contact-states", "backbone"],
     "designs_per_job": 4,
 }
 SETTINGS = {

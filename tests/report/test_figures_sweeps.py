@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 from boltjoint.report.figures.sweeps import (
+    plot_backbones,
     plot_bands,
     plot_peaks,
     plot_sensitivity,
@@ -134,3 +135,41 @@ def test_each_level_has_its_bars():
 def test_a_tornado_of_nothing_is_empty():
     figure = plot_tornado(pd.DataFrame(columns=["observed", "key"]))
     assert not any(axes.patches for axes in figure.axes)
+
+
+@pytest.fixture
+def backbones(sweep):
+    amplitude = np.geomspace(1e-6, 1e-3, 4)
+    number = np.arange(100.0)[:, None]
+    damping = number * 1e-3 * np.array([1.0, 2.0, 3.0, 2.0])
+    damping[40] = np.nan
+    found = {
+        "natural_frequency": (("design", "amplitude"), 100 - number * [0.0, 0.1, 0.2, 0.3]),
+        "damping_ratio": (("design", "amplitude"), damping),
+    }
+    return sweep.assign(found).assign_coords(amplitude=amplitude)
+
+
+def test_backbones_of_many_designs_are_bands(backbones):
+    frequency, damping = plot_backbones(backbones).axes
+    (line,) = damping.get_lines()
+    np.testing.assert_allclose(line.get_xdata(), np.geomspace(1e-3, 1, 4))
+    np.testing.assert_allclose(line.get_ydata(), 0.05 * np.array([1, 2, 3, 2]))
+    assert (len(damping.collections), damping.get_yscale()) == (2, "log")
+    assert damping.get_xlabel() == "amplitude of the output point (mm)"
+    assert frequency.get_ylabel() == "natural frequency (Hz)"
+
+
+def test_backbones_of_few_designs_are_lines_with_their_values(backbones):
+    few = backbones.isel(design=[1, 40, 2])
+    figure = plot_backbones(few)
+    lines = figure.axes[1].get_lines()
+    np.testing.assert_allclose(lines[1].get_ydata(), 2e-3 * np.array([1, 2, 3, 2]))
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert words == ["preload 100 N", "preload 200 N"]
+
+
+def test_no_backbones_are_an_empty_figure(backbones):
+    lost = backbones.assign(damping_ratio=np.nan * backbones["damping_ratio"])
+    assert not plot_backbones(lost).axes[0].get_lines()

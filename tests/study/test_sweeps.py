@@ -8,10 +8,12 @@ from boltjoint.config.case import Case
 from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
 from boltjoint.config.sweep import Grid, Samples
 from boltjoint.config.varied_case import with_values
+from boltjoint.dynamics.backbone import backbone_at, find_backbone
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import list_designs, values_of
 from boltjoint.study.sweeps import SweptJoint, gather_sweep, solve_designs
 
@@ -180,3 +182,44 @@ def test_a_table_gives_the_designs(problem, tmp_path):
         {"preload_N": 900.0, "contact.friction_coefficient": 0.1},
         {"preload_N": 1100.0, "contact.friction_coefficient": 0.3},
     ]
+
+
+def test_backbones_are_those_of_the_designs(problem):
+    vary = {"preload_N": (500.0, 1000.0, 0.0), "loss_factor": (0.002, 0.01)}
+    designs = list_designs(vary, GRID, problem.case)
+    found = solve_designs([problem], designs, range(6), amplitudes=12, between=(1e-6, 1e-3))
+    np.testing.assert_allclose(found["amplitude"], np.geomspace(1e-6, 1e-3, 12))
+    assert np.isnan(found["damping_ratio"][4:]).all()
+    for row in (0, 3):
+        joint, _ = problem.solve(values_of(designs)[row])
+        loss_factor = values_of(designs)[row]["loss_factor"]
+        whole = find_backbone(joint, [0.1, 30.0], loss_factor=loss_factor, window=(30.0, 200.0))
+        between = (whole["response_amplitude"] > 1e-6) & (whole["response_amplitude"] < 1e-3)
+        states = whole.isel(state=np.flatnonzero(between))
+        frequency, damping = backbone_at(
+            joint, states["response_amplitude"], loss_factor=loss_factor
+        )
+        np.testing.assert_allclose(frequency, states["natural_frequency"], rtol=1e-9)
+        np.testing.assert_allclose(damping, states["damping_ratio"], rtol=1e-7)
+        # along the line through these states, which is as near as that
+        known = np.log(states["response_amplitude"])
+        at = np.log(found["amplitude"])
+        inside = (at > known[0]) & (at < known[-1])
+        assert inside.sum() > 8
+        curve = np.interp(at[inside], known, frequency)
+        largest = StepControl().curve_tolerance * np.ptp(whole["natural_frequency"].to_numpy())
+        of_design = found["natural_frequency"][row, inside.to_numpy()]
+        np.testing.assert_allclose(of_design, curve, rtol=0, atol=largest)
+
+
+def test_backbones_go_up_to_the_largest_peak_of_the_base_case(problem):
+    designs = list_designs({"preload_N": (500.0, 1000.0)}, GRID, problem.case)
+    found = solve_designs([problem], designs, range(2), amplitudes=5)
+    np.testing.assert_allclose(found["amplitude"][-1], found["peak_amplitude"][1, -1])
+    np.testing.assert_allclose(found["amplitude"][0], 1e-3 * found["amplitude"][-1])
+
+
+@pytest.mark.parametrize("amplitudes", [[], [1e-6, 1e-7], [0.0, 1e-6]])
+def test_amplitudes_of_a_backbone_ascend_from_above_zero(problem, amplitudes):
+    with pytest.raises(ValueError, match="amplitudes"):
+        backbone_at(problem.joints[-1], amplitudes, loss_factor=0.01)

@@ -86,7 +86,7 @@ class Table(Entry):
 
 Design = Annotated[Grid | Samples | Saltelli | Table, Field(discriminator="kind")]
 
-Observed = Literal["peaks", "responses", "contact-states"]
+Observed = Literal["peaks", "responses", "contact-states", "backbone"]
 
 
 class Sweep(Entry):
@@ -121,9 +121,15 @@ class Sweep(Entry):
     observe: Several[Observed] = ("peaks",)
     """What is kept of each design: ``peaks``, frequency and amplitude of the peak; ``responses``,
     the amplitude over frequency on one grid for all; ``contact-states``, of each element at the
-    peak."""
+    peak; ``backbone``, natural frequency and damping ratio over the amplitude of the output
+    point."""
     frequencies: Count = 400
     """Frequencies of the grid of ``responses``."""
+    amplitudes: Count = 50
+    """Amplitudes of the grid of ``backbone``, evenly in their logarithm."""
+    amplitudes_mm: tuple[Positive, Positive] | None = None
+    """Lowest and highest amplitude of that grid; by default three decades up to the largest peak of
+    the base case."""
     designs_per_job: Count = 2500
     """Designs that one job solves."""
 
@@ -133,6 +139,10 @@ class Sweep(Entry):
             yield ("vary",), "must not be given with kind: table: its columns are what varies"
         if not of_table and not self.vary:
             yield ("vary",), "must have at least one key"
+        if "backbone" in self.observe and self.amplitudes < 2:
+            yield ("amplitudes",), "must be at least 2, the ends of the grid"
+        if self.amplitudes_mm is not None and self.amplitudes_mm[0] >= self.amplitudes_mm[1]:
+            yield ("amplitudes_mm",), "must ascend"
         if self.levels is not None and (given := LEVEL_KEYS & set(self.vary)):
             yield ("levels",), f"must not be given where {given.pop()} varies"
         for key, values in self.vary.items():
@@ -168,8 +178,12 @@ class Sweep(Entry):
     @property
     def observed(self) -> dict[str, Any]:
         """What ``study.sweeps.solve_designs`` keeps of each design."""
-        grid = self.frequencies if "responses" in self.observe else None
-        return {"frequencies": grid, "states": "contact-states" in self.observe}
+        return {
+            "frequencies": self.frequencies if "responses" in self.observe else None,
+            "amplitudes": self.amplitudes if "backbone" in self.observe else None,
+            "between": self.amplitudes_mm and tuple(1e-3 * each for each in self.amplitudes_mm),
+            "states": "contact-states" in self.observe,
+        }
 
     @property
     def grid(self) -> dict[str, int]:

@@ -21,6 +21,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import is_rescaled, rescaled_keys
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.backbone import backbone_at
 from boltjoint.dynamics.common_grid import amplitude_on_grid
 from boltjoint.dynamics.frequency_response import branch_solver
 from boltjoint.dynamics.modal_contact import ModalContact
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 logger = logging.getLogger(__name__)
+
+#: smallest amplitude of the grid of backbones, over the largest
+_SMALLEST_AMPLITUDE = 1e-3
 
 #: seconds after which the progress is logged again
 _BETWEEN_LINES = 10.0
@@ -94,19 +98,41 @@ class SweptJoint:
         """
         case = self._case(values)
         joints = self._joints(case)
-        joint, block = joints[-1], case.solve[0]
-        if self.sampling is not None:
-            joint = replace(joint, law=AlternatingFrequencyTime(joint.law, **self.sampling))
+        joint = self._solved(joints)
         solve = branch_solver(
             joint,
             case.levels,
             window=window or self._window(joints),
-            resonance=block.resonance,
+            resonance=case.solve[0].resonance,
             damping=case.structural_damping,
             coordinates=str(case.coordinates[0]),
             control=self.control,
         )
         return joint, [solve(level) for level in case.levels]
+
+    def backbone(self, values: Mapping[str, float], amplitudes: Array) -> tuple[Array, Array]:
+        """Natural frequency [Hz] and damping ratio of a design at amplitudes [m]."""
+        case = self._case(values)
+        return backbone_at(
+            self._solved(self._joints(case)),
+            amplitudes,
+            resonance=case.solve[0].resonance,
+            damping=case.structural_damping,
+            control=self.control,
+        )
+
+    def largest_peak(self, level: float) -> float:
+        """Amplitude of the peak of the base case under a level [m]; 0 without one."""
+        key = "accelerations_m_per_s2" if self.base.is_base_excited else "forces_N"
+        _, (branch,) = self.solve({key: level})
+        return 0.0 if branch.peak is None else float(branch.amplitude[branch.peak])
+
+    def _solved(self, joints: Sequence[Joint]) -> Joint:
+        """That of all joints which is solved."""
+        if self.sampling is None:
+            return joints[-1]
+        law = AlternatingFrequencyTime(joints[-1].law, **self.sampling)
+        return replace(joints[-1], law=law)
 
     def _case(self, values: Mapping[str, float]) -> Case:
         return Case.model_validate(with_values(self.case, values))
@@ -130,9 +156,11 @@ def solve_designs(
     threads: int = 1,
     *,
     frequencies: int | None = None,
+    amplitudes: int | None = None,
+    between: tuple[float, float] | None = None,
     states: bool = False,
 ) -> xr.Dataset:
-    """Peaks of some designs of a sweep, and their responses and contact states.
+    """Peaks of some designs of a sweep, and their responses, backbones and contact states.
 
     Parameters
     ----------
@@ -146,7 +174,12 @@ def solve_designs(
     threads
         Designs solved at the same time.
     frequencies
-        Number of frequencies of the grid; None where only peaks are wanted.
+        Number of frequencies of the grid of responses; None where these are not wanted.
+    amplitudes
+        Number of amplitudes of the grid of backbones; None where these are not wanted.
+    between
+        Lowest and highest of them [m]; by default three decades up to the largest peak of the base
+        case.
     states
         Whether the contact state of each element at the peak is wanted.
 
@@ -161,17 +194,23 @@ def solve_designs(
     joint_of = designs["variant"].to_numpy()
     window = None if frequencies is None else _common_window(variants, designs)
     grid = None if window is None else np.linspace(*window, frequencies)
+    sizes = None
+    if amplitudes is not None:
+        sizes = np.geomspace(*(between or _common_amplitudes(variants, designs)), amplitudes)
     levels = 1 if "force_level" in designs else len(variants[0].base.levels)
     elements = max(each.elements for each in variants)
-    found = _Observed(len(chunk), levels, grid, elements if states else None)
+    found = _Observed(len(chunk), levels, grid, sizes, elements if states else None)
     begun = said = time.monotonic()
 
     def solve(place: int, row: int) -> None:
         if impossible[row]:
             found.reason[place] = impossible[row]
             return
+        variant = variants[joint_of[row]]
         try:
-            found.add(place, *variants[joint_of[row]].solve(values[row], window))
+            found.add(place, *variant.solve(values[row], window))
+            if sizes is not None:
+                found.backbone[place] = np.transpose(variant.backbone(values[row], sizes))
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
             found.reason[place] = str(error)
 
@@ -263,14 +302,35 @@ def _common_window(variants: Sequence[SweptJoint], designs: xr.Dataset) -> tuple
     return min(lows), max(highs)
 
 
-class _Observed:
-    """What is kept of the designs of a chunk: peaks only, with neither grid [Hz] nor elements."""
+def _common_amplitudes(variants: Sequence[SweptJoint], designs: xr.Dataset) -> tuple[float, float]:
+    """Amplitudes of backbones [m]: three decades up to the largest peak of any variant."""
+    if "force_level" in designs:
+        level = float(designs["force_level"].max())
+    else:
+        level = max(variants[0].base.levels)
+    largest = max(each.largest_peak(level) for each in variants)
+    return _SMALLEST_AMPLITUDE * largest, largest
 
-    def __init__(self, designs: int, levels: int, grid: Array | None, elements: int | None) -> None:
+
+class _Observed:
+    """What is kept of the designs of a chunk.
+
+    Peaks only, with neither frequencies ``grid`` [Hz], amplitudes ``sizes`` [m] nor elements.
+    """
+
+    def __init__(
+        self,
+        designs: int,
+        levels: int,
+        grid: Array | None,
+        sizes: Array | None,
+        elements: int | None,
+    ) -> None:
         self.peak = np.full((designs, levels, 2), np.nan)
         self.complete = np.zeros((designs, levels), dtype=np.int8)
         self.reason = np.full(designs, "", dtype=object)
-        self.grid = grid
+        self.grid, self.sizes = grid, sizes
+        self.backbone = np.full((designs, np.size(sizes), 2), np.nan)
         self.response = np.full((designs, levels, np.size(grid)), np.nan)
         self.state = None
         if elements is not None:
@@ -307,6 +367,14 @@ class _Observed:
             meaning = "first-harmonic amplitude of the output point"
             rows["frequency"] = ("frequency", self.grid, "Hz", "excitation frequency")
             rows["response_amplitude"] = ((*each, "frequency"), self.response, "m", meaning)
+        if self.sizes is not None:
+            rows["amplitude"] = ("amplitude", self.sizes, "m", "amplitude of the output point")
+            of_mode = ("natural_frequency", "Hz"), ("damping_ratio", "1")
+            for (name, unit), values in zip(
+                of_mode, np.moveaxis(self.backbone, -1, 0), strict=True
+            ):
+                meaning = f"{name.replace('_', ' ')} of the nonlinear mode"
+                rows[name] = (("design", "amplitude"), values, unit, meaning)
         found = {name: quantity(*row) for name, row in rows.items()}
         if self.state is not None:
             dims = (*each, "element")

@@ -31,6 +31,10 @@ def _with_responses(sweep: "Sweep") -> bool:
     return "responses" in sweep.observe
 
 
+def _with_backbones(sweep: "Sweep") -> bool:
+    return "backbone" in sweep.observe
+
+
 def _with_indices(sweep: "Sweep") -> bool:
     return sweep.design.kind == "saltelli"
 
@@ -106,6 +110,21 @@ def sweep_bands(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.sweeps import plot_bands
 
     return plot_bands(results.dataset("sweep", sweep=artefact.sweep))
+
+
+@figure(
+    "sweep_backbones",
+    **_OF_SWEEP,
+    of=_sweeps(_with_backbones),
+    title="Backbones of the designs of {sweep}",
+    caption="Natural frequency and damping ratio over the amplitude of the output point: of each "
+    "design, or of many the median and the bands in which half and nine tenths of them lie.",
+)
+def sweep_backbones(artefact: Artefact, results: "Results") -> "Figure":
+    """Backbones."""
+    from boltjoint.report.figures.sweeps import plot_backbones
+
+    return plot_backbones(results.dataset("sweep", sweep=artefact.sweep))
 
 
 @figure(

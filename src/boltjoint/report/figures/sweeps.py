@@ -19,7 +19,11 @@ from boltjoint.report.figures.style import (
     level_colours,
 )
 from boltjoint.study.tables.html import number
-from boltjoint.study.tables.sweeps import response_quantiles, values_of_keys
+from boltjoint.study.tables.sweeps import (
+    backbone_quantiles,
+    response_quantiles,
+    values_of_keys,
+)
 
 Array = NDArray[np.float64]
 
@@ -27,6 +31,8 @@ Array = NDArray[np.float64]
 _BANDS = ((0.05, 0.95), (0.25, 0.75))
 #: designs that are drawn one by one: more hide each other
 _DOTS = 500
+#: designs whose backbones are drawn one by one
+_LINES = 24
 #: designs whose dots are larger
 _FEW = 200
 _WIDTH = 0.38
@@ -63,11 +69,51 @@ def plot_bands(sweep: xr.Dataset) -> Figure:
     axes.set(xlabel="frequency (Hz)", ylabel="response amplitude (mm)")
     axes.grid(True)
     handles, _ = axes.get_legend_handles_labels()
-    handles += [
-        Patch(color="0.3", alpha=0.2 + 0.2 * place, label=f"{high - low:.0%} of the designs")
-        for place, (low, high) in enumerate(_BANDS)
-    ]
+    handles += _band_patches("0.3")
     axes.legend(handles=[*handles, Line2D([], [], color="0.3", label="median")])
+    return figure
+
+
+@figure_style
+def plot_backbones(sweep: xr.Dataset) -> Figure:
+    """Natural frequency and damping ratio over amplitude: of each design, or bands of many.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc`` with backbones.
+    """
+    names = {"natural_frequency": "natural frequency (Hz)", "damping_ratio": "damping ratio"}
+    amplitude = sweep["amplitude"].to_numpy() * MM
+    rows = {
+        name: sweep[name].transpose(..., "amplitude").to_numpy().reshape(-1, amplitude.size)
+        for name in names
+    }
+    solved = np.flatnonzero(np.isfinite(rows["damping_ratio"]).any(axis=1))
+    figure = Figure(figsize=(9.5, 6.4), layout="constrained")
+    panels = figure.subplots(len(names), sharex=True)
+    for axes, (name, label) in zip(panels, names.items(), strict=True):
+        if len(solved) <= _LINES:
+            for row, colour in zip(solved, level_colours(len(solved)), strict=True):
+                words = _design_words(sweep, row)
+                axes.plot(amplitude, rows[name][row], color=colour, label=words)
+        else:
+            shares = [share for band in _BANDS for share in band]
+            median, *ends = backbone_quantiles(sweep, name, [0.5, *shares])
+            for place in range(len(_BANDS)):
+                style = {"color": REGION_COLOURS[0], "alpha": 0.2 + 0.2 * place, "linewidth": 0}
+                axes.fill_between(amplitude, *ends[2 * place : 2 * place + 2], **style)
+            axes.plot(amplitude, median, color=REGION_COLOURS[0], label="median")
+        axes.set(ylabel=label, xscale="log")
+        axes.grid(True)
+    panels[1].set_yscale("log")
+    label_decades(panels[1])
+    panels[1].set_xlabel("amplitude of the output point (mm)")
+    label_decades(panels[1], "x")
+    handles, _ = panels[0].get_legend_handles_labels()
+    if len(solved) > _LINES:
+        handles += _band_patches(REGION_COLOURS[0])
+    figure.legend(handles=handles, loc="outside right upper", fontsize="small")
     return figure
 
 
@@ -206,6 +252,23 @@ def plot_sensitivity(table: pd.DataFrame) -> Figure:
     if levels != [None]:
         panels[0].legend()
     return figure
+
+
+def _band_patches(colour: str) -> list[Patch]:
+    return [
+        Patch(color=colour, alpha=0.2 + 0.2 * place, label=f"{high - low:.0%} of the designs")
+        for place, (low, high) in enumerate(_BANDS)
+    ]
+
+
+def _design_words(sweep: xr.Dataset, row: int) -> str:
+    """The values of a design, of those keys that have several."""
+    words = []
+    for name, values in values_of_keys(sweep).items():
+        unit = values.attrs["units"]
+        value = f"{float(values[row]):.4g}{'' if unit == '1' else ' ' + unit}"
+        words.append(f"{name.replace('_', ' ')} {value}")
+    return ", ".join(words)
 
 
 def _level_words(sweep: xr.Dataset) -> list[str | None]:

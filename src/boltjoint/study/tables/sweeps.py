@@ -101,14 +101,20 @@ def drawn_designs(sweep: xr.Dataset) -> int:
 
 
 def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Values of each key that varies, one design after another; none that has one value only."""
+    """Values of each key that varies, one design after another; none that has one value only.
+
+    Lengths are in mm, as in the configuration.
+    """
     found = {}
     for name in varied(sweep):
         whole, _ = xr.broadcast(sweep[name], sweep["reason"])
         # in the order in which the peaks are, whichever dimension the key has
         values = whole.transpose(*sweep["reason"].dims).to_numpy().ravel()
         if values.size and np.ptp(values) > 0:
-            found[name] = xr.DataArray(values, dims="design", attrs=sweep[name].attrs)
+            attributes = dict(sweep[name].attrs)
+            if attributes["units"] == "m":
+                values, attributes["units"] = 1e3 * values, "mm"
+            found[name] = xr.DataArray(values, dims="design", attrs=attributes)
     return found
 
 
@@ -121,13 +127,23 @@ def response_quantiles(sweep: xr.Dataset, shares: Sequence[float]) -> NDArray[np
     if "force" not in amplitude.dims:
         amplitude = amplitude.expand_dims("force")
     amplitude = amplitude.transpose("force", ..., "frequency").to_numpy()
-    found = np.full((len(amplitude), len(shares), amplitude.shape[-1]), np.nan)
-    for level, values in enumerate(amplitude):
-        rows = values.reshape(-1, values.shape[-1])
-        known = rows[np.isfinite(rows).any(axis=1)]
-        if known.size:
-            found[level] = np.nanquantile(known, shares, axis=0)
-    return found
+    return np.array([_quantiles(values, shares) for values in amplitude])
+
+
+def backbone_quantiles(
+    sweep: xr.Dataset, name: str, shares: Sequence[float]
+) -> NDArray[np.float64]:
+    """Natural frequencies or damping ratios as ``response_quantiles``, (shares, amplitude)."""
+    return _quantiles(sweep[name].transpose(..., "amplitude").to_numpy(), shares)
+
+
+def _quantiles(values: NDArray[np.float64], shares: Sequence[float]) -> NDArray[np.float64]:
+    """Quantiles over all designs at each place of a grid, which is last, (shares, grid)."""
+    rows = values.reshape(-1, values.shape[-1])
+    known = rows[np.isfinite(rows).any(axis=1)]
+    if not known.size:
+        return np.full((len(shares), values.shape[-1]), np.nan)
+    return np.nanquantile(known, shares, axis=0)
 
 
 def _ends(
