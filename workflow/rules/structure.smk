@@ -42,8 +42,7 @@ rule apply_preload:
 rule find_pod_modes:
     input:
         assembly=layout.PATHS["assembly"],
-        # any preload of the assembly: its contact is the same for all but for a factor
-        preload=lambda w: data("preload", assembly=w.assembly)[0],
+        preload=lambda w: any_preload(w.assembly),
     output:
         pod_modes=layout.PATHS["pod_modes"],
     log:
@@ -93,7 +92,7 @@ rule find_modes:
 rule find_patterns:
     input:
         assembly=layout.PATHS["assembly"],
-        preload=lambda w: data("preload", assembly=w.assembly)[0],
+        preload=lambda w: any_preload(w.assembly),
     output:
         patterns=layout.PATHS["patterns"],
     log:

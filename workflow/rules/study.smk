@@ -105,6 +105,16 @@ def preload_of(case):
     return layout.path("preload", assembly=found.assembly, preload_N=found.preload)
 
 
+def any_preload(assembly):
+    """The contact of an assembly under one of its preloads: for a ratio of them all are alike."""
+    varied = [
+        layout.path("preload", assembly=assembly, preload_N=each.case.preload)
+        for each in study.possible_variants()
+        if each.assembly_name == assembly
+    ]
+    return (data("preload", assembly=assembly) or varied)[0]
+
+
 def regions_of_joint(wildcards):
     """The joint of the same regions with all their elements."""
     regions = JointName(wildcards.joint).regions

@@ -195,14 +195,16 @@ def load_study(
     for name, sweep in sweeps.items():
         if sweep is not None and (case := cases.get(sweep.case)) is not None:
             file, assembly = f"{SWEEP_FOLDER}/{name}.yaml", assemblies[case.assembly]
+            if assembly is None or settings is None:
+                continue
             allowed = keys_that_vary(case, assembly, sweep.joint)
             problems = list(_conflicts_of_sweep(sweep, case, assembly, settings, allowed))
             columns = None
             if isinstance(sweep.design, Table):
                 columns = _read_designs(sweep.design.file, allowed, files)
-            elif not problems and not all(map(is_rescaled, sweep.vary)):
-                columns = design_columns(sweep.vary, sweep.design)
-            if assembly is not None and settings is not None and not problems:
+            if not problems and not files.problems:
+                if columns is None and not all(map(is_rescaled, sweep.vary)):
+                    columns = design_columns(sweep.vary, sweep.design)
                 conflicts = partial(_conflicts_when_solved, settings=settings)
                 found = find_variants(sweep, case, assembly, columns or {}, conflicts)
                 problems += _conflicts_of_variants(sweep, found)
@@ -284,8 +286,8 @@ def _conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
 def _conflicts_of_sweep(
     sweep: Sweep,
     case: Case,
-    assembly: Assembly | None,
-    settings: Settings | None,
+    assembly: Assembly,
+    settings: Settings,
     allowed: Mapping[str, Quantity],
 ) -> Problems:
     """What the base case, its assembly and the settings do not allow in a sweep."""
@@ -296,7 +298,7 @@ def _conflicts_of_sweep(
 
 
 def _conflicts_when_solved(
-    sweep: Sweep, case: Case, assembly: Assembly | None, settings: Settings | None
+    sweep: Sweep, case: Case, assembly: Assembly, settings: Settings
 ) -> Problems:
     """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
     content = solved_alone(case, sweep)

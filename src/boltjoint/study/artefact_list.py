@@ -253,19 +253,8 @@ class Contents:
             yield from self._data_of_sweep(name)
 
     def _data_of_sweep(self, name: str) -> Iterator[Artefact]:
-        sweep = self.study.sweeps[name]
-        for variant in self.study.possible_variants(name):
-            of_assembly = {"assembly": variant.assembly_name}
-            yield Artefact("assembly", **of_assembly)
-            yield Artefact("modes", basis=sweep.basis, **of_assembly)
-            if sweep.basis.is_contact_adapted:
-                yield Artefact("pod_modes", **of_assembly)
-            yield Artefact("preload", preload_N=variant.case.preload, **of_assembly)
-            for joint in with_regions([REFERENCE[0], variant.joint]):
-                which = {"case": variant.case_name, "basis": sweep.basis, "joint": joint}
-                yield Artefact("joint", **which)
-                if joint.reduction is not None:
-                    yield Artefact("fit_timing", **which)
+        # joints, and what they are made from, are none of these: a case's own results must not
+        # depend on what a sweep adds to them
         yield Artefact("designs", sweep=name)
         for chunk in range(self.chunks(name)):
             yield Artefact("chunk", sweep=name, chunk=chunk)

@@ -296,19 +296,25 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     nodes = min(size.nodes, _COUNTLESS)
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill
-    for _ in contents.select("preload", assembly=name):
+    preloads = {each.preload_N for each in contents.select("preload", assembly=name)}
+    bases = {each.basis for each in contents.select("modes", form="data", assembly=name)}
+    for sweep, variants in study.variants.items():
+        own = [each for each in variants if each.assembly_name == name and not each.reason]
+        preloads |= {each.case.preload for each in own}
+        bases |= {study.sweeps[sweep].basis for _ in own}
+    for _ in preloads:
         memory = _PROCESS + _BESIDE_FACTORS + _FACTORS * fill
         yield _Job("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
-    for modes in contents.select("modes", form="data", assembly=name):
-        if modes.basis.is_contact_adapted:
+    for basis in sorted(bases):
+        if basis.is_contact_adapted:
             continue
-        number = modes.basis.vectors
+        number = basis.vectors
         # of three modes about one bends in the plane
         met = _VECTORS_PER_MODE * (3 * number + 2) * vector
         memory = _PROCESS + _BESIDE_FACTORS + factors + met
         seconds = _MODES * square * max(number / 4, 1)
-        yield _Job(str(modes.basis), name, memory, seconds, key, f"to find {number} modes")
-    if contents.select("pod_modes", assembly=name):
+        yield _Job(str(basis), name, memory, seconds, key, f"to find {number} modes")
+    if any(basis.is_contact_adapted for basis in bases):
         # pairs of one half of the width, along x and z
         candidates = min(size.pairs + study.contact_adapted_basis.free_modes, _COUNTLESS)
         memory = (

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from boltjoint import checks
 from boltjoint.config.case import Case
@@ -43,9 +44,6 @@ logger = logging.getLogger(__name__)
 
 #: smallest amplitude of the grid of backbones, over the largest
 _SMALLEST_AMPLITUDE = 1e-3
-
-#: seconds after which the progress is logged again
-_BETWEEN_LINES = 10.0
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,7 @@ def solve_designs(
     levels = 1 if "force_level" in designs else len(variants[0].base.levels)
     elements = max(each.elements for each in variants)
     found = _Observed(len(chunk), levels, grid, sizes, elements if states else None)
-    begun = said = time.monotonic()
+    begun = time.monotonic()
 
     def solve(place: int, row: int) -> None:
         if impossible[row]:
@@ -214,11 +212,13 @@ def solve_designs(
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
             found.reason[place] = str(error)
 
+    words = f"designs {chunk.start} to {chunk.stop} of {len(values)}"
     with ThreadPoolExecutor(threads) as pool:
-        for count, _ in enumerate(pool.map(solve, range(len(chunk)), chunk), start=1):
-            if time.monotonic() - said > _BETWEEN_LINES:
-                said = time.monotonic()
-                logger.info("%d of %d designs in %.0f s", count, len(chunk), said - begun)
+        solved = pool.map(solve, range(len(chunk)), chunk)
+        # on a terminal only
+        for _ in tqdm(solved, words, len(chunk), leave=False, disable=None):
+            pass
+    logger.info("%s in %.0f s", words, time.monotonic() - begun)
     return found.dataset()
 
 
