@@ -16,6 +16,7 @@ from pathlib import Path
 import jinja2
 import numpy as np
 import pandas as pd
+import sweeps
 
 from boltjoint.config.study import load_study
 from boltjoint.joint.io import load_joint
@@ -24,7 +25,15 @@ from boltjoint.report.pages import accuracy
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
-FIGURES = ("reductions", "sampling")
+#: figures by the page that goes with their results
+FIGURES = {
+    "accuracy": ("reductions", "sampling"),
+    "sweeps": (
+        "sweep_bands_three_bolt_variable_three_bolt_uncertainty",
+        "sweep_backbones_three_bolt_constant_three_bolt_loosened",
+        "sweep_backbones_three_bolt_constant_three_bolt_pitch_and_lap",
+    ),
+}
 
 
 class Tables:
@@ -236,11 +245,12 @@ def write(pages: Sequence[str] = ()) -> None:
     for template in sorted(HERE.glob("*.md.j2")):
         if pages and template.name.removesuffix(".md.j2") not in pages:
             continue
-        text = environment.get_template(template.name).render(t=Tables())
+        text = environment.get_template(template.name).render(t=Tables(), sweeps=sweeps)
         template.with_suffix("").write_text(text, encoding="utf-8")
     (HERE / "figures").mkdir(exist_ok=True)
-    for name in FIGURES:
-        shutil.copy(RESULTS / f"figures/{name}.svg", HERE / "figures")
+    for page in pages or FIGURES:
+        for name in FIGURES.get(page, ()):
+            shutil.copy(RESULTS / f"figures/{name}.svg", HERE / "figures")
 
 
 if __name__ == "__main__":

@@ -6,16 +6,19 @@ from small_joint import connect_small
 
 from boltjoint.config.case import Case
 from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
-from boltjoint.config.sweep import Grid, Samples
+from boltjoint.config.sweep import Grid, Saltelli, Samples
 from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.backbone import backbone_at, find_backbone
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import frequency_window
+from boltjoint.friction.laws import LAWS
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import list_designs, values_of
 from boltjoint.study.sweeps import SweptJoint, gather_sweep, solve_designs
+from boltjoint.study.tables.sweeps import tabulate_sensitivity
 
 KEYS = {
     "constant": {"tangential_stiffness_N_per_m": 5e6, "friction_coefficient": 0.1},
@@ -223,3 +226,44 @@ def test_backbones_go_up_to_the_largest_peak_of_the_base_case(problem):
 def test_amplitudes_of_a_backbone_ascend_from_above_zero(problem, amplitudes):
     with pytest.raises(ValueError, match="amplitudes"):
         backbone_at(problem.joints[-1], amplitudes, loss_factor=0.01)
+
+
+def test_indices_of_the_stuck_resonance_follow_from_its_derivatives():
+    content = base("variable", forces_N=(1e-6,))
+    keys = ("tangential_stiffness_N_per_m", "normal_stiffness_N_per_m")
+    means, width = (KEYS["variable"][key] for key in keys), (0.02, 0.04)
+    vary = {
+        f"contact.{key}": Linear(kind="linear", lowest=(1 - w) * mean, highest=(1 + w) * mean)
+        for key, mean, w in zip(keys, means, width, strict=True)
+    }
+    problem = SweptJoint(content, joints(Case.model_validate(content)))
+    designs = list_designs(vary, Saltelli(kind="saltelli", number=256), content)
+    found = solve_designs([problem], designs, range(designs.sizes["design"]))
+    sweep = gather_sweep(content, designs, [found], {})
+    table = tabulate_sensitivity(sweep)
+    table = table[table["observed"] == "peak_frequency_Hz"].set_index("key")
+
+    # the stiffness of stuck pairs is linear in each of both
+    joint = problem.joints[-1]
+    L = np.diag((2 * np.pi * joint.natural_frequency) ** 2)
+    squared, vectors = np.linalg.eigh(L + joint.stuck_stiffness())
+    frequency = np.sqrt(squared[0]) / (2 * np.pi)
+    np.testing.assert_allclose(sweep["peak_frequency"].mean(), frequency, rtol=1e-3)
+    variances = []
+    for key, w in zip(keys, width, strict=True):
+        before = {each.removesuffix("_N_per_m"): of for each, of in KEYS["variable"].items()}
+        name = key.removesuffix("_N_per_m")
+        after = before | {name: 2 * before[name]}
+        twice = rescale_contact(joint, LAWS["variable"], before, after)
+        mode = vectors[:, 0]
+        # of the square of the circular frequency, by the logarithm of the stiffness
+        derivative = mode @ (twice.stuck_stiffness() - joint.stuck_stiffness()) @ mode
+        variances.append((derivative * w) ** 2)
+    for key, variance in zip(keys, variances, strict=True):
+        row = table.loc[key.removesuffix("_N_per_m")]
+        expected = variance / sum(variances)
+        assert 0.02 < expected < 0.98
+        for order in ("first_order", "total"):
+            assert row[f"{order}_low"] < expected < row[f"{order}_high"]
+            assert row[f"{order}_high"] - row[f"{order}_low"] < 0.3
+            assert abs(row[order] - expected) < 0.05

@@ -1,0 +1,132 @@
+"""What the page of the shipped sweeps quotes of them: ``python docs/write.py sweeps``.
+
+They are those of ``make reproduce STUDY=config/sweeps.yaml``.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from boltjoint import dataset
+from boltjoint.study.tables.sweeps import (
+    tabulate_sensitivity,
+    tabulate_statistics,
+    values_of_keys,
+)
+
+RESULTS = Path(__file__).parents[1] / "results"
+MM = 1e3
+
+
+@cache
+def load(name: str) -> xr.Dataset:
+    """A finished sweep."""
+    return dataset.load(RESULTS / f"sweeps/{name}/sweep.nc")
+
+
+def statistics(name: str) -> pd.DataFrame:
+    """Quantiles of the peaks, by what is observed."""
+    return tabulate_statistics(load(name)).set_index("observed")
+
+
+@cache
+def _indices(name: str) -> pd.DataFrame:
+    return tabulate_sensitivity(load(name)).set_index(["observed", "key"])
+
+
+def shares(name: str) -> pd.DataFrame:
+    """First-order and total Sobol indices with their intervals, as text, by key and peak."""
+    found = {}
+    for order, words in (("first_order", "first order"), ("total", "total")):
+        for observed, of_what in (("peak_frequency_Hz", "frequency"), ("peak_mm", "amplitude")):
+            rows = _indices(name).loc[observed]
+            found[f"{of_what}, {words}"] = [
+                f"{row[order]:.2f} ({row[f'{order}_low']:.2f} to {row[f'{order}_high']:.2f})"
+                for _, row in rows.iterrows()
+            ]
+    keys = [key.replace("_", " ") for key in rows.index]
+    return pd.DataFrame(found, index=keys)
+
+
+def share(name: str, observed: str, key: str, order: str = "total") -> float:
+    """A Sobol index."""
+    return float(_indices(name).loc[(observed, key), order])
+
+
+def loosened(name: str) -> list[dict[str, object]]:
+    """Peaks of each bolt at each ratio against those of the tight joint: changes in percent."""
+    sweep = load(name)
+    keys = [key for key in sweep.attrs["varied"].split() if key.startswith("preload_ratio")]
+    ratios = np.column_stack([sweep[key] for key in keys])
+    (tight,) = np.flatnonzero((ratios == 1).all(axis=1))
+    found = []
+    for row in np.flatnonzero((ratios != 1).any(axis=1)):
+        (bolt,) = np.flatnonzero(ratios[row] != 1)
+        changes = {
+            what: [
+                100 * (each / before - 1)
+                for each, before in zip(
+                    sweep[f"peak_{what}"].to_numpy()[row],
+                    sweep[f"peak_{what}"].to_numpy()[tight],
+                    strict=True,
+                )
+            ]
+            for what in ("frequency", "amplitude")
+        }
+        found.append({"bolt": int(bolt) + 1, "ratio": float(ratios[row, bolt]), **changes})
+    return found
+
+
+def change(name: str, bolt: int, ratio: float, what: str, level: int) -> float:
+    """One of ``loosened``."""
+    (row,) = (each for each in loosened(name) if each["bolt"] == bolt and each["ratio"] == ratio)
+    return row[what][level]
+
+
+def tight(name: str, what: str, level: int) -> float:
+    """Peak of the joint with all bolts tight: frequency [Hz] or amplitude [mm]."""
+    values = load(name)[f"peak_{what}"].to_numpy()[0, level]
+    return float(values * (MM if what == "amplitude" else 1.0))
+
+
+def dimensions(name: str, amplitudes_mm: tuple[float, ...]) -> list[dict[str, object]]:
+    """Keys of each design, its natural frequency and damping ratio [%] at amplitudes, and peaks."""
+    sweep = load(name)
+    keys, at = values_of_keys(sweep), np.log(sweep["amplitude"].to_numpy() * MM)
+    return [
+        {
+            "values": {key: float(values[row]) for key, values in keys.items()},
+            "frequency": np.interp(np.log(amplitudes_mm), at, sweep["natural_frequency"][row]),
+            "damping": 100 * np.interp(np.log(amplitudes_mm), at, sweep["damping_ratio"][row]),
+            "largest": 100 * float(sweep["damping_ratio"][row].max()),
+            "at": MM * float(sweep["amplitude"][int(sweep["damping_ratio"][row].argmax())]),
+            "peaks": MM * sweep["peak_amplitude"].to_numpy()[row],
+        }
+        for row in range(sweep.sizes["design"])
+    ]
+
+
+@cache
+def reduction_errors(name: str, case: str, basis: str) -> xr.Dataset:
+    """Largest errors of the peaks [%] against all pairs, over the levels, by the keys of a grid."""
+    sweep = load(name)
+    path = RESULTS / f"cases/{case}/{basis}/node-to-node/linear/resonance=1/response.nc"
+    whole = dataset.load(path)
+    levels = whole["force_level"].to_numpy().tolist()
+    at = [levels.index(level) for level in sweep["force_level"].to_numpy()]
+    return xr.Dataset(
+        {
+            what: abs(
+                100
+                * (
+                    sweep[f"peak_{what}"]
+                    / xr.DataArray(whole[f"peak_{what}"][at].data, dims="force")
+                    - 1
+                )
+            ).max("force")
+            for what in ("frequency", "amplitude")
+        }
+    )
