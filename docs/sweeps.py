@@ -96,16 +96,23 @@ def dimensions(name: str, amplitudes_mm: tuple[float, ...]) -> list[dict[str, ob
     """Keys of each design, its natural frequency and damping ratio [%] at amplitudes, and peaks."""
     sweep = load(name)
     keys, at = values_of_keys(sweep), np.log(sweep["amplitude"].to_numpy() * MM)
+    curves = zip(
+        sweep["natural_frequency"].to_numpy(),
+        100 * sweep["damping_ratio"].to_numpy(),
+        MM * sweep["peak_amplitude"].to_numpy(),
+        strict=True,
+    )
+    wanted = np.log(amplitudes_mm)
     return [
         {
             "values": {key: float(values[row]) for key, values in keys.items()},
-            "frequency": np.interp(np.log(amplitudes_mm), at, sweep["natural_frequency"][row]),
-            "damping": 100 * np.interp(np.log(amplitudes_mm), at, sweep["damping_ratio"][row]),
-            "largest": 100 * float(sweep["damping_ratio"][row].max()),
-            "at": MM * float(sweep["amplitude"][int(sweep["damping_ratio"][row].argmax())]),
-            "peaks": MM * sweep["peak_amplitude"].to_numpy()[row],
+            "frequency": np.interp(wanted, at, frequency),
+            "damping": np.interp(wanted, at, damping),
+            "largest": damping.max(),
+            "at": np.exp(at[damping.argmax()]),
+            "peaks": peaks,
         }
-        for row in range(sweep.sizes["design"])
+        for row, (frequency, damping, peaks) in enumerate(curves)
     ]
 
 

@@ -167,7 +167,7 @@ def test_backbones_of_few_designs_are_lines_with_their_values(backbones):
     np.testing.assert_allclose(lines[1].get_ydata(), 2e-3 * np.array([1, 2, 3, 2]))
     (legend,) = figure.legends
     words = [text.get_text() for text in legend.get_texts()]
-    assert words == ["preload 100 N", "preload 200 N"]
+    assert words == ["preload = 100 N", "preload = 200 N"]
 
 
 def test_no_backbones_are_an_empty_figure(backbones):

@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -75,9 +76,18 @@ def test_a_killed_run_goes_on_and_two_runs_give_the_same_bytes(again, finished):
         assert (again / path).read_bytes() == (finished / path).read_bytes(), path
 
 
-def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(copied):
-    damaged = copied / "results/cases/small/free-2/clusters=2/joint.nc"
-    made_of_it = "results/cases/small/free-2/clusters=2/harmonic=2/joint.nc"
+@pytest.mark.parametrize(
+    ("damaged", "made_of_it", "rule"),
+    [
+        ("cases/small/free-2/clusters=2/joint.nc", "harmonic=2/joint.nc", "reduce_joint"),
+        ("sweeps/grid/chunks/1.nc", "../sweep.nc", "gather_sweep"),
+    ],
+)
+def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(
+    copied, damaged, made_of_it, rule
+):
+    made_of_it = os.path.normpath(f"results/{Path(damaged).parent}/{made_of_it}")
+    damaged = copied / "results" / damaged
     kept = damaged.read_bytes(), (copied / made_of_it).read_bytes()
     damaged.write_bytes(kept[0][: len(kept[0]) // 2])
     ran = snakemake(copied, made_of_it)
@@ -85,7 +95,7 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(copied):
     (line,) = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
     assert str(damaged.relative_to(copied)) in line and "cannot be read" in line
     assert "Traceback" not in ran.stderr
-    logs = (copied / "results/logs/reduce_joint").rglob("*.log")
+    logs = (copied / f"results/logs/{rule}").rglob("*.log")
     (log,) = [text for each in logs if line in (text := each.read_text())]
     assert "Traceback" in log
     # what it would have written is gone, and comes back with what it is made from

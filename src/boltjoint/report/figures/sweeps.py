@@ -94,9 +94,9 @@ def plot_backbones(sweep: xr.Dataset) -> Figure:
     panels = figure.subplots(len(names), sharex=True)
     for axes, (name, label) in zip(panels, names.items(), strict=True):
         if len(solved) <= _LINES:
-            for row, colour in zip(solved, level_colours(len(solved)), strict=True):
-                words = _design_words(sweep, row)
-                axes.plot(amplitude, rows[name][row], color=colour, label=words)
+            lines = rows[name][solved], level_colours(len(solved)), _design_words(sweep, solved)
+            for line, colour, words in zip(*lines, strict=True):
+                axes.plot(amplitude, line, color=colour, label=words)
         else:
             shares = [share for band in _BANDS for share in band]
             median, *ends = backbone_quantiles(sweep, name, [0.5, *shares])
@@ -261,14 +261,23 @@ def _band_patches(colour: str) -> list[Patch]:
     ]
 
 
-def _design_words(sweep: xr.Dataset, row: int) -> str:
-    """The values of a design, of those keys that have several."""
-    words = []
-    for name, values in values_of_keys(sweep).items():
-        unit = values.attrs["units"]
-        value = f"{float(values[row]):.4g}{'' if unit == '1' else ' ' + unit}"
-        words.append(f"{name.replace('_', ' ')} {value}")
-    return ", ".join(words)
+def _design_words(sweep: xr.Dataset, rows: Array) -> list[str]:
+    """The values of designs, of as many keys as tell them apart."""
+    keys = values_of_keys(sweep)
+    columns = [values.to_numpy()[rows] for values in keys.values()]
+    count = next(
+        (n for n in range(1, len(keys)) if len(set(zip(*columns[:n], strict=True))) == len(rows)),
+        len(keys),
+    )
+    told = []
+    for place in range(len(rows)):
+        words = []
+        for (name, values), column in zip(list(keys.items())[:count], columns, strict=False):
+            unit = values.attrs["units"]
+            number_of_key = f"{column[place]:.4g}{'' if unit == '1' else ' ' + unit}"
+            words.append(f"{name.replace('_', ' ')} = {number_of_key}")
+        told.append(", ".join(words))
+    return told
 
 
 def _level_words(sweep: xr.Dataset) -> list[str | None]:
