@@ -29,8 +29,8 @@ LEVEL_KEYS = {"forces_N", "accelerations_m_per_s2"}
 #: more jobs than the workflow can list in a reasonable time
 MOST_JOBS = 10_000
 
-#: time of a design of few elements at one level [s]
-_SECONDS = 6e-3
+#: time of a design of few elements at one level [s], and size of its peak with its values [byte]
+_SECONDS, _BYTES = 4e-3, 50
 
 
 class Grid(Entry):
@@ -154,11 +154,11 @@ class Sweep(Entry):
                     yield ("vary", key, "number"), "is missing: at least two values of a grid"
         count = self.designs or 0
         if count > MOST_DESIGNS:
-            days = _SECONDS * count / 86400
+            days, size = _SECONDS * count / 86400, _BYTES * count / 1e9
             yield (
                 ("design",),
-                f"makes {count:.3g} designs, {days:.3g} days on one core for each level: "
-                f"must make at most {MOST_DESIGNS:g}",
+                f"makes {count:.3g} designs, {days:.3g} days on one core and {size:.3g} GB of peaks "
+                f"for each level: must make at most {MOST_DESIGNS:g}",
             )
         elif count > MOST_JOBS * self.designs_per_job:
             yield (
