@@ -35,22 +35,27 @@ class PeakSearch(Options):
 
     Parameters
     ----------
-    first_step, smallest_step
-        Steps in which the peak is bracketed, over its frequency: of the width of a resonance with
-        a damping ratio of 1e-3, and a hundredth of that.
+    first_step, smallest_step, largest_step
+        Steps in which the peak is bracketed, over its frequency: a quarter of the width of a
+        resonance with a damping ratio of 1e-3, doubled while the peak lies beyond; a fiftieth of
+        that; and its width.
     largest_distance
         From the peak with fewer harmonics, over its frequency: beyond it lies another resonance.
     width
         Within which the frequency is located, relative.
     tolerance
         Residual of the equations, over the force. The error of 256 samples is 1e-5 and more.
+    iterations
+        Corrections after which a solution is given up, and a smaller step tried.
     """
 
-    first_step: float = 2e-3
+    first_step: float = 5e-4
     smallest_step: float = 1e-5
+    largest_step: float = 2e-3
     largest_distance: float = 0.1
     width: float = 1e-6
     tolerance: float = 1e-6
+    iterations: int = 25
 
 
 @dataclass(frozen=True)
@@ -269,12 +274,13 @@ def find_peak(
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
     equations, output = LinearModes(balance), OutputPoint(balance)
-    control = StepControl(tolerance=search.tolerance, maximum_iterations=50)
+    control = StepControl(tolerance=search.tolerance, maximum_iterations=search.iterations)
     solutions: dict[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-    begin = 2 * np.pi * frequency
+    begin = nearest = 2 * np.pi * frequency
 
     def slope(w: float) -> float:
         """Derivative of the squared amplitude by the frequency."""
+        nonlocal nearest
         if solutions:
             nearest = min(solutions, key=lambda other: abs(other - w))
             x, change = solutions[nearest]
@@ -282,15 +288,23 @@ def find_peak(
         else:
             guesses = [start.in_components(law.components).ravel()]
         for guess in guesses:
-            solution, jacobian = newton(equations, guess, w, control)
+            solution, _ = newton(equations, guess, w, control, chords=True)
+            if not solution.converged:
+                continue
+            jacobian = equations.evaluate(solution.x, w)[1]()
             change = solve(jacobian, -equations.parameter_derivative(solution.x, w))
-            if solution.converged and change is not None:
+            if change is not None:
                 solutions[w] = solution.x, change
                 return output.slope(solution.x, change)
-        raise _NotConverged
+        if not solutions or abs(w - nearest) < search.smallest_step * begin:
+            raise _NotConverged
+        # by a solution between
+        slope((w + nearest) / 2)
+        return slope(w)
 
     try:
         low = high = begin
+        largest = search.largest_step * begin
         step = np.copysign(search.first_step * begin, slope(begin))
         while np.sign(output.slope(*solutions[high])) == np.sign(step):
             if abs(high - begin) > search.largest_distance * begin:
@@ -303,6 +317,7 @@ def find_peak(
                 step /= 2
             else:
                 low, high = high, high + step
+                step = np.clip(2 * step, -largest, largest)
         peak = brentq(slope, low, high, xtol=search.width * begin)
         slope(float(peak))
     except _NotConverged:
