@@ -8,7 +8,8 @@ from boltjoint.config.case import Case
 from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
 from boltjoint.config.sweep import Grid, Saltelli, Samples
 from boltjoint.config.varied_case import with_values
-from boltjoint.dynamics.backbone import backbone_at, find_backbone
+from boltjoint.dynamics.backbone import find_backbone
+from boltjoint.dynamics.backbone_at import backbone_at
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.laws import LAWS

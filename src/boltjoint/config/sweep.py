@@ -157,8 +157,8 @@ class Sweep(Entry):
             days, size = _SECONDS * count / 86400, _BYTES * count / 1e9
             yield (
                 ("design",),
-                f"makes {count:.3g} designs, {days:.3g} days on one core and {size:.3g} GB of peaks "
-                f"for each level: must make at most {MOST_DESIGNS:g}",
+                f"makes {count:.3g} designs, {days:.3g} days on one core and {size:.3g} GB of "
+                f"peaks for each level: must make at most {MOST_DESIGNS:g}",
             )
         elif count > MOST_JOBS * self.designs_per_job:
             yield (

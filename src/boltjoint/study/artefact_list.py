@@ -74,6 +74,26 @@ def with_regions(joints: "Iterable[JointName]") -> list[JointName]:
     return list(dict.fromkeys([*regions, *joints]))
 
 
+def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
+    """The joints of a sweep, and what they are made from."""
+    basis = study.sweeps[name].basis
+    for variant in study.possible_variants(name):
+        of_assembly = {"assembly": variant.assembly_name}
+        for kind in ("assembly", "mesh_view"):
+            yield Artefact(kind, **of_assembly)
+        for kind in ("modes", "modes_view"):
+            yield Artefact(kind, basis=basis, **of_assembly)
+        if basis.is_contact_adapted:
+            yield Artefact("pod_modes", **of_assembly)
+        for kind in ("preload", "preload_view"):
+            yield Artefact(kind, preload_N=variant.case.preload, **of_assembly)
+        for joint in with_regions([REFERENCE[0], variant.joint]):
+            which = {"case": variant.case_name, "basis": basis, "joint": joint}
+            yield Artefact("joint", **which)
+            if joint.reduction is not None:
+                yield Artefact("fit_timing", **which)
+
+
 class Contents:
     """Everything that a study makes.
 
@@ -88,13 +108,19 @@ class Contents:
     def __init__(self, study: "Study", displays: "Iterable[Display]" = ()) -> None:
         self.study = study
         self._displays = tuple(displays)
-        self.artefacts = tuple(dict.fromkeys([*self._data(), *self._shown(), *self._pages()]))
+        own = dict.fromkeys([*self._data(), *self._shown(), *self._pages()])
+        # a case's own results must not depend on the joints that a sweep adds to it
+        of_sweeps = [each for name in study.sweeps for each in _joints_of_sweep(study, name)]
+        self.artefacts = tuple(dict.fromkeys([*own, *of_sweeps]))
         self._of_kind: defaultdict[str, list[Artefact]] = defaultdict(list)
-        for artefact in self.artefacts:
+        for artefact in own:
             self._of_kind[artefact.kind].append(artefact)
 
     def select(self, *kinds: str, **which: object) -> list[Artefact]:
-        """The artefacts of these kinds, or of all, and with these values of their fields."""
+        """The artefacts of these kinds, or of all, and with these values of their fields.
+
+        Without the joints of sweeps, and what these are made from.
+        """
         found = (
             [each for kind in kinds for each in self._of_kind[kind]] if kinds else self.artefacts
         )
@@ -105,8 +131,9 @@ class Contents:
         ]
 
     def files(self, *kinds: str, **which: object) -> list[str]:
-        """The files of these kinds, with those made together with them."""
-        return [path for artefact in self.select(*kinds, **which) for path in artefact.paths]
+        """The files of these kinds, with those made together with them; of no kind, all."""
+        found = self.select(*kinds, **which) if kinds or which else self.artefacts
+        return [path for artefact in found for path in artefact.paths]
 
     def cases_and_bases(self) -> list[tuple[str, Basis]]:
         """Every case with every basis that it is solved in."""
@@ -253,13 +280,11 @@ class Contents:
             yield from self._data_of_sweep(name)
 
     def _data_of_sweep(self, name: str) -> Iterator[Artefact]:
-        # joints, and what they are made from, are none of these: a case's own results must not
-        # depend on what a sweep adds to them
         yield Artefact("designs", sweep=name)
         for chunk in range(self.chunks(name)):
             yield Artefact("chunk", sweep=name, chunk=chunk)
-        for kind in ("sweep", "sweep_page"):
-            yield Artefact(kind, sweep=name)
+        yield Artefact("sweep", sweep=name)
+        yield Artefact("sweep_page", sweep=name)
 
     def joints_of_sweep(self, name: str) -> list[list[str]]:
         """Files of the joints of each variant of a sweep: node to node, and reduced from it."""

@@ -22,7 +22,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import is_rescaled, rescaled_keys
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.backbone import backbone_at
+from boltjoint.dynamics.backbone_at import backbone_at
 from boltjoint.dynamics.common_grid import amplitude_on_grid
 from boltjoint.dynamics.frequency_response import branch_solver
 from boltjoint.dynamics.modal_contact import ModalContact

@@ -1,0 +1,233 @@
+"""What does not go together in a study: cases, assemblies, sweeps and settings."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+from pydantic import ValidationError
+
+from boltjoint.config.assembly import Assembly
+from boltjoint.config.case import Case
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.entries import choice
+from boltjoint.config.settings import Settings
+from boltjoint.config.sweep import MOST_JOBS, Sweep
+from boltjoint.config.types import CONFIG_FILE, Problems
+from boltjoint.config.variants import Variant
+from boltjoint.config.varied_case import conflicts_with_case, solved_alone
+from boltjoint.config.varied_keys import RATIOS, Quantity
+from boltjoint.names import Basis, Preload
+
+
+def conflicts_of_case(
+    case: Case,
+    assembly: Assembly | None,
+    settings: Settings | None,
+    published: Collection[str] | None,
+) -> Problems:
+    """What the assembly, the settings and the source do not allow in a case."""
+    if assembly is not None:
+        yield from _conflicts_of_joints(case, assembly)
+        yield from conflicts_of_preload(case, assembly)
+        yield from conflicts_of_points(case, assembly)
+    if settings is not None:
+        yield from _conflicts_of_options(case, settings)
+        yield from _conflicts_of_bases(case, assembly, settings.contact_adapted_basis)
+    if published is not None and case.published is not None and case.published not in published:
+        yield (
+            ("published",),
+            f"is no case study of the source{choice(case.published, published)}",
+        )
+
+
+def conflicts_of_preload(case: Case, assembly: Assembly | None) -> Problems:
+    """Other preloads than bolts."""
+    if assembly is not None and case.preload_ratios is not None:
+        bolts = len(assembly.bolt_positions_mm)
+        if len(case.preload_ratios) != bolts:
+            sentence = f"must have {bolts} ratios, one for each bolt of {case.assembly}"
+            yield ("preload_ratios",), sentence
+
+
+def conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
+    """Points of the excitation and the sensors that the assembly does not have."""
+    for path, point in case.points.items():
+        if assembly is not None:
+            yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
+
+
+def conflicts_of_sweep(
+    sweep: Sweep,
+    case: Case,
+    assembly: Assembly,
+    settings: Settings,
+    allowed: Mapping[str, Quantity],
+) -> Problems:
+    """What the base case, its assembly and the settings do not allow in a sweep."""
+    yield from conflicts_with_case(sweep, case, allowed)
+    for path, sentence in conflicts_when_solved(sweep, case, assembly, settings):
+        if path in (("joint",), ("basis",), ("resonance",)):
+            yield path, sentence
+
+
+def conflicts_when_solved(
+    sweep: Sweep, case: Case, assembly: Assembly, settings: Settings
+) -> Problems:
+    """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
+    content = solved_alone(case, sweep)
+    try:
+        found = list(conflicts_of_case(Case.model_validate(content), assembly, settings, None))
+    except ValidationError as error:
+        found = [each for problem in error.errors() for each in problem["ctx"]["problems"]]
+    keys = {"joints": "joint", "modes": "basis", "resonance": "resonance"}
+    for path, sentence in found:
+        key = next((keys[part] for part in path if part in keys), None)
+        yield path if key is None else (key,), sentence
+
+
+def conflicts_of_variants(sweep: Sweep, variants: Sequence[Variant]) -> Problems:
+    """More variants than can be made, or none that can."""
+    if len(variants) > MOST_JOBS:
+        yield (
+            ("vary",),
+            f"makes {len(variants)} joints of other dimensions, preloads or divisions: must make "
+            f"at most {MOST_JOBS}",
+        )
+    if all(each.reason for each in variants):
+        yield ("vary",), f"makes no possible design: {variants[0].reason}"
+    if sweep.basis.is_contact_adapted and any(
+        key.startswith(RATIOS) for each in variants for key in each.values
+    ):
+        yield (
+            ("basis",),
+            "must be free-N: a contact-adapted basis is made for preloads of one ratio",
+        )
+
+
+def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
+    """Joints with more regions, elements in all or weighted pairs than there are contact pairs.
+
+    Bands hold each pair with its mirror image, and so are at most as many as on one side.
+    """
+    pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
+    of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
+    for block_index, block in enumerate(case.solve):
+        for index, joint in enumerate(block.joints):
+            regions = 1 if joint.count == "auto" else joint.count or 0
+            of_regions = of_one_side if joint.division == "regions" else pairs
+            for count, what, (most, of_what) in (
+                (regions, joint.division, of_regions),
+                (regions * (joint.elements or 0), "elements in all", pairs),
+                (0 if joint.pairs == "auto" else joint.pairs or 0, "weighted pairs", pairs),
+            ):
+                if count > most:
+                    path = ("solve", block_index, "joints", index)
+                    yield path, f"must have at most {most} {what}, {of_what}"
+                    break
+
+
+def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
+    """Resonances and coordinates that the numerical options do not allow."""
+    most, harmonics = settings.contact_adapted_basis.resonances, settings.solver.harmonics
+    for index, block in enumerate(case.blocks):
+        enriched = [basis for basis in block.modes if basis.is_contact_adapted]
+        if enriched and block.resonance > most:
+            sentence = f"must be at most {most}, contact_adapted_basis.resonances, in {enriched[0]}"
+            yield ("solve", index, "resonance"), sentence
+        for place, name in enumerate(block.coordinates):
+            if harmonics > 1 and name.kind in ("complex", "backbone"):
+                path = (*case.place_of("coordinates", index), place)
+                yield path, f"must be linear or rdnm-N with solver.harmonics: {harmonics}"
+
+
+def _conflicts_of_bases(
+    case: Case, assembly: Assembly | None, options: ContactAdaptedBasis
+) -> Problems:
+    """Enriched bases of more vectors than are found."""
+    for index, block in enumerate(case.blocks):
+        for place, basis in enumerate(block.modes):
+            if sentence := _too_large(basis, options, {case.assembly: assembly}):
+                yield (*case.place_of("modes", index), place), sentence
+
+
+def other_ratios(cases: Mapping[str, Case]) -> Iterator[tuple[str, str]]:
+    """Cases whose bolts are tightened in another ratio than the contact-adapted basis assumes.
+
+    Several preloads of an assembly are alike but for a factor, and so is what a basis resolves.
+    """
+    alike = {name: Preload.of(1, case.preload_ratios) for name, case in cases.items()}
+    enriched = {
+        case.assembly
+        for case in cases.values()
+        if any(basis.is_contact_adapted for basis in case.bases)
+    }
+    for assembly in enriched:
+        own = [name for name, case in cases.items() if case.assembly == assembly]
+        # equal bolts are what the others differ from
+        first = min(own, key=lambda name: isinstance(alike[name].of_bolts, tuple))
+        for name in own:
+            if alike[name] != alike[first]:
+                yield (
+                    name,
+                    f"must be as in {first}: a contact-adapted basis of {assembly} is made for "
+                    "loads of one ratio",
+                )
+
+
+def missing_preloads(
+    cases: Collection[Case], assemblies: Mapping[str, Assembly | None]
+) -> Iterator[tuple[str, str]]:
+    """Assemblies that are to have an enriched basis but no contact to make it from."""
+    used = {case.assembly for case in cases}
+    enriched = [basis for case in cases for basis in case.bases if basis.is_contact_adapted]
+    for name, assembly in assemblies.items():
+        if enriched and assembly and name not in used and assembly.preload_N is None:
+            yield name, f"is missing: {enriched[0]} is made from the contact under preload"
+
+
+def conflicts_of_convergence(
+    settings: Settings,
+    cases: Collection[Case | None],
+    assemblies: Mapping[str, Assembly | None],
+) -> Problems:
+    """Bases and numbers of regions that an assembly does not have."""
+    for index, basis in enumerate(settings.convergence.bases):
+        if sentence := _too_large(basis, settings.contact_adapted_basis, assemblies):
+            yield ("convergence", "bases", index), sentence
+    divided = {
+        case.assembly
+        for case in cases
+        if case and any(basis.is_contact_adapted for basis in case.bases)
+    }
+    for index, count in enumerate(settings.convergence.regions):
+        for name, assembly in assemblies.items():
+            if name in divided and assembly and count > (most := assembly.pairs_of_one_side):
+                sentence = f"must be at most {most}, {_pairs_of_one_side(name)}"
+                yield ("convergence", "regions", index), sentence
+                break
+
+
+def _too_large(
+    basis: Basis, options: ContactAdaptedBasis, assemblies: Mapping[str, Assembly | None]
+) -> str | None:
+    """What an enriched basis of more vectors than are found must be, for the first assembly."""
+    if not basis.is_contact_adapted or basis.vectors == "auto":
+        return None
+    number, most = basis.vectors, options.maximum_vectors
+    if number > most:
+        return (
+            f"must have at most {most} vectors, as contact_adapted_basis.maximum_vectors in "
+            f"{CONFIG_FILE}"
+        )
+    for name, assembly in assemblies.items():
+        # candidates: modes, and the shapes of a force along and across the contact on every pair
+        if assembly and number > (
+            candidates := options.free_modes + 2 * assembly.pairs_of_one_side
+        ):
+            return (
+                f"must have at most {candidates} vectors: contact_adapted_basis.free_modes, "
+                f"and two for each of {_pairs_of_one_side(name)}"
+            )
+    return None
+
+
+def _pairs_of_one_side(assembly: str) -> str:
+    return f"the contact pairs of {assembly} on one side of the centre line and on it"
