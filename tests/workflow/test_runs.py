@@ -105,6 +105,19 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(
     assert kept == (damaged.read_bytes(), (copied / made_of_it).read_bytes())
 
 
+def test_peaks_have_all_harmonics_where_these_are_asked_for(copied):
+    where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
+    before = dataset.load(copied / where)
+    assert "peak_harmonics" not in before
+    run(copied, where, "--config", "cases=[variable]", "sweeps=[]", "converged_peaks=true")
+    found = dataset.load(copied / where)
+    assert (found["peak_harmonics"] >= 5).all()
+    for name in ("peak_frequency", "peak_amplitude"):
+        np.testing.assert_array_equal(found[name], before[name])
+        ratio = found[f"{name}_converged"] / found[name]
+        assert ((ratio > 0.5) & (ratio < 2) & (ratio != 1)).all()
+
+
 def test_sampled_friction_has_as_many_harmonics_as_are_asked_for(copied, finished):
     where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
     # the backbone and the complex mode of the other case have one harmonic

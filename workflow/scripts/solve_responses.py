@@ -2,6 +2,7 @@
 
 from boltjoint import dataset
 from boltjoint.study.solution import CaseInBasis
+from boltjoint.verification.converged_peaks import HarmonicConvergence
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
@@ -11,6 +12,7 @@ traced = zip(params.backbones, case.trace_backbones(params.backbones), strict=Tr
 for path, (response, (backbone, parameters)) in zip(output.backbones, traced, strict=True):
     dataset.save(backbone, path, parameters)
     backbones[response] = backbone
-solved = case.solve(params.responses, backbones, **params.options)
+harmonics = HarmonicConvergence() if params.converge_peaks else None
+solved = case.solve(params.responses, backbones, harmonics=harmonics, **params.options)
 for path, (response, parameters) in zip(output.responses, solved, strict=True):
     dataset.save(response, path, parameters)

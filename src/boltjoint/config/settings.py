@@ -1,6 +1,8 @@
 """Settings of a study: the cases that run, and the numerical options."""
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.convergence import Convergence
@@ -24,6 +26,9 @@ class Settings(Entry):
     omit: Distinct[tuple[Literal["timing", "checks", "harmonics"], ...]] = ()
     """Parts to leave out: solution times and costs of models; residuals in time; time integration
     and further harmonics at ``verification_forces_N``."""
+    converged_peaks: Annotated[bool, Field(strict=True)] = False
+    """Whether each response has its peaks with as many harmonics as change them by less than
+    0.5 % too: seconds to minutes for each joint."""
     contact_adapted_basis: ContactAdaptedBasis = ContactAdaptedBasis()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()

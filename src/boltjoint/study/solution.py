@@ -18,6 +18,7 @@ from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
 from boltjoint.study.timing import time_solver
+from boltjoint.verification.converged_peaks import HarmonicConvergence, converge_peaks
 
 if TYPE_CHECKING:
     from boltjoint.study.artefact_list import Response
@@ -55,9 +56,16 @@ class CaseInBasis:
         self,
         responses: "Sequence[Response]",
         backbones: "Mapping[Response, xr.Dataset]",
+        *,
+        harmonics: HarmonicConvergence | None = None,
         **options: object,
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
-        """The frequency responses, and the parameters of each (``solve_response``)."""
+        """The frequency responses, and the parameters of each (``solve_response``).
+
+        With ``harmonics`` each has its peaks with all harmonics too. They are those of the joint in
+        all linear modes, found from the first response of it, whatever coordinates others have.
+        """
+        converged: dict[tuple[str, int], xr.Dataset] = {}
         for response, joint, how in self._problems(responses):
             given = {
                 "coordinates": str(response.coordinates),
@@ -65,6 +73,12 @@ class CaseInBasis:
                 **options,
             }
             found = solve_response(joint, **how, **given, backbone=backbones.get(response))
+            if harmonics is not None:
+                peaks = response.joint, response.resonance
+                if peaks not in converged:
+                    converged[peaks] = converge_peaks(joint, found, harmonics)
+                found = found.merge(converged[peaks])
+                found.attrs["harmonic_convergence"] = harmonics.stored()
             yield found, self._parameters(response, given)
 
     def time(

@@ -1,0 +1,115 @@
+"""Peaks with as many harmonics as change nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_joint import connect_small, make_joint
+
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import tabulate_joint
+from boltjoint.verification.converged_peaks import (
+    HarmonicConvergence,
+    converge_peak,
+    converge_peaks,
+)
+from boltjoint.verification.multi_harmonic import find_peak, motion_at_peak
+from boltjoint.verification.time_integration import steady_state
+
+LOSS = 0.01
+FORCES = [0.01, 5.0, 20.0]
+
+
+@pytest.fixture(params=["constant", "variable"], scope="module")
+def either(request):
+    """A joint of either law with its response."""
+    joint = make_joint(law=request.param)
+    return joint, solve_response(joint, FORCES, loss_factor=LOSS)
+
+
+def test_more_harmonics_change_a_converged_peak_by_less_than_the_tolerance(either):
+    joint, response = either
+    found = converge_peaks(joint, response)
+    assert np.isfinite(found["peak_harmonics"]).all()
+    for place, force in enumerate(FORCES):
+        frequency, motion = motion_at_peak(response, force)
+        highest, motion = find_peak(
+            joint, frequency, force, LOSS, motion, harmonics=33, samples=1024
+        )
+        amplitude = abs(motion.amplitude(joint.response_mode))
+        peak = found.isel(force=place)
+        # what is left falls with the square of the harmonics: it is about the last change
+        assert float(peak["peak_amplitude_converged"]) == pytest.approx(amplitude, rel=1e-2)
+        assert float(peak["peak_frequency_converged"]) == pytest.approx(highest, rel=1e-3)
+    # where more slips, one harmonic leaves more out
+    error = abs(found["peak_amplitude_converged"] / response["peak_amplitude"] - 1)
+    assert error[1] > 2 * error[0]
+
+
+def test_a_converged_peak_is_that_of_the_motion_in_time(either):
+    joint, response = either
+    found = converge_peaks(joint, response).isel(force=1)
+    frequency, motion = motion_at_peak(response, FORCES[1])
+    frequency, motion = find_peak(
+        joint, frequency, FORCES[1], LOSS, motion, harmonics=33, samples=1024
+    )
+    # damping is viscous in time, so that harmonics beyond the first are damped otherwise
+    in_time = steady_state(joint, frequency, FORCES[1], LOSS, start=motion.in_time(256))
+    assert in_time.converged
+    assert float(found["peak_amplitude_converged"]) == pytest.approx(
+        abs(in_time.amplitude), rel=5e-3
+    )
+
+
+def test_what_is_sampled_already_has_the_same_converged_peaks(either):
+    joint, response = either
+    expected = converge_peaks(joint, response)
+    several = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, 256))
+    of_three = solve_response(several, FORCES, loss_factor=LOSS)
+    found = converge_peaks(several, of_three)
+    for name in ("peak_frequency_converged", "peak_amplitude_converged"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=2e-3)
+
+
+def test_what_does_not_converge_is_not_a_number(either):
+    joint, response = either
+    few = HarmonicConvergence(harmonics=(3, 5), amplitude_tolerance=1e-9)
+    found = converge_peaks(joint, response, few)
+    assert np.isnan(found["peak_harmonics"][1:]).all()
+    lost = response.assign(peak_frequency=np.nan * response["peak_frequency"])
+    assert np.isnan(converge_peaks(joint, lost)["peak_amplitude_converged"]).all()
+
+
+def test_a_tabulated_law_has_the_converged_peaks_of_its_elements():
+    keys = {"tangential_stiffness": 5e6, "friction_coefficient": 0.1}
+    nodes, preload = connect_small("constant", keys)
+    regions = partition_regions(nodes, preload, 2)
+    found, expected = (
+        converge_peaks(joint, solve_response(joint, [5.0], loss_factor=LOSS))
+        for joint in (tabulate_joint(regions), regions)
+    )
+    assert np.isfinite(expected["peak_harmonics"]).all()
+    for name in ("peak_frequency_converged", "peak_amplitude_converged"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-4)
+
+
+def test_a_peak_that_is_not_found_is_none(either):
+    joint, response = either
+    frequency, motion = motion_at_peak(response, 0.01)
+    assert converge_peak(joint, 0.8 * frequency, motion, 0.01, LOSS) is None
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"harmonics": (5, 3)},
+        {"amplitude_tolerance": 0},
+        {"frequency_tolerance": -1},
+        {"samples": 2},
+    ],
+)
+def test_options_with_which_nothing_converges_are_refused(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        HarmonicConvergence(**wrong)
