@@ -150,7 +150,7 @@ def test_modal_forces_are_projections_of_those_of_the_points(population, harmoni
     found, found_tangent = aft.modal_force_and_tangent(tuple(rows), amplitude)
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
     np.testing.assert_allclose(
-        found_tangent, expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()
+        found_tangent(), expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()
     )
 
 

@@ -15,7 +15,8 @@ from boltjoint.verification.converged_peaks import (
     converge_peak,
     converge_peaks,
 )
-from boltjoint.verification.multi_harmonic import find_peak, motion_at_peak
+from boltjoint.verification.harmonic_peaks import find_peak
+from boltjoint.verification.multi_harmonic import motion_at_peak
 from boltjoint.verification.time_integration import steady_state
 
 LOSS = 0.01

@@ -12,13 +12,12 @@ from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.verification.harmonic_peaks import find_peak, tabulate_peaks
 from boltjoint.verification.multi_harmonic import (
     PeriodicMotion,
     ViscousBalance,
-    find_peak,
     motion_at_peak,
     solve_periodic,
-    tabulate_peaks,
 )
 
 LOSS = 0.01

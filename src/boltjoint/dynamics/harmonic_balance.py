@@ -121,22 +121,22 @@ class HarmonicBalance:
     def dynamic_stiffness(self, w: float) -> NDArray[np.float64]:
         """The linear part of the equations at w, shape (components * modes,) * 2."""
         matrix = self._static_stiffness.copy()
-        diagonal = np.einsum("ii->i", matrix)
-        diagonal -= (w * self._harmonic) ** 2
+        np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
         if self.damping_matrix.varying is not None:
             self._add_damping(matrix, lambda h: self._varying_damping(h, w))
         return matrix
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Residual of the equations at x and w, shape of x."""
-        force = self.contact.modal_force(self.joint.law.evaluate(self.motion(x)))
-        return self.dynamic_stiffness(w) @ x + force - self.modal_force
+        return self.contact.force(x) + self.dynamic_stiffness(w) @ x - self.modal_force
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual and its lazily evaluated Jacobian, from one pass over the friction elements."""
-        return self.assemble(x, w, *self.joint.law.evaluate_with_tangent(self.motion(x)))
+        force, tangent = self.contact.force_and_tangent(x)
+        linear = self.dynamic_stiffness(w)
+        return linear @ x + force - self.modal_force, lambda: linear + tangent()
 
     def assemble(
         self,
@@ -165,7 +165,7 @@ class HarmonicBalance:
         """
         q = x.reshape(len(self.components), -1)
         parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        contact = self.contact.modal_force(self.joint.law.evaluate(self.motion(x))).reshape(q.shape)
+        contact = self.contact.force(x).reshape(q.shape)
         excitation = self.modal_force.reshape(q.shape)
         supplied, structural, friction = 0.0, 0.0, 0.0
         for h in (harmonic for part, harmonic in parts if part == "sin"):

@@ -1,5 +1,6 @@
 """Friction elements of a joint in modal coordinates: forces, tangents, describing functions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -63,6 +64,24 @@ class ModalContact:
             raise ValueError(f"x has shape {x.shape}, expected {shape}")
         amplitudes = x.reshape(len(self.components), -1)
         return np.hstack([B @ amplitudes.T for B in self.rows])
+
+    def force(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces on the modes at x [kg^-1/2 N], shape of x."""
+        if self.joint.law.sums_in_modal_coordinates:
+            return self.force_and_tangent(x)[0]
+        return self.modal_force(self.joint.law.evaluate(self.motion(x)))
+
+    def force_and_tangent(
+        self, x: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], Callable[[], NDArray[np.float64]]]:
+        """Forces on the modes at x [kg^-1/2 N], and their lazily evaluated derivative [s^-2]."""
+        law = self.joint.law
+        if not law.sums_in_modal_coordinates:
+            force, tangent = law.evaluate_with_tangent(self.motion(x))
+            return self.modal_force(force), lambda: self.modal_tangent(tangent)
+        amplitudes = x.reshape(len(self.components), -1)
+        force, of_modes = law.modal_force_and_tangent(self.rows, amplitudes)
+        return force.ravel(), lambda: of_modes().reshape(x.size, x.size)
 
     def modal_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
         """Forces of the points on the modes [kg^-1/2 N], shape (components * modes,)."""

@@ -13,14 +13,21 @@ steady-state response of nonlinear dynamic systems. Journal of Applied Mechanics
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.aft_kernels import add_forces, add_modal_forces
+from boltjoint.friction.aft_kernels import add_forces
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
+from boltjoint.friction.modal_aft import (
+    HarmonicBasis,
+    LazyTangent,
+    ModalElements,
+    modal_force_and_tangent,
+)
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,8 @@ class AlternatingFrequencyTime(FrictionLaw):
     elements: ElementLaw
     harmonics: int = 1
     samples: int = 256
+
+    sums_in_modal_coordinates: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse impossible harmonics and samples."""
@@ -104,12 +113,11 @@ class AlternatingFrequencyTime(FrictionLaw):
 
     def modal_force_and_tangent(
         self, rows: tuple[Array, ...], amplitude: Array
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Array, LazyTangent]:
         """Harmonic forces in modal coordinates and their derivative, for any number of harmonics.
 
         The projection of ``force_and_tangent`` onto the modes, of amplitudes that need not be
-        finite. With few modes and many harmonics it costs less than tangents of points, because the
-        elements are summed at every sample before the transformation to harmonics.
+        finite, by sums over the elements at every sample: no tangents of points are formed.
 
         Parameters
         ----------
@@ -122,8 +130,9 @@ class AlternatingFrequencyTime(FrictionLaw):
         -------
         force : ndarray
             Shape (components, modes) [kg^-1/2 N].
-        tangent : ndarray
-            d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes) [s^-2].
+        tangent : callable
+            Gives d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)
+            [s^-2].
 
         Raises
         ------
@@ -139,26 +148,11 @@ class AlternatingFrequencyTime(FrictionLaw):
         if min(map(len, rows)) < self._points:
             raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
         on, k_u, k_v, normal_load, mu = self._arrays
-        R = np.ascontiguousarray(rows[0][on])
-        N = np.ascontiguousarray(rows[1][on]) if len(rows) == 2 else np.zeros_like(R)
-        count, modes = amplitude.shape
-        contribution = self._synthesis * self._weight[:, None]
-        total = np.zeros((modes, self.samples))
-        # derivatives by the modes at a sample: of the force at that sample, and of later forces by
-        # the slider position determined at that sample
-        direct = np.zeros((self.samples + 1, modes, modes))
-        earlier = np.zeros((self.samples, modes, modes, count))
-        elements = R, N, k_u[:, None] * R, k_v[:, None] * N, normal_load, mu
-        q = amplitude.T @ self._synthesis
-        add_modal_forces(elements, q, self._mean, total, direct, earlier)
-        by_time = np.cumsum(direct[:-1], axis=0)
-        tangent = (earlier.reshape(self.samples, -1).T @ self._synthesis.T).reshape(
-            modes, modes, count, count
-        )
-        for r in range(modes):
-            for s in range(modes):
-                tangent[r, s] += contribution * by_time[:, r, s] @ self._synthesis.T
-        return contribution @ total.T, tangent.transpose(2, 0, 3, 1)
+        R = rows[0][on]
+        N = rows[1][on] if "normal" in self.directions else None
+        V = None if N is None else k_v[:, None] * N
+        elements = ModalElements(R, N, k_u[:, None] * R, V, normal_load, mu)
+        return modal_force_and_tangent(elements, self._basis, amplitude)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         on, k_u, k_v, normal_load, mu = self._arrays
@@ -205,6 +199,13 @@ class AlternatingFrequencyTime(FrictionLaw):
     def _weight(self) -> Array:
         """Weight of a sample in each component, shape (components,)."""
         return np.where(np.array(self.components) == "bias", 1.0, 2.0) / self.samples
+
+    @cached_property
+    def _basis(self) -> HarmonicBasis:
+        """The components as the sums in modal coordinates take them."""
+        number = [0 if name == "bias" else int(name[3:] or 1) for name in self.components]
+        is_sine = np.array([name.startswith("sin") for name in self.components])
+        return HarmonicBasis(np.array(number), is_sine, self._synthesis, self._weight, self._mean)
 
     @cached_property
     def _mean(self) -> Array:

@@ -34,7 +34,7 @@ def _move_slider(
 
 
 @njit(cache=True)
-def _move_through_period(
+def move_through_period(
     x: Array, n: Array, mu: float, friction: Array, state: NDArray[np.int8]
 ) -> tuple[int, int]:
     """Friction and states of a second period; sample and state that set the slider in the first."""
@@ -78,7 +78,7 @@ def add_forces(
                 n[i] = normal_load[e]
                 if directions == 2:
                     n[i] += k_v[e] * displacement[1, i]
-            slider_sample, slider_state = _move_through_period(x, n, mu, friction, state)
+            slider_sample, slider_state = move_through_period(x, n, mu, friction, state)
             for i in range(samples):
                 total[0, i] += friction[i]
                 if directions == 2:
@@ -129,7 +129,7 @@ def _add_tangent(
                         tangent[i, count + j] += of_n * both
                         tangent[count + i, count + j] += k_v * both
             if not slips and slider_state != STICK:
-                share, by_n_before, by_n = _slider_derivative(x, n, mu, slider_sample, slider_state)
+                share, by_n_before, by_n = slider_derivative(x, n, mu, slider_sample, slider_state)
                 for j in range(count):
                     phi_before, phi = synthesis[j, slider_sample - 1], synthesis[j, slider_sample]
                     z_by_x = k_u * (phi_before + share * (phi - phi_before))
@@ -145,7 +145,7 @@ def _add_tangent(
 
 
 @njit(cache=True)
-def _slider_derivative(
+def slider_derivative(
     x: Array, n: Array, mu: float, at: int, by: int
 ) -> tuple[float, float, float]:
     """Derivatives of a slider position determined at a sample, by this sample and the one before.
@@ -157,63 +157,3 @@ def _slider_derivative(
     drop = n[at - 1] - n[at]
     slope = (x[at] - x[at - 1]) / drop**2
     return n[at - 1] / drop, -n[at] * slope, n[at - 1] * slope
-
-
-@njit(cache=True)
-def add_modal_forces(
-    elements: tuple[Array, ...], q: Array, mean: Array, total: Array, direct: Array, earlier: Array
-) -> None:
-    """Add the forces and derivatives of the elements in modal coordinates.
-
-    ``x = X q`` and ``n = n0 + V q``; R and N project friction force and normal load onto the modes.
-    """
-    R, N, X, V, normal_load, friction_coefficient = elements
-    modes, samples = q.shape
-    has_normal = np.any(V)
-    x, n, friction = np.empty(samples), np.empty(samples), np.empty(samples)
-    state = np.empty(samples, dtype=np.int8)
-    for e in range(len(X)):
-        mu, preload = friction_coefficient[e], max(normal_load[e], 0.0)
-        np.dot(X[e], q, x)
-        n[:] = normal_load[e]
-        if has_normal:
-            n += np.dot(V[e], q)
-        slider_sample, slider_state = _move_through_period(x, n, mu, friction, state)
-        for r in range(modes):
-            for i in range(samples):
-                total[r, i] += R[e, r] * friction[i]
-            if has_normal:
-                for i in range(samples):
-                    total[r, i] += N[e, r] * (max(n[i], 0.0) - preload)
-        begin = 0
-        for end in range(1, samples + 1):
-            current = state[begin]
-            if end < samples and state[end] == current:
-                continue
-            slips = current in (SLIP_NEGATIVE, SLIP_POSITIVE)
-            if current == CLOSING:
-                slider_sample, slider_state = begin, current
-            if current != SEPARATION:
-                of_x = 0.0 if slips else 1.0
-                of_n = current * mu if slips else 0.0
-                for r in range(modes):
-                    for s in range(modes):
-                        change = R[e, r] * (of_x * X[e, s] + of_n * V[e, s]) + N[e, r] * V[e, s]
-                        direct[begin, r, s] += change
-                        direct[end, r, s] -= change
-                if not slips and slider_state != STICK:
-                    share, by_n_before, by_n = _slider_derivative(
-                        x, n, mu, slider_sample, slider_state
-                    )
-                    for r in range(modes):
-                        for s in range(modes):
-                            now = R[e, r] * (share * X[e, s] + by_n * V[e, s])
-                            before = R[e, r] * ((1 - share) * X[e, s] + by_n_before * V[e, s])
-                            for i in range(mean.shape[1]):
-                                weight = mean[end, i] - mean[begin, i]
-                                earlier[slider_sample, r, s, i] -= now * weight
-                                if slider_state == CLOSING:
-                                    earlier[slider_sample - 1, r, s, i] -= before * weight
-            if slips:
-                slider_sample, slider_state = end - 1, current
-            begin = end

@@ -66,6 +66,8 @@ class FrictionLaw(ABC):
     directions: tuple[str, ...]
     #: harmonic coefficients of the motion that the law needs
     components: tuple[str, ...]
+    #: whether it has ``modal_force_and_tangent``, forces and tangents in modal coordinates
+    sums_in_modal_coordinates: ClassVar[bool] = False
 
     def force(self, motion: Array) -> Array:
         """Harmonic forces of all elements on each point.

@@ -20,7 +20,8 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
-from boltjoint.verification.multi_harmonic import PeriodicMotion, find_peak, motion_at_peak
+from boltjoint.verification.harmonic_peaks import find_peak
+from boltjoint.verification.multi_harmonic import PeriodicMotion, motion_at_peak
 
 logger = logging.getLogger(__name__)
 

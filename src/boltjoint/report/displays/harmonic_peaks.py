@@ -36,7 +36,7 @@ def harmonic_peaks(
     forces: Sequence[float],
 ) -> "pd.DataFrame":
     """Peaks of the node-to-node joint with increasing numbers of harmonics."""
-    from boltjoint.verification.multi_harmonic import tabulate_peaks
+    from boltjoint.verification.harmonic_peaks import tabulate_peaks
 
     joint, solved = further_harmonics.load(artefact, results, response)
     return tabulate_peaks(joint, solved, forces=forces)

@@ -1,0 +1,236 @@
+"""AFT in modal coordinates: elements are summed at every sample before the Fourier transforms.
+
+Between two changes of its contact state the force of an element is linear in the displacement at
+the same sample and at the one that determined its slider. So the tangent of all elements is made of
+two sums over the samples: G(t) of the derivatives by the displacement at t, which changes only with
+contact states, and those by the displacement at the samples that determine sliders. Its cost hardly
+grows with the number of elements, and with the square of the harmonics only as the Jacobian does.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from boltjoint.friction.aft_kernels import (
+    CLOSING,
+    SEPARATION,
+    SLIP_NEGATIVE,
+    SLIP_POSITIVE,
+    STICK,
+    move_through_period,
+    slider_derivative,
+)
+from boltjoint.friction.law import Array
+
+LazyTangent = Callable[[], Array]
+
+#: samples whose derivatives are transformed to harmonics at once, so that they stay small
+_SAMPLES_AT_ONCE = 32
+
+
+class ModalElements(NamedTuple):
+    """Elements in modal coordinates.
+
+    ``x = X q`` and ``n = n0 + V q`` are the forces of their springs; R and N, of the same shape
+    (elements, modes), project friction force and normal load onto the modes; V and N are None
+    where the normal load is constant. ``normal_load`` n0 and ``friction_coefficient`` have the
+    shape (elements,).
+    """
+
+    R: Array
+    N: Array | None
+    X: Array
+    V: Array | None
+    normal_load: Array
+    friction_coefficient: Array
+
+
+class HarmonicBasis(NamedTuple):
+    """Components of motion and force: ``harmonic`` number and ``is_sine``, shape (components,).
+
+    ``synthesis`` has their values at the samples, shape (components, samples); ``weight`` that of a
+    sample in each; ``mean`` the sums of the weighted values up to a sample, (samples + 1,
+    components).
+    """
+
+    harmonic: NDArray[np.int64]
+    is_sine: NDArray[np.bool_]
+    synthesis: Array
+    weight: Array
+    mean: Array
+
+
+class _Changes(NamedTuple):
+    """Derivatives of the elements that begin at a sample, an array for each column.
+
+    ``of_state`` by the displacement at the same time: sample, element, and changes of the
+    derivative of the friction by x and by n, and of the load by n. ``of_slider`` by the
+    displacement at the sample that determined the slider: sample, element, the derivatives of its
+    position by x and by n, and the samples between which it stays.
+    """
+
+    of_state: Array
+    of_slider: Array
+
+
+def modal_force_and_tangent(
+    elements: ModalElements, basis: HarmonicBasis, amplitude: Array
+) -> tuple[Array, LazyTangent]:
+    """Harmonic forces in modal coordinates, and their lazily evaluated derivative.
+
+    Parameters
+    ----------
+    elements, basis
+        The elements, and the components of motion and force.
+    amplitude
+        Modal coordinates by component [kg^1/2 m], shape (components, modes).
+
+    Returns
+    -------
+    force : ndarray
+        Shape (components, modes) [kg^-1/2 N].
+    tangent : callable
+        Gives d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes).
+    """
+    q = amplitude.T @ basis.synthesis
+    x = elements.X @ q
+    n = np.repeat(elements.normal_load[:, None], x.shape[1], axis=1)
+    if elements.V is not None:
+        n += elements.V @ q
+    friction = np.empty_like(x)
+    changes = _Changes(*_follow(x, n, elements.friction_coefficient, friction))
+    force = (friction @ basis.synthesis.T).T @ elements.R
+    if elements.N is not None:
+        load = np.maximum(n, 0.0) - np.maximum(elements.normal_load, 0.0)[:, None]
+        force += (load @ basis.synthesis.T).T @ elements.N
+    return force * basis.weight[:, None], lambda: _tangent(elements, basis, changes)
+
+
+def _tangent(elements: ModalElements, basis: HarmonicBasis, changes: _Changes) -> Array:
+    """Derivative of the harmonic forces, (components, modes, components, modes)."""
+    by_state = _by_state(elements, basis, changes.of_state)
+    by_slider = _by_slider(elements, basis, changes.of_slider)
+    return by_state.transpose(0, 2, 1, 3) - by_slider.transpose(2, 0, 3, 1)
+
+
+def _by_state(elements: ModalElements, basis: HarmonicBasis, of_state: Array) -> Array:
+    """Derivative by the displacements at the same time, (components, components, modes, modes).
+
+    ``sum_t phi_i(t) G(t) phi_j(t)``: products of two harmonics are the harmonics of sum and
+    difference of their numbers.
+    """
+    modes, samples = elements.R.shape[1], basis.synthesis.shape[1]
+    G = np.zeros((samples, modes, modes))
+    for sample, on, (by_x, by_n, load_by_n) in _by_sample(of_state):
+        X = by_x[:, None] * elements.X[on]
+        if elements.V is not None:
+            V = elements.V[on]
+            X += by_n[:, None] * V
+            G[sample] += elements.N[on].T @ (load_by_n[:, None] * V)
+        G[sample] += elements.R[on].T @ X
+    spectrum = np.fft.fft(np.cumsum(G, axis=0).reshape(samples, -1), axis=0)
+    h = basis.harmonic
+    products = np.empty((h.size, h.size, modes * modes))
+    for of_force, i in _by_part(basis):
+        for of_motion, j in _by_part(basis):
+            total = spectrum[(h[i][:, None] + h[j]) % samples]
+            difference = spectrum[(h[i][:, None] - h[j]) % samples]
+            # the spectrum is the sum with cos, less i times that with sin
+            if of_force == of_motion:
+                found = difference.real + (total.real if of_force == "cos" else -total.real)
+            else:
+                found = -total.imag + (-difference.imag if of_force == "sin" else difference.imag)
+            products[np.ix_(i, j)] = 0.5 * basis.weight[i][:, None, None] * found
+    return products.reshape(h.size, h.size, modes, modes)
+
+
+def _by_slider(elements: ModalElements, basis: HarmonicBasis, of_slider: Array) -> Array:
+    """Derivative by the displacements that determined sliders, (modes, modes, comps, comps)."""
+    modes, count = elements.R.shape[1], basis.harmonic.size
+    tangent = np.zeros((modes * modes * count, count))
+    groups = list(_by_sample(of_slider))
+    for first in range(0, len(groups), _SAMPLES_AT_ONCE):
+        together = groups[first : first + _SAMPLES_AT_ONCE]
+        derivative = np.empty((len(together), modes * modes * count))
+        for row, (_, on, (by_x, by_n, begin, end)) in zip(derivative, together, strict=True):
+            position = by_x[:, None] * elements.X[on]
+            if elements.V is not None:
+                position += by_n[:, None] * elements.V[on]
+            during = basis.mean[end.astype(np.int64)] - basis.mean[begin.astype(np.int64)]
+            both = (position[:, :, None] * during[:, None, :]).reshape(on.size, -1)
+            row[:] = (elements.R[on].T @ both).ravel()
+        samples = [sample for sample, *_ in together]
+        tangent += derivative.T @ basis.synthesis[:, samples].T
+    return tangent.reshape(modes, modes, count, count)
+
+
+def _by_part(basis: HarmonicBasis) -> tuple[tuple[str, NDArray[np.int64]], ...]:
+    """The sine components, and the others."""
+    return ("sin", np.flatnonzero(basis.is_sine)), ("cos", np.flatnonzero(~basis.is_sine))
+
+
+def _by_sample(changes: Array) -> Iterator[tuple[int, NDArray[np.int64], Array]]:
+    """Sample, elements and further columns of the changes at each sample that has any."""
+    order = np.argsort(changes[:, 0], kind="stable")
+    samples, first = np.unique(changes[order, 0], return_index=True)
+    after = np.append(first[1:], order.size)
+    for sample, begin, end in zip(samples, first, after, strict=False):
+        at = order[begin:end]
+        yield int(sample), changes[at, 1].astype(np.int64), changes[at, 2:].T
+
+
+@njit(cache=True)
+def _set(row: Array, values: tuple[float, ...]) -> None:
+    """Set the columns of a row."""
+    for column, value in enumerate(values):
+        row[column] = value
+
+
+@njit(cache=True)
+def _follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) -> tuple:
+    """Follow the elements through the period: their friction, and where derivatives change."""
+    elements, samples = x.shape
+    state = np.empty(samples, dtype=np.int8)
+    of_state, of_slider = np.empty((8 * elements + 8, 5)), np.empty((4 * elements + 4, 6))
+    states = sliders = 0
+    for e in range(elements):
+        mu = friction_coefficient[e]
+        slider_sample, slider_state = move_through_period(x[e], n[e], mu, friction[e], state)
+        begin = 0
+        for end in range(1, samples + 1):
+            current = state[begin]
+            if end < samples and state[end] == current:
+                continue
+            if states + 2 > len(of_state):
+                of_state = np.concatenate((of_state, np.empty_like(of_state)))
+            if sliders + 2 > len(of_slider):
+                of_slider = np.concatenate((of_slider, np.empty_like(of_slider)))
+            slips = current == SLIP_NEGATIVE or current == SLIP_POSITIVE
+            if current == CLOSING:
+                slider_sample, slider_state = begin, current
+            if current != SEPARATION:
+                by_x, by_n = (0.0, current * mu) if slips else (1.0, 0.0)
+                _set(of_state[states], (float(begin), float(e), by_x, by_n, 1.0))
+                states += 1
+                if end < samples:
+                    _set(of_state[states], (float(end), float(e), -by_x, -by_n, -1.0))
+                    states += 1
+                if not slips and slider_state != STICK:
+                    part, by_n_before, by_n = slider_derivative(
+                        x[e], n[e], mu, slider_sample, slider_state
+                    )
+                    during = float(begin), float(end)
+                    at = float(slider_sample), float(e)
+                    _set(of_slider[sliders], (*at, part, by_n, *during))
+                    sliders += 1
+                    if slider_state == CLOSING:
+                        at = float((slider_sample - 1) % samples), float(e)
+                        _set(of_slider[sliders], (*at, 1.0 - part, by_n_before, *during))
+                        sliders += 1
+            if slips:
+                slider_sample, slider_state = end - 1, current
+            begin = end
+    return of_state[:states], of_slider[:sliders]
