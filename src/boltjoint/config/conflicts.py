@@ -133,9 +133,9 @@ def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
             sentence = f"must be at most {most}, contact_adapted_basis.resonances, in {enriched[0]}"
             yield ("solve", index, "resonance"), sentence
         for place, name in enumerate(block.coordinates):
-            if harmonics > 1 and name.kind in ("complex", "backbone"):
+            if harmonics > 1 and name.kind == "complex":
                 path = (*case.place_of("coordinates", index), place)
-                yield path, f"must be linear or rdnm-N with solver.harmonics: {harmonics}"
+                yield path, f"must be linear, rdnm-N or backbone with solver.harmonics: {harmonics}"
 
 
 def _conflicts_of_bases(

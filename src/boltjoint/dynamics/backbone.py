@@ -18,6 +18,7 @@ from boltjoint.damping import Damping, choose_damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.compiled_epmc import epmc_system
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
+from boltjoint.dynamics.harmonic_balance import parse_component
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.compiled_path import follow
@@ -161,13 +162,22 @@ class Backbone:
             ("complete", (), np.int8(self.complete), "1", "1 where the last amplitude is reached"),
             ("reason", (), self.reason, "1", "why the backbone ends before"),
         ]
-        if "bias" in self.equations.balance.components:
-            bias = np.array([state.bias for state in states]).reshape(mode.shape)
+        components = self.equations.components
+        motion = np.array([state.modal_coordinate for state in states])
+        motion = motion.reshape(len(states), len(components), mode.shape[1])
+        if "bias" in components:
+            bias = motion[:, components.index("bias")]
             meaning = "bias of the modal coordinates"
             quantities.append(("bias", ("state", "mode"), bias, "kg^1/2 m", meaning))
+        coords: dict[str, list[str]] = {"part": ["real", "imaginary"]}
+        further = [i for i, name in enumerate(components) if parse_component(name)[1] > 1]
+        if further:
+            coords["component"] = [components[i] for i in further]
+            dims, meaning = ("state", "component", "mode"), "further harmonics of the motion"
+            quantities.append(("further_harmonics", dims, motion[:, further], "kg^1/2 m", meaning))
         return xr.Dataset(
             {name: quantity(*row) for name, *row in quantities},
-            coords={"part": ["real", "imaginary"]},
+            coords=coords,
             attrs={
                 **self.equations.balance.damping.attributes(),
                 "resonance": self.equations.resonance,
@@ -317,13 +327,14 @@ def find_backbone(
         By state: ``modal_amplitude`` [kg^1/2 m], ``response_amplitude`` of the output point [m],
         ``natural_frequency`` [Hz], ``damping_ratio``, ``friction_dissipation`` in a period [J],
         ``peak_force`` [N] whose response has its peak at that state, ``mode_shape`` (state, mode,
-        part), under variable load ``bias`` (state, mode) [kg^1/2 m]; ``complete`` and ``reason``.
+        part), under variable load ``bias`` (state, mode) [kg^1/2 m], with several harmonics
+        ``further_harmonics`` (state, component, mode) [kg^1/2 m]; ``complete`` and ``reason``.
 
     Raises
     ------
     ValueError
-        If forces, damping or window are out of range, the structure has fewer modes, the motion
-        has further harmonics, or the force does not excite the resonance.
+        If forces, damping or window are out of range, the structure has fewer modes, or the force
+        does not excite the resonance.
     """
     damping = choose_damping(loss_factor, damping)
     traced = trace_for_forces(
@@ -363,12 +374,22 @@ def backbone_from_dataset(
     }
     amplitude, frequency, damping = of_state.values()
     shape = checks.variable("stored", stored, "mode_shape", ("state", "mode", "part"))
-    parts = [shape[..., 0], shape[..., 1]]
-    if "bias" in equations.balance.components:
+    parts = {"sin": shape[..., 0], "cos": shape[..., 1]}
+    if "bias" in equations.components:
         bias = checks.variable("stored", stored, "bias", ("state", "mode"))
-        parts.insert(0, bias / amplitude[:, None])
+        parts["bias"] = bias / amplitude[:, None]
+    if "further_harmonics" in stored:
+        of_component = "state", "component", "mode"
+        further = checks.variable("stored", stored, "further_harmonics", of_component)
+        for i, name in enumerate(stored["component"].to_numpy()):
+            parts[str(name)] = further[:, i] / amplitude[:, None]
+    if set(parts) != set(equations.components):
+        raise ValueError(
+            f"stored has the components {', '.join(parts)}: "
+            f"the joint has {', '.join(equations.components)}"
+        )
     real = (2 * np.pi * frequency) ** 2 / equations.scale
-    unknown = np.column_stack([*parts, real, 2 * real * damping])
+    unknown = np.column_stack([*map(parts.get, equations.components), real, 2 * real * damping])
     if unknown.shape[1] != equations.start().size:
         raise ValueError(
             f"stored has {shape.shape[1]} modes, the joint {joint.natural_frequency.size}"

@@ -1,4 +1,4 @@
-"""Nonlinear modes by the extended periodic motion concept (EPMC), with one harmonic.
+"""Nonlinear modes by the extended periodic motion concept (EPMC), with any number of harmonics.
 
 An artificial negative damping that balances friction and structural damping keeps the joint in a
 periodic motion without excitation.
@@ -11,7 +11,7 @@ concept. Computers and Structures 154 (2015) 59-71.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import Equations, LazyJacobian
 from boltjoint.solvers.newton import solve
@@ -37,28 +37,27 @@ _LEAST_LOSS_FACTOR = 1e-5
 
 
 class _Unexcited(NamedTuple):
-    """The balance without excitation and inertia at a motion x: residual, Jacobian, tangents."""
+    """The balance without excitation and inertia at a motion x: residual and Jacobian."""
 
     x: NDArray[np.float64]
     residual: NDArray[np.float64]
-    jacobian_at: LazyJacobian
-    tangent: NDArray[np.float64]
+    jacobian: LazyJacobian
 
 
 class EPMCEquations(Equations):
     """Equations of the nonlinear mode phi and its eigenvalue lambda at a modal amplitude a.
 
-    With ``f(q)`` the contact's harmonic force under ``q = Im(a phi exp(iwt))`` and the bias
-    ``a beta``, L, eta and the components as of ``HarmonicBalance``::
+    With ``f(q)`` the contact's harmonic forces under ``q = a beta + Im(a sum_h phi_h exp(ihwt))``,
+    bias ``a beta`` where the law has one, L, H and the components as of ``HarmonicBalance``::
 
-        (L (1 + i eta) - lambda) phi + f_1(a phi, a beta) / a = 0
-        L beta + f_0(a phi, a beta) / a = 0
-        phi^H phi = 1,  Im(phi^T phi) = 0
+        (L + i H(hw) - h^2 w^2 - 2 i h zeta w^2) phi_h + f_h(q) / a = 0
+        L beta + f_0(q) / a = 0
+        phi^H phi = 1,  Im(phi^T phi) = 0      (phi: that of the first harmonic)
 
-    ``lambda = w^2 (1 + 2 i zeta)`` holds the frequency w and the damping ratio zeta. The mode is
-    normalised to unit modal mass with the conjugate (Krack 2015); its phase, which is arbitrary,
-    makes ``phi^T phi`` real. The unknown is that of the balance over a, then real and imaginary
-    part of lambda over that of the stuck mode; the parameter is the logarithm of a.
+    ``lambda = w^2 (1 + 2 i zeta)`` holds the frequency w and the damping ratio zeta. The first
+    harmonic is normalised to unit modal mass with the conjugate (Krack 2015); its phase, which is
+    arbitrary, makes ``phi^T phi`` real. The unknown is that of the balance over a, then real and
+    imaginary part of lambda over that of the stuck mode; the parameter is the logarithm of a.
 
     Parameters
     ----------
@@ -72,16 +71,22 @@ class EPMCEquations(Equations):
     Raises
     ------
     ValueError
-        If the structure has fewer modes, or its motion has further harmonics.
+        If the structure has fewer modes.
     """
 
     residual_scale = 1.0
 
     def __init__(self, joint: Joint, damping: Damping | float, resonance: int = 1) -> None:
         self.balance = HarmonicBalance(joint, damping, 0.0)
-        self._modes = len(self.balance.stiffness)
-        if self.balance.components[-2:] != ("sin", "cos") or len(self.balance.components) > 3:
-            raise ValueError("a backbone needs a motion of one harmonic")
+        modes = len(self.balance.stiffness)
+        #: where the first harmonic is in the unknown
+        self.sin, self.cos = (
+            slice(first * modes, (first + 1) * modes)
+            for first in map(self.balance.components.index, ("sin", "cos"))
+        )
+        _, self._harmonic, self._power, self._varying = self.balance.linear_part()
+        #: moves what stands in the component of a sine to that of its cosine, and back
+        self._turned, self._sign = _quarter_period(self.balance.components, modes)
         self.resonance = resonance = joint.check_resonance(resonance)
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
         self.scale, self.stuck = squared[resonance - 1], vectors[:, resonance - 1]
@@ -91,77 +96,78 @@ class EPMCEquations(Equations):
         self.loss = max(loss / self.scale, _LEAST_LOSS_FACTOR)
         self._last: _Unexcited | None = None
 
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Harmonic components in the order of the unknown."""
+        return self.balance.components
+
     def start(self) -> NDArray[np.float64]:
         """The stuck mode and its eigenvalue, without damping."""
-        mode = np.zeros((len(self.balance.components), self._modes))
-        mode[-2] = self.stuck
-        return np.append(mode.ravel(), [1.0, 0.0])
+        mode = np.zeros(self._harmonic.size)
+        mode[self.sin] = self.stuck
+        return np.append(mode, [1.0, 0.0])
 
     def evaluate(
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual and Jacobian at the modal amplitude exp(p)."""
-        a, modes = np.exp(p), self._modes
-        s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
-        real, imaginary = x[-2:]
-        unexcited = self._unexcited(a * x[:-2])
+        a, mode = np.exp(p), x[:-2]
+        s, c = mode[self.sin], mode[self.cos]
+        unexcited = self._unexcited(a * mode)
         residual = np.append(unexcited.residual / (a * self.scale), [s @ s + c @ c - 1, s @ c])
-        residual[-2 - 2 * modes : -2 - modes] -= real * s - imaginary * c
-        residual[-2 - modes : -2] -= real * c + imaginary * s
-        if self.balance.damping_matrix.varying is not None:
-            H = self.balance.damping_matrix.varying.at(self._frequency(real)) / self.scale
-            residual[-2 - 2 * modes : -2 - modes] -= H @ c
-            residual[-2 - modes : -2] += H @ s
-        return residual, lambda: self._jacobian(x, unexcited.jacobian_at())
+        residual[:-2] -= x[-2] * self._harmonic**2 * mode + x[-1] * self._quarter_later(mode)
+        if self._power.size:
+            residual[:-2] += self._varying_damping(x[-2]) @ mode
+        return residual, lambda: self._jacobian(x, unexcited.jacobian())
 
     def _unexcited(self, x: NDArray[np.float64]) -> _Unexcited:
         """The balance at x, kept for the derivative by the parameter that follows the residual."""
         if self._last is None or not np.array_equal(x, self._last.x):
-            force, tangent = self.balance.joint.law.evaluate_with_tangent(self.balance.motion(x))
-            assembled = self.balance.assemble(x, 0.0, force, tangent)
-            self._last = _Unexcited(x, *assembled, tangent)
+            residual, jacobian = self.balance.residual_and_jacobian(x, 0.0)
+            self._last = _Unexcited(x, residual, cache(jacobian))
         return self._last
+
+    def _quarter_later(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The harmonics h of x a quarter of their period later, times h: i h phi_h."""
+        return self._sign * self._harmonic * x[self._turned]
 
     def _frequency(self, real: float) -> float:
         """Frequency w by the real part of lambda, which may be negative in an iteration [rad/s]."""
         return float(np.sqrt(abs(real) * self.scale))
 
+    def _varying_damping(self, real: float) -> NDArray[np.float64]:
+        """The part of the damping that depends on the frequency, over the scale."""
+        return np.tensordot(self._frequency(real) ** self._power, self._varying, 1) / self.scale
+
     def _jacobian(
         self, x: NDArray[np.float64], force_jacobian: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """The Jacobian from that of the balance without excitation and inertia."""
-        modes = self._modes
-        s, c = x[-2 - 2 * modes : -2].reshape(2, -1)
-        real, imaginary = x[-2:]
+        mode, (real, imaginary) = x[:-2], x[-2:]
+        n, harmonic = mode.size, self._harmonic
         jacobian = np.zeros((x.size, x.size))
-        jacobian[:-2, :-2] = force_jacobian / self.scale
-
-        sin, cos = slice(-2 - 2 * modes, -2 - modes), slice(-2 - modes, -2)
-        unit = np.eye(modes)
-        jacobian[sin, sin] -= real * unit
-        jacobian[sin, cos] += imaginary * unit
-        jacobian[cos, sin] -= imaginary * unit
-        jacobian[cos, cos] -= real * unit
-        jacobian[sin, -2:] = np.column_stack([-s, c])
-        jacobian[cos, -2:] = np.column_stack([-c, -s])
-        if self.balance.damping_matrix.varying is not None:
-            w, varying = self._frequency(real), self.balance.damping_matrix.varying
-            H = varying.at(w) / self.scale
-            jacobian[sin, cos] -= H
-            jacobian[cos, sin] += H
+        jacobian[:n, :n] = force_jacobian / self.scale
+        entries = np.arange(n)
+        jacobian[entries, entries] -= real * harmonic**2
+        jacobian[entries, self._turned] -= imaginary * self._sign * harmonic
+        jacobian[:n, n] = -(harmonic**2) * mode
+        jacobian[:n, n + 1] = -self._quarter_later(mode)
+        if self._power.size:
+            w = self._frequency(real)
+            jacobian[:n, :n] += self._varying_damping(real)
             # by the real part of lambda, on which w depends
-            change = np.sign(real) / (2 * w) * varying.derivative(w)
-            jacobian[sin, -2] -= change @ c
-            jacobian[cos, -2] += change @ s
-        jacobian[-2, sin], jacobian[-2, cos] = 2 * s, 2 * c
-        jacobian[-1, sin], jacobian[-1, cos] = c, s
+            change = np.tensordot(self._power * w ** (self._power - 1), self._varying, 1)
+            jacobian[:n, n] += np.sign(real) / (2 * w) * (change @ mode)
+        s, c = mode[self.sin], mode[self.cos]
+        jacobian[n, self.sin], jacobian[n, self.cos] = 2 * s, 2 * c
+        jacobian[n + 1, self.sin], jacobian[n + 1, self.cos] = c, s
         return jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the logarithm of the modal amplitude."""
         a, mode = np.exp(p), x[:-2]
         unexcited = self._unexcited(a * mode)
-        change = self.balance.change(mode, 0.0, unexcited.tangent)
+        change = unexcited.jacobian() @ mode
         return np.append((change - unexcited.residual / a) / self.scale, [0.0, 0.0])
 
     def amplitudes_for(
@@ -184,6 +190,17 @@ class EPMCEquations(Equations):
         compliance = (excitation.conj() @ np.linalg.solve(H, excitation)).real
         highest = max(forces) * np.sqrt(compliance / np.linalg.eigvalsh(H)[0])
         return _FIRST_SHARE * lowest, _LAST_SHARE * highest
+
+
+def _quarter_period(
+    components: Sequence[str], modes: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Entries of ``i phi`` in phi, ``phi = s + i c``, and their signs; those of a bias vanish."""
+    parts = {parse_component(name): i for i, name in enumerate(components)}
+    other = {"sin": ("cos", -1.0), "cos": ("sin", 1.0), "bias": ("bias", 0.0)}
+    turned = [(parts[other[part][0], h], other[part][1]) for part, h in parts]
+    place = modes * np.array([i for i, _ in turned])[:, None] + np.arange(modes)
+    return place.ravel(), np.repeat([sign for _, sign in turned], modes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,14 +228,13 @@ class ModalState:
 
     @cached_property
     def mode(self) -> NDArray[np.complex128]:
-        """Mode phi, phi^H phi = 1, shape (linear modes,)."""
-        s, c = self.unknown[-2 - 2 * len(self.equations.stuck) : -2].reshape(2, -1)
-        return s + 1j * c
+        """Mode phi of the first harmonic, phi^H phi = 1, shape (linear modes,)."""
+        return self.unknown[self.equations.sin] + 1j * self.unknown[self.equations.cos]
 
     @property
-    def bias(self) -> NDArray[np.float64]:
-        """Bias a beta [kg^1/2 m], shape (linear modes,); empty where the law has none."""
-        return self.amplitude * self.unknown[: -2 - 2 * len(self.equations.stuck)]
+    def modal_coordinate(self) -> NDArray[np.float64]:
+        """The motion [kg^1/2 m], shape (components, linear modes)."""
+        return self.amplitude * self.unknown[:-2].reshape(len(self.equations.components), -1)
 
     @property
     def eigenvalue(self) -> complex:

@@ -17,7 +17,9 @@ from scipy.optimize import minimize_scalar
 
 from boltjoint import checks
 from boltjoint.dynamics.backbone import Backbone
+from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.epmc import ModalState
+from boltjoint.dynamics.harmonic_balance import parse_component
 
 #: why a response has no peak where friction alone dissipates energy
 _UNLIMITED = "friction alone does not limit the response to this force"
@@ -229,18 +231,18 @@ class _ResponseCurve:
 
     def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:
         """Amplitude of the output point at points of the response [m]."""
-        q = self.motions(points).reshape(len(points), -1, len(self.balance.stiffness))[:, -2:]
-        return np.hypot(*(q @ self.balance.joint.response_mode).T)
+        return OutputPoint(self.balance).amplitudes(self.motions(points))
 
     def motions(self, points: Sequence[_Point]) -> NDArray[np.float64]:
         """Unknowns of the balance at points of the response, shape (points, unknowns)."""
-        modes = len(self.balance.stiffness)
+        equations, modes = self.backbone.equations, len(self.balance.stiffness)
         if not points:
-            return np.zeros((0, self.backbone.equations.start().size - 2))
+            return np.zeros((0, equations.start().size - 2))
         states = [point.state for point in points]
         squared = np.array([point.squared for point in points])
         mode = np.array([state.mode for state in states])
-        phi = mode / np.sqrt(np.einsum("ij,ij->i", mode, mode))[:, None]
+        length = np.sqrt(np.einsum("ij,ij->i", mode, mode))
+        phi = mode / length[:, None]
         modal_force = phi @ self.excitation
         eigenvalue = np.array([p.state.under_excitation(p.squared)[0] for p in points])
         dynamic = np.array([state.contact_stiffness for state in states])
@@ -251,7 +253,15 @@ class _ResponseCurve:
         residual_modes = np.linalg.solve(dynamic, right[:, :, None])[:, :, 0]
         share = modal_force / (eigenvalue - squared) - np.einsum("ij,ij->i", phi, residual_modes)
         q = residual_modes + phi * share[:, None]
-        return np.hstack([np.array([state.bias for state in states]), q.real, q.imag])
+        motions = np.array([state.modal_coordinate for state in states])
+        parts = {parse_component(name): i for i, name in enumerate(equations.components)}
+        for h in (harmonic for part, harmonic in parts if part == "sin"):
+            sin, cos = parts["sin", h], parts["cos", h]
+            # further harmonics are those of the mode, at its phase in the response
+            mode = motions[:, sin] + 1j * motions[:, cos]
+            turned = q if h == 1 else mode * np.exp(1j * h * np.angle(share / length))[:, None]
+            motions[:, sin], motions[:, cos] = turned.real, turned.imag
+        return motions.reshape(len(points), -1)
 
     def _excess(self, state: ModalState) -> float:
         """Excitation beyond that which balances the damping, in terms of lambda."""
