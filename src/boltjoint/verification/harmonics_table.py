@@ -38,7 +38,7 @@ def tabulate_time_integration(
     forces: Sequence[float] | None = None,
     harmonics: Sequence[int] = (1, 3, 5, 9, 25, 51, 101, 201),
     samples: int = 1024,
-    steps: int = 2000,
+    steps: int = 1000,
 ) -> pd.DataFrame:
     """First harmonic of the response by number of harmonics and by time integration.
 

@@ -1,7 +1,8 @@
 """Steady states of a joint by time integration of its modal equations.
 
 Neither the motion is assumed nor code shared with the friction laws or the harmonic balance. The
-modes are integrated by central differences, and every element keeps its slider between steps::
+modes are integrated by backward differences (``time_steps``), and every element keeps its slider
+between steps::
 
     q'' + C q' + L q + R^T f + N^T (n - max(n0, 0)) = phi F sin(wt)
 
@@ -18,7 +19,6 @@ D. A. Smith, W. F. Ford, A. Sidi: Extrapolation methods for vector sequences. SI
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import resample
 
@@ -26,6 +26,7 @@ from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
+from boltjoint.verification.time_steps import integrate_period, sliders_along
 
 Array = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ class SteadyState:
     step_error
         Relative difference of the first harmonic with the finer step from the extrapolated one.
     converged
-        Whether the change fell below the tolerance with both steps.
+        Whether the change fell below the tolerance with both steps, and every step was solved.
     """
 
     amplitude: complex
@@ -107,7 +108,7 @@ def steady_state(
     ramp
         Periods in which the force grows.
     steps
-        Steps a period with the coarser step; they must resolve the highest stuck mode.
+        Steps a period with the coarser step.
     harmonics
         Highest harmonic of the result.
     tolerance
@@ -118,8 +119,8 @@ def steady_state(
     Raises
     ------
     ValueError
-        If the steps are too long for stability, the friction of the joint is sampled, the start
-        does not fit it, or a number is out of range.
+        If the friction of the joint is sampled, the start does not fit it, or a number is out of
+        range.
     """
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
@@ -155,7 +156,7 @@ def steady_state(
         periods=coarse.periods + fine.periods + ramped,
         change=change,
         step_error=float(abs(output[1] - extrapolated) / abs(extrapolated)),
-        converged=max(coarse_change, change) <= tolerance,
+        converged=max(coarse_change, change) <= tolerance and not fine.unsolved,
     )
 
 
@@ -165,88 +166,83 @@ class _Integration:
 
     frequency: float
     steps: int
-    modal: tuple[Array, Array, NDArray[np.complex128]]
+    structure: tuple[Array, Array, NDArray[np.complex128]]
     """Stiffness and damping of the modes, and the force on them, sine + i cosine."""
-    coupled_damping: Array | None
-    """C where it couples the modes."""
-    elements: tuple[Array | None, ...]
-    """Rows k_u R and k_v N, rows R and N, n0 and mu of the sliders.
-
-    Under constant normal load k_v N, N and n0 are None, and the slip force stands for mu.
-    """
+    elements: tuple[Array, ...]
+    """Rows k_u R, k_v N, R and N, n0 and mu of the sliders, as of ``integrate_period``."""
     q: Array
-    step: Array
-    """Last increment of q, which avoids the rounding of differences of q."""
+    """Motion, and its change in the last step, shape (2, modes)."""
+    v: Array
+    """Its velocity, in the same way."""
     z: Array
     history: Array
     periods: int = 0
+    unsolved: int = 0
+    """Steps of the last period that were not solved."""
 
     @classmethod
     def of(
         cls, joint: Joint, frequency: float, force: float, damping: Damping, steps: int
     ) -> "_Integration":
         sliders = joint.law.sliders()
-        on, k_v = sliders.point, sliders.normal_stiffness
-        w, natural = 2 * np.pi * frequency, 2 * np.pi * joint.natural_frequency
-        L, H = natural**2, damping.matrix(joint.structure()).at(w)
-        R = np.ascontiguousarray(joint.tangential_mode[on].T)
-        X = sliders.tangential_stiffness * R
-        stuck = np.diag(L) + R @ X.T
+        on, k_u, k_v = sliders.point, sliders.tangential_stiffness, sliders.normal_stiffness
+        w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency) ** 2
+        R = np.ascontiguousarray(joint.tangential_mode[on])
+        X = k_u[:, None] * R
+        N, normal_load, mu = np.zeros((0, L.size)), np.zeros(0), sliders.friction_coefficient
         if k_v is None:
-            elements = X, None, R, None, None, sliders.friction_coefficient * sliders.normal_load
+            elements = X, N, R, N, normal_load, mu * sliders.normal_load
         else:
-            N = np.ascontiguousarray(joint.normal_mode[on].T)
-            V = k_v * N
-            stuck += N @ V.T
-            elements = X, V, R, N, sliders.normal_load, sliders.friction_coefficient
-        shortest = np.pi * np.sqrt(np.linalg.eigvalsh(stuck)[-1]) / w
-        if steps <= shortest:
-            raise ValueError(
-                f"{steps} steps a period are unstable: more than {shortest:.0f} needed"
-            )
-        rest, z = np.zeros((2, L.size)), np.zeros(on.size)
-        modal = L, np.diag(H) / w, joint.excitation * (force + 0j)
-        C = H / w if np.any(H - np.diag(np.diag(H))) else None
-        return cls(frequency, steps, modal, C, elements, *rest, z, np.zeros((steps, L.size)))
+            N = np.ascontiguousarray(joint.normal_mode[on])
+            elements = X, k_v[:, None] * N, R, N, sliders.normal_load, mu
+        C = np.ascontiguousarray(damping.matrix(joint.structure()).at(w) / w)
+        structure = L, C, joint.excitation * (force + 0j)
+        motion, z, history = np.zeros((2, 2, L.size)), np.zeros(on.size), np.zeros((steps, L.size))
+        return cls(frequency, steps, structure, elements, *motion, z, history)
 
     def halved(self) -> "_Integration":
         """The same state with half the step."""
-        before, last = self.history[-2:]
-        # parabola through the last samples, at half a step back
-        between = (3 * self.q + 6 * last - before) / 8
-        steps = 2 * self.steps
-        history = np.zeros((steps, self.q.size))
-        state = self.q.copy(), self.q - between, self.z.copy()
-        structure = self.modal, self.coupled_damping
-        return _Integration(self.frequency, steps, *structure, self.elements, *state, history)
+        h = 1 / (self.frequency * self.steps)
+        (q, dq), (v, dv) = self.q, self.v
+        # the cubic of the last step, half a step back
+        half, change = dq / 2 + h / 8 * dv, 1.5 * (v - dq / h) - dv / 4
+        state = np.array([q, half]), np.array([v, change]), self.z.copy()
+        history = np.zeros((2 * self.steps, q.size))
+        return _Integration(
+            self.frequency, 2 * self.steps, self.structure, self.elements, *state, history
+        )
 
     def advance(self, first_factor: float = 1.0, last_factor: float = 1.0) -> None:
         """Integrate a period over which the load factor changes linearly."""
-        w = 2 * np.pi * self.frequency
-        state = self.q, self.step, self.z
+        w, state = 2 * np.pi * self.frequency, (self.q, self.v, self.z)
         factors = first_factor, last_factor
-        structure = self.modal, self.coupled_damping
-        _integrate_period(*state, *self.elements, *structure, w, factors, self.history)
+        self.unsolved = integrate_period(
+            *state, *self.elements, *self.structure, w, factors, self.history
+        )
         self.periods += 1
 
     def follow(self, motion: Array) -> None:
         """Start from a period of motion; the sliders follow it for two periods from zero."""
         motion = np.ascontiguousarray(resample(motion, self.steps))
+        spectrum = np.fft.rfft(motion, axis=0)
+        turned = 1j * np.arange(len(spectrum))[:, None] * spectrum
+        velocity = 2 * np.pi * self.frequency * np.fft.irfft(turned, self.steps, axis=0)
         X, V, _, _, normal_load, mu = self.elements
-        _sliders_along(motion, self.z, X, V, normal_load, mu)
-        self.q, self.step = motion[0].copy(), motion[0] - motion[-1]
+        sliders_along(motion, self.z, X, V, normal_load, mu)
+        self.q, self.v = (np.array([each[0], each[0] - each[-1]]) for each in (motion, velocity))
 
     def state(self) -> Array:
-        """Displacements, velocities over w, and sliders."""
-        phase = 2 * np.pi / self.steps
-        return np.concatenate([self.q, self.step / phase, self.z])
+        """Displacements and velocities over w, their changes in the last step, and sliders."""
+        w = 2 * np.pi * self.frequency
+        motion = np.stack([self.q, self.v / w], axis=1)
+        return np.concatenate([motion.ravel(), self.z])
 
     def restore(self, state: Array) -> None:
         """Set displacements, velocities and sliders to those of a state."""
-        modes = self.q.size
-        self.q = state[:modes].copy()
-        self.step = 2 * np.pi / self.steps * state[modes : 2 * modes]
-        self.z = state[2 * modes :].copy()
+        of_both, sliders = np.split(state, [2 * self.q.size])
+        motion = of_both.reshape(2, 2, -1)
+        self.q, self.v = motion[:, 0].copy(), 2 * np.pi * self.frequency * motion[:, 1]
+        self.z = sliders.copy()
 
     def coefficients(self, harmonics: int) -> NDArray[np.complex128]:
         """Sine + i cosine of the last period by harmonic from 0, shape (harmonics + 1, modes)."""
@@ -256,15 +252,15 @@ class _Integration:
 
 def _reach_steady_state(integration: _Integration, tolerance: float, maximum_periods: int) -> float:
     """Integrate until the motion is steady; returns its change over the last period."""
-    modes = 2 * integration.q.size
+    motion = integration.q.size
     before, last_change = None, np.inf
     while integration.periods < maximum_periods:
         states = [integration.state()]
         for _ in range(_BLOCK):
             integration.advance()
             states.append(integration.state())
-        changes = np.diff([state[:modes] for state in states], axis=0)
-        change = float(np.linalg.norm(changes[-1]) / np.linalg.norm(states[-1][:modes]))
+        changes = np.diff([state[:motion] for state in states], axis=0)
+        change = float(np.linalg.norm(changes[-1]) / np.linalg.norm(states[-1][:motion]))
         if change <= tolerance:
             break
         if before is not None and change > last_change:
@@ -277,124 +273,14 @@ def _reach_steady_state(integration: _Integration, tolerance: float, maximum_per
         if change > _SLOW * last_change:
             before = states[-1]
             last = np.array(states[-_EXTRAPOLATED_PERIODS - 1 :])
-            integration.restore(_extrapolated(last, modes))
+            integration.restore(_extrapolated(last, motion))
         last_change = change
     return change
 
 
-def _extrapolated(states: Array, modes: int) -> Array:
+def _extrapolated(states: Array, motion: int) -> Array:
     """Limit of states that follow each other by the same matrix: reduced rank extrapolation."""
     first = np.diff(states, axis=0)
-    second = np.diff(first[:, :modes], axis=0)
-    weights, *_ = np.linalg.lstsq(second.T, -first[0, :modes], rcond=1e-6)
+    second = np.diff(first[:, :motion], axis=0)
+    weights, *_ = np.linalg.lstsq(second.T, -first[0, :motion], rcond=1e-6)
     return states[0] + weights @ first[:-1]
-
-
-@njit(cache=True, error_model="numpy")
-def _update_sliders(
-    x: Array,
-    n: Array | None,
-    x_before: Array | None,
-    n_before: Array | None,
-    mu: Array,
-    z: Array,
-) -> None:
-    """Move the sliders to within the slip bounds of this step."""
-    for e in range(z.size):
-        slider, bound = z[e], mu[e]
-        if n is not None:
-            # on contact closing the slider restarts there, by linear interpolation between steps
-            part = n_before[e] / (n_before[e] - n[e])
-            closing = x_before[e] + (x[e] - x_before[e]) * part
-            slider = closing if n_before[e] < 0.0 else slider
-            bound *= n[e] if n[e] > 0.0 else 0.0
-        lower, upper = x[e] - bound, x[e] + bound
-        slider = slider if slider > lower else lower
-        z[e] = slider if slider < upper else upper
-
-
-@njit(cache=True, error_model="numpy")
-def _integrate_period(
-    q: Array,
-    step: Array,
-    z: Array,
-    X: Array,
-    V: Array | None,
-    R: Array,
-    N: Array | None,
-    normal_load: Array | None,
-    mu: Array,
-    modal: tuple[Array, Array, NDArray[np.complex128]],
-    coupled_damping: Array | None,
-    w: float,
-    factors: tuple[float, float],
-    history: Array,
-) -> None:
-    """Integrate a period by central differences, changing the state in place."""
-    stiffness, damping, force = modal
-    steps, modes = history.shape
-    dt = 2 * np.pi / w / steps
-    x, x_before, friction = np.empty(z.size), np.empty(z.size), np.empty(z.size)
-    contact, change = np.empty(modes), np.empty(modes)
-    if coupled_damping is not None:
-        # of all modes at once: (1 + C dt/2) step = (1 - C dt/2) step + dt^2 acceleration
-        after = np.linalg.inv(np.eye(modes) + 0.5 * dt * coupled_damping)
-        before = np.eye(modes) - 0.5 * dt * coupled_damping
-    if V is not None:
-        normal = np.empty(modes)
-        n, n_before, load = np.empty(z.size), np.empty(z.size), np.empty(z.size)
-        np.dot(q - step, X, x_before)
-        np.dot(q - step, V, n_before)
-        n_before += normal_load
-    for i in range(steps):
-        np.dot(q, X, x)
-        if V is not None:
-            np.dot(q, V, n)
-            n += normal_load
-            _update_sliders(x, n, x_before, n_before, mu, z)
-            for e in range(z.size):
-                load[e] = max(n[e], 0.0) - max(normal_load[e], 0.0)
-            np.dot(N, load, normal)
-        else:
-            _update_sliders(x, None, None, None, mu, z)
-        for e in range(z.size):
-            friction[e] = x[e] - z[e]
-        np.dot(R, friction, contact)
-        if V is not None:
-            contact += normal
-            x, x_before, n, n_before = x_before, x, n_before, n
-        factor = factors[0] + (factors[1] - factors[0]) * (i / steps)
-        phase = 2 * np.pi * (i / steps)
-        sin, cos = factor * np.sin(phase), factor * np.cos(phase)
-        for r in range(modes):
-            history[i, r] = q[r]
-            pull = force[r].real * sin + force[r].imag * cos
-            acceleration = pull - stiffness[r] * q[r] - contact[r]
-            if coupled_damping is not None:
-                change[r] = dt * dt * acceleration
-                continue
-            d = 0.5 * damping[r] * dt
-            step[r] = ((1 - d) * step[r] + dt * dt * acceleration) / (1 + d)
-            q[r] += step[r]
-        if coupled_damping is not None:
-            step[:] = after @ (before @ step + change)
-            q += step
-
-
-@njit(cache=True, error_model="numpy")
-def _sliders_along(
-    motion: Array, z: Array, X: Array, V: Array | None, normal_load: Array | None, mu: Array
-) -> None:
-    """Move the sliders along a motion for two periods, up to its last sample."""
-    z[:] = 0.0
-    x_before = np.dot(motion[-1], X)
-    if V is not None:
-        n_before = np.dot(motion[-1], V) + normal_load
-    for i in range(2 * len(motion)):
-        x = np.dot(motion[i % len(motion)], X)
-        if V is not None:
-            n = np.dot(motion[i % len(motion)], V) + normal_load
-            _update_sliders(x, n, x_before, n_before, mu, z)
-            x_before, n_before = x, n
-        else:
-            _update_sliders(x, None, None, None, mu, z)
