@@ -20,8 +20,7 @@ class Solver(Entry):
     (alternating frequency/time) with any number of harmonics."""
     harmonics: Count = 1
     """Number of harmonics of the response; under constant load the odd ones up to it, since no
-    others arise. Must be 1 with ``friction_force: analytic``, and with ``complex-rdnm-N`` or
-    ``backbone``."""
+    others arise. Must be 1 with ``friction_force: analytic``, and with ``complex-rdnm-N``."""
     time_samples: Annotated[int, Field(strict=True, ge=LEAST_SAMPLES), INTEGRAL] = 256
     """Time samples of a period with ``friction_force: aft``, at least 8 for each harmonic. The
     error of the forces falls with their square."""
