@@ -23,6 +23,7 @@ from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.dynamics.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.rdnm import SelfConsistentRDNM
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -48,7 +49,7 @@ from boltjoint.solvers.equations import StepControl
 from boltjoint.study import convergence
 from boltjoint.study.timing import time_solver
 from boltjoint.verification import residual_in_time
-from boltjoint.verification.multi_harmonic import PeriodicMotion, solve_periodic
+from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state
 
 JOINT, VARIABLE = make_joint(), make_joint(law="variable")

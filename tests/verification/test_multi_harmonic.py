@@ -9,16 +9,13 @@ from small_joint import make_joint
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
+from boltjoint.dynamics.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.verification.harmonic_peaks import find_peak, tabulate_peaks
-from boltjoint.verification.multi_harmonic import (
-    PeriodicMotion,
-    ViscousBalance,
-    motion_at_peak,
-    solve_periodic,
-)
+from boltjoint.verification.harmonic_peaks import tabulate_peaks
+from boltjoint.verification.multi_harmonic import ViscousBalance, solve_periodic
 
 LOSS = 0.01
 FREQUENCY = 105.0

@@ -1,8 +1,8 @@
 """Solve the frequency responses of a case in a basis, and trace its backbones."""
 
 from boltjoint import dataset
+from boltjoint.dynamics.converged_peaks import HarmonicConvergence
 from boltjoint.study.solution import CaseInBasis
-from boltjoint.verification.converged_peaks import HarmonicConvergence
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])

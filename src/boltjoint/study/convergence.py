@@ -13,6 +13,7 @@ from boltjoint.damping import Damping, as_damping
 from boltjoint.dynamics.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.frequency_response import Branch, solve_branch
 from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.dynamics.periodic_motion import motion_at_peak
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
@@ -21,7 +22,6 @@ from boltjoint.names import Basis
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
 from boltjoint.study.timing import time_solver
-from boltjoint.verification.multi_harmonic import motion_at_peak
 
 logger = logging.getLogger(__name__)
 

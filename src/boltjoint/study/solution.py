@@ -11,6 +11,7 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone import find_backbone
+from boltjoint.dynamics.converged_peaks import HarmonicConvergence, converge_peaks
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import window_around
 from boltjoint.joint.io import joint_from_dataset
@@ -18,7 +19,6 @@ from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
 from boltjoint.study.timing import time_solver
-from boltjoint.verification.converged_peaks import HarmonicConvergence, converge_peaks
 
 if TYPE_CHECKING:
     from boltjoint.study.artefact_list import Response

@@ -9,9 +9,10 @@ import xarray as xr
 
 from boltjoint import checks
 from boltjoint.damping import damping_of_attributes
+from boltjoint.dynamics.periodic_motion import motion_at_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
-from boltjoint.verification.multi_harmonic import motion_at_peak, solve_periodic
+from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state
 
 #: of the table of harmonics and time integration

@@ -22,9 +22,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.periodic_motion import motion_at_peak
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
-from boltjoint.verification.multi_harmonic import motion_at_peak
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from small_joint import connect_small, make_joint
 
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.joint.partition import partition_regions
-from boltjoint.joint.reduced import tabulate_joint
-from boltjoint.verification.converged_peaks import (
+from boltjoint.dynamics.converged_peaks import (
     HarmonicConvergence,
     converge_peak,
     converge_peaks,
 )
-from boltjoint.verification.harmonic_peaks import find_peak
-from boltjoint.verification.multi_harmonic import motion_at_peak
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.partition import partition_regions
+from boltjoint.joint.reduced import tabulate_joint
 from boltjoint.verification.time_integration import steady_state
 
 LOSS = 0.01

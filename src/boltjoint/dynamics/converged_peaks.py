@@ -16,12 +16,12 @@ from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.harmonic_balance import parse_component
+from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
+from boltjoint.dynamics.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
-from boltjoint.verification.harmonic_peaks import find_peak
-from boltjoint.verification.multi_harmonic import PeriodicMotion, motion_at_peak
 
 logger = logging.getLogger(__name__)
 

@@ -1,0 +1,244 @@
+"""Peaks of the first harmonic by multi-harmonic balance, followed by the phase of the output point.
+
+A resonance is followed by the phase of the output point behind the excitation, with the frequency
+as an unknown: the phase turns by half a circle through a resonance and the frequency is a function
+of it even where the response folds over, so there are no turning points and no bends near the peak
+(Peter and Leine 2017 measure nonlinear modes by such a phase).
+
+References
+----------
+S. Peter, R. I. Leine: Excitation power quantities in phase resonance testing of nonlinear systems
+with phase-locked-loop excitation. Mechanical Systems and Signal Processing 96 (2017) 139-158.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from boltjoint import checks
+from boltjoint.damping import Damping
+from boltjoint.dynamics.branch import OutputPoint
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.periodic_motion import PeriodicMotion
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.model import Joint
+from boltjoint.options import Options
+from boltjoint.solvers.equations import Equations, LazyJacobian, StepControl
+from boltjoint.solvers.newton import newton, solve
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PeakSearch(Options):
+    """Search of a peak with more harmonics, near that with fewer.
+
+    Parameters
+    ----------
+    first_step, smallest_step, largest_step
+        Steps of the phase [rad] in which the peak is bracketed, doubled while it lies beyond.
+    largest_turn
+        Of the phase [rad] from that of the peak with fewer harmonics: there is no peak beyond.
+    largest_distance
+        From the frequency of the peak with fewer harmonics, over it: beyond it lies another
+        resonance.
+    width
+        Within which the phase of the peak is located [rad]; the amplitude is off by the square.
+    tolerance
+        Residual of the equations, over the force. The error of 256 samples is 1e-5 and more.
+    iterations
+        Corrections after which a solution is given up, and a smaller step tried.
+    """
+
+    first_step: float = 0.02
+    smallest_step: float = 1e-4
+    largest_step: float = 0.2
+    largest_turn: float = 1.4
+    largest_distance: float = 0.1
+    width: float = 1e-3
+    tolerance: float = 1e-6
+    iterations: int = 25
+
+
+class PhaseEquations(Equations):
+    """Harmonic balance with the frequency as unknown and the phase of the output as parameter.
+
+    The unknown is x and, after it, ``ln w`` times the size of x; the parameter is the phase theta
+    of the first harmonic ``s + i c`` of the output point, for which ``Im((s + i c) e^(-i theta))``
+    vanishes.
+
+    Parameters
+    ----------
+    balance
+        The modal equations, in linear modes.
+    scale
+        Size of x.
+    amplitude
+        Of the output point [m], to which its deviation from the phase is compared.
+    """
+
+    def __init__(self, balance: HarmonicBalance, scale: float, amplitude: float) -> None:
+        self.balance, self.output = balance, OutputPoint(balance)
+        self.residual_scale = float(np.linalg.norm(balance.modal_force))
+        self._size = scale
+        self._weight = self.residual_scale / amplitude
+        shape = len(balance.components), -1
+        mode = balance.joint.response_mode
+        self._sin, self._cos = (np.zeros((shape[0], mode.size)) for _ in range(2))
+        self._sin[balance.components.index("sin")] = mode
+        self._cos[balance.components.index("cos")] = mode
+
+    def unknown(self, x: Array, w: float) -> Array:
+        """The unknown of a motion at a frequency [rad/s]."""
+        return np.append(x, self._size * np.log(w))
+
+    def solution(self, y: Array) -> tuple[Array, float]:
+        """Motion and frequency [rad/s] of an unknown."""
+        return y[:-1], float(np.exp(y[-1] / self._size))
+
+    def evaluate(self, x: Array, p: float) -> tuple[Array, LazyJacobian]:
+        """Residual and Jacobian at the phase p [rad]."""
+        q, w = self.solution(x)
+        residual, jacobian = self.balance.residual_and_jacobian(q, w)
+        across = self._weight * (np.cos(p) * self._cos - np.sin(p) * self._sin).ravel()
+
+        def bordered() -> Array:
+            by_frequency = w / self._size * self.balance.frequency_derivative(q, w)
+            return np.block([[jacobian(), by_frequency[:, None]], [across, np.zeros(1)]])
+
+        return np.append(residual, across @ q), bordered
+
+    def parameter_derivative(self, x: Array, p: float) -> Array:
+        """Derivative of the residual by the phase."""
+        along = np.sin(p) * self._cos + np.cos(p) * self._sin
+        return np.append(np.zeros(x.size - 1), -self._weight * along.ravel() @ x[:-1])
+
+
+def find_peak(
+    joint: Joint,
+    frequency: float,
+    force: float,
+    damping: Damping | float,
+    start: PeriodicMotion,
+    *,
+    harmonics: int,
+    samples: int = 256,
+    search: PeakSearch = PeakSearch(),
+) -> tuple[float, PeriodicMotion] | None:
+    """Peak of the first harmonic by multi-harmonic balance, near that with fewer harmonics.
+
+    The derivative of the amplitude by the phase, from the Jacobian of the balance, vanishes there.
+    The damping of the harmonic h is H(hw).
+
+    Parameters
+    ----------
+    joint
+        With the law of its elements, constant or variable.
+    frequency, start
+        Peak frequency with fewer harmonics [Hz], and the motion there.
+    force
+        Amplitude of the excitation [N].
+    damping
+        Of the structure; a number is a loss factor.
+    harmonics
+        Number of harmonics.
+    samples
+        Time samples a period.
+    search
+        Steps and tolerances.
+
+    Returns
+    -------
+    tuple of float and PeriodicMotion, or None
+        Frequency [Hz] and motion of the peak; None without one within the largest distance.
+
+    Raises
+    ------
+    ValueError
+        If an argument is of another kind or out of range.
+    """
+    checks.instance("joint", joint, Joint)
+    checks.instance("start", start, PeriodicMotion)
+    begin = 2 * np.pi * checks.number("frequency", frequency, above=0)
+    law = AlternatingFrequencyTime(joint.law, harmonics, samples)
+    balance = HarmonicBalance(replace(joint, law=law), damping, force)
+    x, output = start.in_components(law.components).ravel(), OutputPoint(balance)
+    equations = PhaseEquations(balance, float(np.linalg.norm(x)), output.value(x))
+    resonance = _Resonance(equations, equations.unknown(x, begin), search)
+    try:
+        phase = _locate(resonance, float(np.angle(output(x))), search)
+    except _NotConverged:
+        return None
+    if phase is None:
+        return None
+    q, w = equations.solution(resonance.solutions[phase][0])
+    if abs(w - begin) > search.largest_distance * begin:
+        return None
+    return w / (2 * np.pi), PeriodicMotion(law.components, q.reshape(len(law.components), -1))
+
+
+def _locate(resonance: "_Resonance", first: float, search: PeakSearch) -> float | None:
+    """The phase of the peak near a first one; None without a peak."""
+    slope = resonance.slope(first)
+    low = high = first
+    step = np.copysign(search.first_step, slope)
+    while np.sign(resonance.slope(high)) == np.sign(step):
+        if abs(high - first) > search.largest_turn or abs(step) < search.smallest_step:
+            return None
+        try:
+            resonance.slope(high + step)
+        except _NotConverged:
+            step /= 2
+        else:
+            low, high = high, high + step
+            step = np.clip(2 * step, -search.largest_step, search.largest_step)
+    peak = float(brentq(resonance.slope, low, high, xtol=search.width))
+    resonance.slope(peak)
+    return peak
+
+
+class _Resonance:
+    """Solutions of ``PhaseEquations`` by the phase, each started from the nearest one."""
+
+    def __init__(self, equations: PhaseEquations, start: Array, search: PeakSearch) -> None:
+        self.solutions: dict[float, tuple[Array, Array]] = {}
+        self._slopes: dict[float, float] = {}
+        self._equations, self._start, self._search = equations, start, search
+        self._control = StepControl(
+            tolerance=search.tolerance, maximum_iterations=search.iterations
+        )
+
+    def slope(self, phase: float) -> float:
+        """Half the derivative of the squared amplitude by the phase."""
+        if phase not in self._slopes:
+            y, change = self._solution(phase)
+            self.solutions[phase] = y, change
+            self._slopes[phase] = self._equations.output.slope(y[:-1], change[:-1])
+        return self._slopes[phase]
+
+    def _solution(self, phase: float) -> tuple[Array, Array]:
+        """The solution at a phase, and its derivative by the phase."""
+        guesses = [self._start]
+        if self.solutions:
+            nearest = min(self.solutions, key=lambda other: abs(other - phase))
+            y, change = self.solutions[nearest]
+            guesses = [y + (phase - nearest) * change, y]
+        for guess in guesses:
+            found, _ = newton(self._equations, guess, phase, self._control, chords=True)
+            if found.converged:
+                jacobian = self._equations.evaluate(found.x, phase)[1]()
+                by_phase = self._equations.parameter_derivative(found.x, phase)
+                change = solve(jacobian, -by_phase)
+                if change is not None:
+                    return found.x, change
+        if not self.solutions or abs(phase - nearest) < self._search.smallest_step:
+            raise _NotConverged
+        # by a solution between
+        self.slope((phase + nearest) / 2)
+        return self._solution(phase)
+
+
+class _NotConverged(Exception):
+    """The corrector did not converge at a phase."""
