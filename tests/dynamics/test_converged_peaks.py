@@ -8,6 +8,7 @@ from small_joint import connect_small, make_joint
 
 from boltjoint.dynamics.converged_peaks import (
     HarmonicConvergence,
+    add_converged_peaks,
     converge_peak,
     converge_peaks,
 )
@@ -47,6 +48,39 @@ def test_more_harmonics_change_a_converged_peak_by_less_than_the_tolerance(eithe
     # where more slips, one harmonic leaves more out
     error = abs(found["peak_amplitude_converged"] / response["peak_amplitude"] - 1)
     assert error[1] > 2 * error[0]
+
+
+def test_the_error_bar_of_a_peak_holds_that_of_many_more_harmonics(either):
+    joint, response = either
+    found = add_converged_peaks(response, converge_peaks(joint, response))
+    tight = HarmonicConvergence(
+        harmonics=(3, 9, 33, 65), amplitude_tolerance=2e-4, frequency_tolerance=2e-5, samples=2048
+    )
+    exact = converge_peaks(joint, response, tight)
+    for what in ("frequency", "amplitude"):
+        own, best = response[f"peak_{what}"], exact[f"peak_{what}_converged"]
+        assert np.isfinite(best).all()
+        assert (abs(own / best - 1) <= found[f"peak_{what}_error"]).all()
+
+
+def test_the_peaks_on_the_way_are_kept(either):
+    joint, response = either
+    found = converge_peaks(joint, response)
+    for place in range(len(FORCES)):
+        for what in ("frequency", "amplitude"):
+            on_the_way = found[f"harmonic_peak_{what}"].isel(force=place).dropna("harmonics")
+            assert on_the_way.sel(harmonics=1) == response[f"peak_{what}"][place]
+            last = on_the_way.isel(harmonics=-1)
+            assert last == found[f"peak_{what}_converged"][place]
+            assert on_the_way["harmonics"][-1] == found["peak_harmonics"][place]
+            before, highest = on_the_way["harmonics"].to_numpy()[-2:]
+            change = float(abs(last / on_the_way.isel(harmonics=-2) - 1))
+            error = float(found[f"peak_{what}_truncation_error"][place])
+            left_out = change * before / (highest - before)
+            # the peak of a flat curve is less certain than its amplitude
+            assert error == pytest.approx(left_out) if what == "amplitude" else error > left_out
+    with pytest.raises(ValueError, match="joint"):
+        converge_peaks(response, response)
 
 
 def test_a_converged_peak_is_that_of_the_motion_in_time(either):
@@ -96,10 +130,12 @@ def test_a_tabulated_law_has_the_converged_peaks_of_its_elements():
         np.testing.assert_allclose(found[name], expected[name], rtol=1e-4)
 
 
-def test_a_peak_that_is_not_found_is_none(either):
+def test_a_peak_that_is_not_found_is_left_out(either):
     joint, response = either
     frequency, motion = motion_at_peak(response, 0.01)
-    assert converge_peak(joint, 0.8 * frequency, motion, 0.01, LOSS) is None
+    found = converge_peak(joint, 0.8 * frequency, motion, 0.01, LOSS)
+    assert [peak.harmonics for peak in found.peaks] == [1]
+    assert not found.converged
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.harmonic_balance import parse_component
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.dynamics.superharmonics import Superharmonic, find_superharmonic
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
@@ -62,13 +64,53 @@ class HarmonicConvergence(Options):
         for name in ("samples", "samples_per_harmonic"):
             checks.whole(name, getattr(self, name), at_least=3)
 
+    def sampling(self, harmonics: int) -> dict[str, int]:
+        """Harmonics and time samples of AFT with a number of harmonics."""
+        samples = max(self.samples, self.samples_per_harmonic * harmonics)
+        return {"harmonics": harmonics, "samples": samples}
 
-class ConvergedPeak(NamedTuple):
-    """Frequency [Hz], first-harmonic amplitude [m] and number of harmonics of a peak."""
 
+class HarmonicPeak(NamedTuple):
+    """A peak with a number of harmonics: frequency [Hz], first-harmonic amplitude [m], motion."""
+
+    harmonics: int
     frequency: float
     amplitude: float
-    harmonics: int
+    motion: PeriodicMotion
+
+    def change_from(self, other: "HarmonicPeak") -> NDArray[np.float64]:
+        """Relative change of frequency and amplitude from another peak, without sign."""
+        return abs(
+            np.array([self.frequency / other.frequency, self.amplitude / other.amplitude]) - 1
+        )
+
+
+class PeakSequence(NamedTuple):
+    """Peaks found with more and more harmonics, and whether the last two are within tolerance."""
+
+    peaks: tuple[HarmonicPeak, ...]
+    converged: bool
+
+    def truncation_error(self, damping_ratio: float) -> tuple[float, float]:
+        """Estimated relative error of frequency and amplitude of the last peak.
+
+        Harmonics of forces with corners fall with the square of their number, so that the sum of
+        those beyond h falls with h: it is the last change times ``h_before / (h - h_before)``. Near
+        a peak of the damping ratio zeta the amplitude falls by ``(dw / (w zeta))^2 / 2`` of itself:
+        within an error e of the amplitude the peak may be anywhere in ``w zeta sqrt(2 e)``.
+        """
+        before, last = self.peaks[-2:]
+        left_out = before.harmonics / (last.harmonics - before.harmonics)
+        frequency, amplitude = left_out * last.change_from(before)
+        return frequency + damping_ratio * np.sqrt(2 * amplitude), amplitude
+
+
+class _Converged(NamedTuple):
+    """The peaks of a force level, with the truncation errors and a superharmonic of the last."""
+
+    sequence: PeakSequence
+    truncation_error: tuple[float, float]
+    superharmonic: Superharmonic | None
 
 
 def converge_peak(
@@ -78,8 +120,8 @@ def converge_peak(
     force: float,
     damping: Damping | float,
     options: HarmonicConvergence = HarmonicConvergence(),
-) -> ConvergedPeak | None:
-    """The peak near one of few harmonics, with as many as change it by less than the tolerances.
+) -> PeakSequence:
+    """The peaks near one of few harmonics, with more until they change by less than tolerances.
 
     Parameters
     ----------
@@ -96,23 +138,27 @@ def converge_peak(
 
     Returns
     -------
-    ConvergedPeak or None
-        None where the numbers of harmonics do not suffice, or a peak is not found.
+    PeakSequence
+        From the given peak on, without numbers of harmonics with which none is found.
     """
-    before: ConvergedPeak | None = None
+    tolerances = options.frequency_tolerance, options.amplitude_tolerance
+    known = max(parse_component(name)[1] for name in motion.components)
+    amplitude = abs(motion.amplitude(joint.response_mode))
+    peaks = [HarmonicPeak(known, frequency, amplitude, motion)]
     for highest in options.harmonics:
-        samples = max(options.samples, options.samples_per_harmonic * highest)
-        how = {"harmonics": highest, "samples": samples}
-        found = find_peak(joint, frequency, force, damping, motion, **how)
+        if highest <= known:
+            continue
+        near = peaks[-1].frequency, force, damping, peaks[-1].motion
+        found = find_peak(joint, *near, **options.sampling(highest))
+        logger.info("%g N, %d harmonics: %s", force, highest, found and found[0])
         if found is None:
             continue
-        frequency, motion = found
-        amplitude = abs(motion.amplitude(joint.response_mode))
-        peak = ConvergedPeak(frequency, amplitude, highest)
-        if before is not None and _is_near(peak, before, options):
-            return peak
-        before = peak
-    return None
+        amplitude = abs(found[1].amplitude(joint.response_mode))
+        peaks.append(HarmonicPeak(highest, found[0], amplitude, found[1]))
+        # the given peak may be that of an analytic law, not of as many samples
+        if len(peaks) > 2 and np.all(peaks[-1].change_from(peaks[-2]) <= tolerances):
+            return PeakSequence(tuple(peaks), converged=True)
+    return PeakSequence(tuple(peaks), converged=False)
 
 
 def converge_peaks(
@@ -133,8 +179,12 @@ def converge_peaks(
     -------
     Dataset
         By ``force``: ``peak_frequency_converged`` [Hz], ``peak_amplitude_converged`` [m] and
-        ``peak_harmonics``; not a number where the response has no peak, its law has no elements
-        that can be followed in time, or the harmonics do not suffice.
+        ``peak_harmonics``; ``peak_frequency_truncation_error`` and
+        ``peak_amplitude_truncation_error``, relative; not a number where the response has no peak,
+        its law has no elements that can be followed in time, or the harmonics do not suffice.
+        ``superharmonic_order``, 0 without one, ``superharmonic_frequency`` [Hz] and
+        ``superharmonic_share`` (``dynamics.superharmonics``). By ``force`` and ``harmonics``, the
+        peaks on the way: ``harmonic_peak_frequency`` [Hz] and ``harmonic_peak_amplitude`` [m].
 
     Raises
     ------
@@ -145,48 +195,98 @@ def converge_peaks(
     checks.instance("response", response, xr.Dataset)
     if isinstance(joint.law, AlternatingFrequencyTime):
         joint = replace(joint, law=joint.law.elements)
-    found: Sequence[ConvergedPeak | None] = [None] * response.sizes["force"]
+    found = [_Converged(PeakSequence((), converged=False), (np.nan, np.nan), None)]
+    found *= response.sizes["force"]
     if isinstance(joint.law, ElementLaw):
         joint, damping = joint.distinct, damping_of_attributes(response.attrs)
-        found = [
-            _of_level(joint, response, place, damping, options)
-            for place in range(response.sizes["force"])
-        ]
-    rows = np.array([each or (np.nan,) * 3 for each in found]).reshape(-1, 3)
+        for place, force in enumerate(response["force_level"].to_numpy()):
+            if np.isfinite(response["peak_frequency"][place]):
+                peak = motion_at_peak(response, force)
+                sequence = converge_peak(joint, *peak, force, damping, options)
+                balance = HarmonicBalance(joint, damping, force)
+                found[place] = _judge(sequence, balance, options)
+    return _dataset(found)
+
+
+def _judge(
+    sequence: PeakSequence, balance: HarmonicBalance, options: HarmonicConvergence
+) -> _Converged:
+    """Truncation errors of a peak sequence, and whether a harmonic of its last is in resonance."""
+    if not sequence.converged:
+        return _Converged(sequence, (np.nan, np.nan), None)
+    last = sequence.peaks[-1]
+    law = AlternatingFrequencyTime(balance.joint.law, **options.sampling(last.harmonics))
+    balance = replace(balance, joint=replace(balance.joint, law=law))
+    q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
+    dissipation = balance.energy_per_period(q.ravel(), w)[0]
+    first = last.motion.in_components(("sin", "cos"))
+    damping_ratio = dissipation / (2 * np.pi * w**2 * np.sum(first**2))
+    superharmonic = find_superharmonic(balance, last.motion, last.frequency)
+    return _Converged(sequence, sequence.truncation_error(damping_ratio), superharmonic)
+
+
+def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
+    """A response with the converged peaks of its joint, and the error bars of its own.
+
+    Parameters
+    ----------
+    response
+        ``response.nc`` in any coordinates.
+    converged
+        As from ``converge_peaks``, for the same joint, resonance and forces.
+
+    Returns
+    -------
+    Dataset
+        Both, and ``peak_frequency_error`` and ``peak_amplitude_error``, relative: the difference
+        from the converged peak, and the truncation error of that.
+    """
+    errors = {}
+    for what in ("frequency", "amplitude"):
+        own, found = response[f"peak_{what}"], converged[f"peak_{what}_converged"]
+        left_out = converged[f"peak_{what}_truncation_error"]
+        error = abs(own / found - 1).to_numpy() + left_out.to_numpy()
+        bar = quantity("force", error, "1", f"error bar of peak_{what}, relative")
+        errors[f"peak_{what}_error"] = bar
+    return response.merge(converged).assign(errors)
+
+
+def _dataset(found: Sequence[_Converged]) -> xr.Dataset:
+    """Peak sequences of the force levels as ``response.nc`` holds them."""
+    tried = sorted({peak.harmonics for each in found for peak in each.sequence.peaks})
+    by_harmonics = np.full((2, len(found), len(tried)), np.nan)
+    converged = np.full((len(found), 3), np.nan)
+    for place, (sequence, *_) in enumerate(found):
+        for peak in sequence.peaks:
+            at = place, tried.index(peak.harmonics)
+            by_harmonics[:, *at] = peak.frequency, peak.amplitude
+        if sequence.converged:
+            last = sequence.peaks[-1]
+            converged[place] = last.frequency, last.amplitude, last.harmonics
+    errors = np.array([each.truncation_error for each in found])
+    none = Superharmonic(0, np.nan, 0.0)
+    of_superharmonic = np.array([each.superharmonic or none for each in found])
     of_all = "with as many harmonics as change nothing"
-    return xr.Dataset(
-        {
-            "peak_frequency_converged": quantity("force", rows[:, 0], "Hz", f"peak {of_all}"),
-            "peak_amplitude_converged": quantity(
-                "force", rows[:, 1], "m", f"its amplitude {of_all}"
-            ),
-            "peak_harmonics": quantity("force", rows[:, 2], "1", "highest of these harmonics"),
-        }
+    of_forces = (
+        ("peak_frequency_converged", converged[:, 0], "Hz", f"peak {of_all}"),
+        ("peak_amplitude_converged", converged[:, 1], "m", f"its amplitude {of_all}"),
+        ("peak_harmonics", converged[:, 2], "1", "highest of these harmonics"),
+        ("peak_frequency_truncation_error", errors[:, 0], "1", "of the converged peak"),
+        ("peak_amplitude_truncation_error", errors[:, 1], "1", "of its amplitude"),
+        ("superharmonic_order", of_superharmonic[:, 0], "1", "harmonic in resonance, 0 if none"),
+        ("superharmonic_frequency", of_superharmonic[:, 1], "Hz", "resonance of that harmonic"),
+        ("superharmonic_share", of_superharmonic[:, 2], "1", "that motion over the first harmonic"),
     )
-
-
-def _of_level(
-    joint: Joint,
-    response: xr.Dataset,
-    place: int,
-    damping: Damping,
-    options: HarmonicConvergence,
-) -> ConvergedPeak | None:
-    """The converged peak under one of the forces."""
-    force = float(response["force_level"][place])
-    if not np.isfinite(response["peak_frequency"][place]):
-        return None
-    frequency, motion = motion_at_peak(response, force)
-    if len(motion.components) > len(joint.law.components):
-        known = max(parse_component(name)[1] for name in motion.components)
-        options = replace(options, harmonics=tuple(h for h in options.harmonics if h >= known))
-    found = converge_peak(joint, frequency, motion, force, damping, options)
-    logger.info("%g N: with all harmonics %s", force, found)
-    return found
-
-
-def _is_near(peak: ConvergedPeak, before: ConvergedPeak, options: HarmonicConvergence) -> bool:
-    return (
-        abs(peak.amplitude / before.amplitude - 1) <= options.amplitude_tolerance
-        and abs(peak.frequency / before.frequency - 1) <= options.frequency_tolerance
+    what = "with the harmonics up to that number"
+    return xr.Dataset(
+        {name: quantity("force", *row) for name, *row in of_forces}
+        | {
+            "harmonic_peak_frequency": quantity(
+                ("force", "harmonics"), by_harmonics[0], "Hz", f"peak {what}"
+            ),
+            "harmonic_peak_amplitude": quantity(
+                ("force", "harmonics"), by_harmonics[1], "m", f"amplitude of the peak {what}"
+            ),
+        },
+        coords={"harmonics": tried},
     )

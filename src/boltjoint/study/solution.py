@@ -11,7 +11,11 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.converged_peaks import HarmonicConvergence, converge_peaks
+from boltjoint.dynamics.converged_peaks import (
+    HarmonicConvergence,
+    add_converged_peaks,
+    converge_peaks,
+)
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import window_around
 from boltjoint.joint.io import joint_from_dataset
@@ -77,7 +81,7 @@ class CaseInBasis:
                 peaks = response.joint, response.resonance
                 if peaks not in converged:
                     converged[peaks] = converge_peaks(joint, found, harmonics)
-                found = found.merge(converged[peaks])
+                found = add_converged_peaks(found, converged[peaks])
                 found.attrs["harmonic_convergence"] = harmonics.stored()
             yield found, self._parameters(response, given)
 

@@ -1,0 +1,63 @@
+"""Superharmonic resonances: a harmonic of the motion in resonance with a mode of its own.
+
+The harmonic h of a motion vibrates at h times the excitation frequency w. For a small change of it
+at that frequency the structure with its contact has the complex stiffness ``L + i H(hw) + K_h``,
+K_h from the tangent of the contact at the motion itself. Where an eigenvalue lambda of that matrix
+is so near to (hw)^2 that its damping, not its stiffness, limits the motion, the harmonic is in
+resonance: ``|Re lambda - (hw)^2| <= Im lambda``, the half-power bandwidth.
+
+References
+----------
+A. H. Nayfeh, D. T. Mook: Nonlinear Oscillations. Wiley, 1979: section 4.1.3.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
+from boltjoint.dynamics.periodic_motion import PeriodicMotion
+
+
+class Superharmonic(NamedTuple):
+    """A harmonic in resonance.
+
+    ``order`` of the harmonic; ``frequency`` [Hz] of the mode, near order times that of the motion;
+    ``share``: amplitude of the mode in that harmonic over that of all modes in the first, both in
+    modal coordinates.
+    """
+
+    order: int
+    frequency: float
+    share: float
+
+
+def find_superharmonic(
+    balance: HarmonicBalance, motion: PeriodicMotion, frequency: float
+) -> Superharmonic | None:
+    """The superharmonic resonance with the largest share in a motion; None without one.
+
+    Parameters
+    ----------
+    balance
+        With the harmonics of the motion, in linear modes.
+    motion, frequency
+        A solution, and its frequency [Hz].
+    """
+    w, modes = 2 * np.pi * frequency, len(balance.stiffness)
+    q = motion.in_components(balance.components)
+    _, jacobian = balance.residual_and_jacobian(q.ravel(), w)
+    tangent = jacobian().reshape(len(balance.components), modes, -1, modes)
+    parts = {parse_component(name): i for i, name in enumerate(balance.components)}
+    first = np.linalg.norm(q[[parts["sin", 1], parts["cos", 1]]])
+    found = []
+    for h in (harmonic for part, harmonic in parts if part == "sin" and harmonic > 1):
+        s, c = parts["sin", h], parts["cos", h]
+        # f = D q with q = s + i c has equal diagonal blocks Re D, and Im D and -Im D beside them
+        dynamic = tangent[s, :, s] + tangent[c, :, c] + 1j * (tangent[c, :, s] - tangent[s, :, c])
+        distance, vectors = np.linalg.eig(dynamic / 2)
+        share = abs(np.linalg.solve(vectors, q[s] + 1j * q[c])) / first
+        for mode in np.flatnonzero(abs(distance.real) <= distance.imag):
+            own = np.sqrt(distance[mode].real + (h * w) ** 2) / (2 * np.pi)
+            found.append(Superharmonic(h, float(own), float(share[mode])))
+    return max(found, key=lambda each: each.share, default=None)
