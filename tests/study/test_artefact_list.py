@@ -203,4 +203,7 @@ def test_parts_can_be_left_out():
     kinds = {each.kind for each in Contents(load_study(ROOT), DISPLAYS).artefacts}
     assert kinds - left["timing"] == {"timing", "times", "models"}
     assert kinds - left["checks"] == {"check"}
-    assert kinds - left["harmonics"] == {"harmonics", "harmonic_peaks"}
+    assert kinds - left["harmonics"] == {"harmonics"}
+    study = load_study(ROOT, {"converged_peaks": False})
+    one_harmonic = {each.kind for each in Contents(study, DISPLAYS).artefacts}
+    assert kinds - one_harmonic == {"harmonic_peaks"}

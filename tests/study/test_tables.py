@@ -6,6 +6,7 @@ import pytest
 from small_joint import make_joint, make_preload
 
 from boltjoint.dataset import DamagedFile
+from boltjoint.dynamics.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
@@ -14,6 +15,7 @@ from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.study.published import Published
 from boltjoint.study.tables import files as tables
 from boltjoint.study.tables.accuracy import tabulate_accuracy, tabulate_models
+from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
 from boltjoint.study.tables.joints import (
     tabulate_elements,
     tabulate_fits,
@@ -196,6 +198,32 @@ def test_models_of_any_basis_are_against_the_converged_one(study):
     assert row["cpu_s"] == 2
     assert table["complete"].tolist() == [True, True, False, True, True, True]
     assert table.loc["free-4", 5.0].filter(like="error").isna().all()
+
+
+def test_models_are_compared_with_the_converged_peaks_of_the_reference(study):
+    joints, solved = study
+    response = solved["node-to-node", "linear", 1]
+    found = add_converged_peaks(response, converge_peaks(joints["node-to-node"], response))
+    which = ("enriched-40", "node-to-node", "linear", 1)
+    timing = pd.DataFrame({"jacobian": "analytic", "force_N": FORCES, "cpu_s": 1.0})
+    table = tabulate_models({which: found}, {which: timing}, which).set_index("force_N")
+    accuracy = tabulate_accuracy({which[1:]: found}, {}).set_index("force_N")
+    by_harmonics = tabulate_harmonic_peaks(found).set_index(["force_N", "harmonics"])
+    for place, force in enumerate(FORCES):
+        at, row = found.isel(force=place), table.loc[force]
+        most = int(at["peak_harmonics"])
+        for what in ("frequency", "amplitude"):
+            error = at[f"peak_{what}"].item() / at[f"peak_{what}_converged"].item() - 1
+            assert row[f"peak_{what}_error_percent"] == pytest.approx(100 * error)
+            # the same in the table by harmonics, where the last has none
+            in_harmonics = by_harmonics.loc[force][f"peak_{what}_error_percent"]
+            assert in_harmonics[1] == pytest.approx(100 * error)
+            assert in_harmonics[most] == 0
+            assert in_harmonics.index[-1] == most
+            bar = accuracy.loc[force, f"{what}_error_bar_percent"]
+            left_out = by_harmonics.loc[(force, most), f"{what}_truncation_error_percent"]
+            assert bar == pytest.approx(100 * abs(error) + left_out)
+        assert accuracy.loc[force, "harmonics"] == most
 
 
 def test_fits_are_compared_with_their_own_regions(study):

@@ -14,7 +14,6 @@ from boltjoint.dynamics.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.verification.harmonic_peaks import tabulate_peaks
 from boltjoint.verification.multi_harmonic import ViscousBalance, solve_periodic
 
 LOSS = 0.01
@@ -135,29 +134,6 @@ def test_a_peak_with_more_harmonics_is_that_of_its_branch(either, force):
     assert found == pytest.approx(whole.frequency[whole.peak], rel=1e-4)
     amplitude = abs(motion.amplitude(either.response_mode))
     assert amplitude == pytest.approx(whole.amplitude[whole.peak], rel=1e-6)
-
-
-def test_peaks_are_compared_with_the_most_harmonics(either):
-    response = solve_response(either, [0.01, 5.0], loss_factor=LOSS)
-    table = tabulate_peaks(either, response, forces=[0.01, 5.0], harmonics=(3, 5))
-    assert list(table["harmonics"]) == [1, 3, 5] * 2
-    first = table.iloc[0]
-    assert first["peak_frequency_Hz"] == float(response["peak_frequency"][0])
-    assert first["peak_mm_per_N"] == pytest.approx(1e5 * float(response["peak_amplitude"][0]))
-    errors = table.set_index(["force_N", "harmonics"])["peak_amplitude_error_percent"]
-    assert (errors.xs(5, level="harmonics") == 0).all()
-    # the more slips, the more one harmonic errs, and the next ones take nearly all of it
-    assert abs(errors[5.0, 1]) > 2 * abs(errors[0.01, 1])
-    assert abs(errors[5.0, 1]) > 10 * abs(errors[5.0, 3]) > 0
-
-
-def test_no_peak_has_none_with_more_harmonics(either):
-    response = solve_response(either, [20.0], loss_factor=LOSS)
-    for name in ("peak_frequency", "peak_amplitude"):
-        response[name][:] = np.nan
-    table = tabulate_peaks(either, response, forces=[20.0], harmonics=(3,))
-    assert list(table["harmonics"]) == [1, 3]
-    assert table.filter(like="peak").isna().all(axis=None)
 
 
 def test_no_peak_is_found_where_the_amplitude_only_rises(either):

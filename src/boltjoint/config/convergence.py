@@ -1,7 +1,7 @@
 """Convergence study: bases and numbers of regions that are compared with converged ones."""
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import ComparedModalBasis, Count, Distinct, Joint, Problems
+from boltjoint.config.types import ComparedModalBasis, Count, Distinct, Joint, Positive, Problems
 from boltjoint.names import REFERENCE
 
 #: resonances of the structure by which bases are compared; none can have fewer vectors
@@ -26,6 +26,10 @@ class Convergence(Entry):
     reductions: Distinct[tuple[Joint, ...]] = ()
     """Joints whose peaks and times are compared with those of all contact pairs, for every case
     solved in an enriched basis whose friction law they can have. No table if empty."""
+
+    time_integration_N: Distinct[tuple[Positive, ...]] = ()
+    """Forces at which the converged peak of the largest basis ``enriched-N`` is integrated in time,
+    of each case those among its ``forces_N``. It takes a minute or two each. No table if empty."""
 
     def conflicts(self) -> Problems:
         if self.bases and not self.bases[-1].is_contact_adapted:

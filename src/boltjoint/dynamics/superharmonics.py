@@ -4,7 +4,8 @@ The harmonic h of a motion vibrates at h times the excitation frequency w. For a
 at that frequency the structure with its contact has the complex stiffness ``L + i H(hw) + K_h``,
 K_h from the tangent of the contact at the motion itself. Where an eigenvalue lambda of that matrix
 is so near to (hw)^2 that its damping, not its stiffness, limits the motion, the harmonic is in
-resonance: ``|Re lambda - (hw)^2| <= Im lambda``, the half-power bandwidth.
+resonance: ``|Re lambda - (hw)^2| <= Im lambda``, the half-power bandwidth. Motion with a damping
+ratio above a quarter, such as that of points that slip, has no resonance.
 
 References
 ----------
@@ -57,7 +58,9 @@ def find_superharmonic(
         dynamic = tangent[s, :, s] + tangent[c, :, c] + 1j * (tangent[c, :, s] - tangent[s, :, c])
         distance, vectors = np.linalg.eig(dynamic / 2)
         share = abs(np.linalg.solve(vectors, q[s] + 1j * q[c])) / first
-        for mode in np.flatnonzero(abs(distance.real) <= distance.imag):
-            own = np.sqrt(distance[mode].real + (h * w) ** 2) / (2 * np.pi)
+        squared = distance.real + (h * w) ** 2
+        is_resonant = (abs(distance.real) <= distance.imag) & (2 * distance.imag < squared)
+        for mode in np.flatnonzero(is_resonant):
+            own = np.sqrt(squared[mode]) / (2 * np.pi)
             found.append(Superharmonic(h, float(own), float(share[mode])))
     return max(found, key=lambda each: each.share, default=None)

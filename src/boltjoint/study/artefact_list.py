@@ -157,17 +157,19 @@ class Contents:
         return [joint for joint in self.joints(case, basis) if joint.is_fitted]
 
     def integrated(self, case: str) -> Response | None:
-        """The response whose peaks are checked by time integration: the first in free modes.
-
-        Contact-adapted vectors stick at frequencies that no time integration can resolve.
-        """
-        found = self.in_harmonics(case).values()
+        """The response whose peaks are checked by time integration: the first in free modes."""
+        if "harmonics" in self.study.omit or not self.study.case(case).verification_forces_N:
+            return None
+        found = self.lowest_references(case).values()
         return next((one for one in found if not one.basis.is_contact_adapted), None)
 
-    def in_harmonics(self, case: str) -> dict[str, Response]:
-        """By basis, the response whose peaks are found with more harmonics: of the lowest mode."""
-        if not self._has_harmonics(case):
-            return {}
+    def integrated_levels(self, case: str) -> list[float]:
+        """The forces of a case at which its converged peaks are integrated in time."""
+        wanted = self.study.convergence.time_integration_N
+        return [force for force in self.study.case(case).levels if force in wanted]
+
+    def lowest_references(self, case: str) -> dict[str, Response]:
+        """By basis, the response of the node-to-node joint of the lowest mode."""
         found: dict[str, Response] = {}
         for response in sorted(self.references(case), key=lambda one: one.resonance):
             found.setdefault(response.basis, response)
@@ -250,12 +252,6 @@ class Contents:
         if self.study.convergence.regions and converged:
             found.append(converged.basis)
         return found
-
-    def _has_harmonics(self, case: str) -> bool:
-        """Whether further harmonics of a case are solved, and its motion integrated in time."""
-        return "harmonics" not in self.study.omit and bool(
-            self.study.case(case).verification_forces_N
-        )
 
     def _data(self) -> Iterator[Artefact]:
         yield Artefact("environment")

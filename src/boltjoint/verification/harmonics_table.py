@@ -1,6 +1,6 @@
-"""Table of multi-harmonic balances against time integration."""
+"""Tables of multi-harmonic balances against time integration."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,14 +8,19 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import checks
-from boltjoint.damping import damping_of_attributes
-from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.damping import Damping, damping_of_attributes
+from boltjoint.dynamics.converged_peaks import converge_peak
+from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.verification.multi_harmonic import solve_periodic
-from boltjoint.verification.time_integration import steady_state
+from boltjoint.verification.time_integration import SteadyState, steady_state
 
-#: of the table of harmonics and time integration
+#: relative change of the amplitude below which more harmonics are not tried; a quarter of that to
+#: which converged peaks are compared
+_SMALL_CHANGE = 5e-4
+
+#: of the tables of harmonics and time integration
 _COLUMNS = (
     "force_N",
     "frequency_Hz",
@@ -76,42 +81,134 @@ def tabulate_time_integration(
     ValueError
         If a force is not among the levels of the response, or as for ``steady_state``.
     """
+    joint, forces, damping = _checked(joint, response, forces)
+    harmonics = [checks.whole("harmonics", each, at_least=1) for each in harmonics]
+    samples = checks.whole("samples", samples, at_least=2 * max(harmonics) + 1)
+    steps = checks.whole("steps", steps, at_least=3)
+    rows = []
+    for force in forces:
+        if (peak := motion_at_peak(response, force)) is not None:
+            excitation = float(peak[0]), float(force), damping
+            from_rest = steady_state(joint, *excitation, steps=steps)
+            how = {"samples": samples, "steps": steps, "from_rest": from_rest}
+            rows += _compared(joint, excitation, peak[1], harmonics, **how)
+    return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def tabulate_steady_states(
+    joint: Joint,
+    response: xr.Dataset,
+    *,
+    forces: Sequence[float],
+    harmonics: Sequence[int] = (17, 33, 65),
+    samples: int = 1024,
+    steps: int = 500,
+    tolerance: float = 1e-6,
+    maximum_periods: int = 600,
+) -> pd.DataFrame:
+    """Converged peaks against the steady state of time integration.
+
+    At the frequency of the converged peak of each force, the integration starts from the motion of
+    the most harmonics.
+
+    Parameters
+    ----------
+    joint, response
+        As for ``tabulate_time_integration``.
+    forces
+        Force levels of the response.
+    harmonics
+        Numbers of harmonics beyond those of the peak, until the amplitude changes by less than half
+        a thousandth.
+    samples, steps
+        As for ``tabulate_time_integration``.
+    tolerance, maximum_periods
+        As for ``steady_state``.
+
+    Returns
+    -------
+    DataFrame
+        As from ``tabulate_time_integration``, without the integration from rest; the first row of a
+        force has the harmonics of its converged peak.
+
+    Raises
+    ------
+    ValueError
+        As for ``tabulate_time_integration``.
+    """
+    joint, forces, damping = _checked(joint, response, forces)
+    rows = []
+    for force in forces:
+        if (peak := motion_at_peak(response, force)) is None:
+            continue
+        last = converge_peak(joint, *peak, force, damping).peaks[-1]
+        numbers = [last.harmonics, *(each for each in harmonics if each > last.harmonics)]
+        excitation = last.frequency, float(force), damping
+        rows += _compared(
+            joint,
+            excitation,
+            last.motion,
+            numbers,
+            samples=samples,
+            steps=steps,
+            change=_SMALL_CHANGE,
+            tolerance=tolerance,
+            maximum_periods=maximum_periods,
+        )
+    return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def _checked(
+    joint: Joint, response: xr.Dataset, forces: Sequence[float] | None
+) -> tuple[Joint, Sequence[float], Damping]:
+    """The joint with the law of its distinct elements, force levels, and damping."""
     checks.instance("joint", joint, Joint)
     checks.instance("response", response, xr.Dataset)
     levels = response["force_level"].to_numpy()
     forces = levels if forces is None else checks.numbers("forces", forces)
     if not np.isin(forces, levels).all():
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
-    harmonics = [checks.whole("harmonics", each, at_least=1) for each in harmonics]
-    samples = checks.whole("samples", samples, at_least=2 * max(harmonics) + 1)
-    steps = checks.whole("steps", steps, at_least=3)
     if isinstance(joint.law, AlternatingFrequencyTime):
         joint = replace(joint, law=joint.law.elements)
-    joint = joint.distinct
-    damping = damping_of_attributes(response.attrs)
-    rows = []
-    for force in forces:
-        if (peak := motion_at_peak(response, force)) is None:
-            continue
-        frequency, motion = peak
-        excitation = float(frequency), float(force), damping
-        amplitudes = {}
-        for highest in harmonics:
-            solution = solve_periodic(
-                joint, *excitation, harmonics=highest, samples=samples, start=motion
-            )
-            amplitude = abs(solution.amplitude(joint.response_mode))
-            amplitudes[highest] = amplitude if solution.converged else np.nan
-            motion = solution if solution.converged else motion
-        integrated = steady_state(joint, *excitation, start=motion.in_time(steps), steps=steps)
-        from_rest = steady_state(joint, *excitation, steps=steps)
-        in_time = abs(integrated.amplitude)
+    return joint.distinct, forces, damping_of_attributes(response.attrs)
+
+
+def _compared(
+    joint: Joint,
+    excitation: tuple[float, float, Damping],
+    motion: PeriodicMotion,
+    harmonics: Sequence[int],
+    *,
+    samples: int,
+    steps: int,
+    from_rest: SteadyState | None = None,
+    change: float = 0.0,
+    **options: float,
+) -> Iterator[tuple]:
+    """Rows of a force: balances of more and more harmonics against the time integration.
+
+    No further harmonics are tried once the amplitude has changed by no more than a share of it.
+    """
+    amplitudes: dict[int, float] = {}
+    for highest in harmonics:
+        how = {"harmonics": highest, "samples": samples}
+        solution = solve_periodic(joint, *excitation, **how, start=motion)
+        amplitude = abs(solution.amplitude(joint.response_mode))
+        before = list(amplitudes.values())
+        amplitudes[highest] = amplitude if solution.converged else np.nan
+        motion = solution if solution.converged else motion
+        if before and abs(amplitudes[highest] / before[-1] - 1) < change:
+            break
+    start = motion.in_time(steps)
+    integrated = steady_state(joint, *excitation, start=start, steps=steps, **options)
+    in_time, settled = abs(integrated.amplitude), integrated.converged
+    from_rest_percent = np.nan
+    if from_rest is not None:
         from_rest_percent = 100 * (abs(from_rest.amplitude) / in_time - 1)
-        accuracy = 100 * integrated.step_error, integrated.steps, integrated.periods
-        settled = integrated.converged and from_rest.converged
-        for highest, amplitude in amplitudes.items():
-            place = float(force), frequency, highest
-            difference_percent = 100 * (amplitude / in_time - 1)
-            compared = amplitude, in_time, difference_percent, from_rest_percent
-            rows.append((*place, *compared, *accuracy, integrated.change, settled))
-    return pd.DataFrame(rows, columns=_COLUMNS)
+        settled = settled and from_rest.converged
+    accuracy = 100 * integrated.step_error, integrated.steps, integrated.periods
+    for highest, amplitude in amplitudes.items():
+        place = excitation[1], excitation[0], highest
+        difference_percent = 100 * (amplitude / in_time - 1)
+        compared = amplitude, in_time, difference_percent, from_rest_percent
+        yield (*place, *compared, *accuracy, integrated.change, settled)

@@ -1,9 +1,8 @@
 """Table of the peaks of a case with more harmonics."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from boltjoint.report.displays import further_harmonics
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import table
 
@@ -14,29 +13,33 @@ if TYPE_CHECKING:
 
 
 def _bases(contents: Contents) -> Iterator[dict[str, object]]:
-    for case in contents.study.cases:
-        for basis in contents.in_harmonics(case):
+    for case in contents.study.cases if contents.study.converged_peaks else ():
+        for basis in contents.lowest_references(case):
             yield {"case": case, "basis": basis}
+
+
+def _response(contents: Contents, artefact: Artefact) -> dict[str, object]:
+    return contents.lowest_references(artefact.case)[artefact.basis]._asdict()
 
 
 @table(
     "harmonic_peaks",
     of=_bases,
-    reads=(further_harmonics.reads,),
-    job="harmonic_peaks_{case}_{basis}",
+    reads=(
+        lambda contents, artefact: contents.select(
+            "response", form="data", case=artefact.case, **_response(contents, artefact)
+        ),
+    ),
+    job="basis_{case}_{basis}",
     section="harmonics",
     title="peaks with more harmonics, in {basis}",
-    options=further_harmonics.options,
-    stage="harmonics",
+    options=lambda contents, artefact: {"response": _response(contents, artefact)},
 )
 def harmonic_peaks(
-    artefact: Artefact,
-    results: "Results",
-    response: Mapping[str, object],
-    forces: Sequence[float],
+    artefact: Artefact, results: "Results", response: Mapping[str, object]
 ) -> "pd.DataFrame":
     """Peaks of the node-to-node joint with increasing numbers of harmonics."""
-    from boltjoint.verification.harmonic_peaks import tabulate_peaks
+    from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
 
-    joint, solved = further_harmonics.load(artefact, results, response)
-    return tabulate_peaks(joint, solved, forces=forces)
+    solved = results.dataset("response", case=artefact.case, **response)
+    return tabulate_harmonic_peaks(solved)

@@ -1,4 +1,4 @@
-"""Figure and table of all models of a case: errors against the converged response, and cost."""
+"""Figure and table of all models of a case: errors against the reference model, and cost."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -54,7 +54,7 @@ def models(artefact: Artefact, results: "Results") -> "Figure":
     job="models_{case}",
     page="accuracy",
     section="models",
-    title="all models against the converged response",
+    title="all models against the reference model",
     options=lambda contents, artefact: {
         "compared": contents.compared(artefact.case),
         "converged": contents.converged(artefact.case),

@@ -28,6 +28,8 @@ _RATIOS = {
     "m/s2": "response / acceleration of the clamp (mm per m/s²)",
 }
 _PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
+_CONVERGED_MARK = {"marker": "D", "mfc": "white", "mew": 1.0, "linestyle": "none"}
+_ERROR_BAR_LINE = {"linewidth": 0.8, "alpha": 0.8}
 _OFF_SWEEPS_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
 #: response over its peak down to which a curve is in the axes
 _FLANK = 1 / 2
@@ -44,7 +46,8 @@ def plot_response(
     """Response over frequency at all force levels, divided by the force.
 
     The axes span the frequencies at which some response is half its peak or more, and a margin.
-    Dashed are solutions that no slow sweep of the frequency follows, neither up nor down.
+    Dashed are solutions that no slow sweep of the frequency follows, neither up nor down. Peaks
+    with as many harmonics as converge are joined to those of the response.
 
     Parameters
     ----------
@@ -92,6 +95,12 @@ def plot_response(
             if curve.peak is not None:
                 at = [curve.peak]
                 axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
+            if curve.peak is not None and curve.converged is not None and dataset is response:
+                to = zip((x[curve.peak], y[curve.peak]), curve.converged, strict=True)
+                axes.plot(*to, color=colour, zorder=3, **_ERROR_BAR_LINE)
+                at = [[value] for value in curve.converged]
+                axes.plot(*at, color=colour, markersize=5, zorder=4, **_CONVERGED_MARK)
+                marks["peak with all harmonics"] = _CONVERGED_MARK
             if curve.broken_off:
                 axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **BREAK_MARK)
                 marks["branch breaks off"] = BREAK_MARK
@@ -153,13 +162,15 @@ class _Curve:
     """Response at one force level: frequency [Hz] and amplitude over force [mm/N], where solved.
 
     ``off_sweeps`` are solutions that no slow sweep follows; ``peak`` is the index of the located
-    peak, None where the branch has none.
+    peak, None where the branch has none; ``converged`` is the peak with as many harmonics as change
+    nothing, None where it was not found.
     """
 
     frequency: NDArray[np.float64]
     amplitude: NDArray[np.float64]
     off_sweeps: NDArray[np.bool_]
     peak: int | None
+    converged: tuple[float, float] | None
     broken_off: bool
     fell_back: bool
 
@@ -179,12 +190,17 @@ def _curves(response: xr.Dataset) -> list[_Curve]:
         solutions = response.isel(solution=np.flatnonzero(of_level))
         amplitude = solutions["response_amplitude"].to_numpy() * MM / force
         peak = np.flatnonzero(solutions["response_amplitude"] == at["peak_amplitude"])
+        converged = None
+        if np.isfinite(at.get("peak_harmonics", np.nan)):
+            highest = float(at["peak_amplitude_converged"]) * MM / force
+            converged = float(at["peak_frequency_converged"]), highest
         curves.append(
             _Curve(
                 frequency=solutions["frequency"].to_numpy(),
                 amplitude=amplitude,
                 off_sweeps=(solutions["on_sweep_up"] + solutions["on_sweep_down"]).to_numpy() == 0,
                 peak=int(peak[0]) if peak.size else None,
+                converged=converged,
                 broken_off=not at["complete"],
                 fell_back=bool(at["fell_back"]),
             )
@@ -202,7 +218,10 @@ def _set_limits(axes: Axes, curves: Sequence[_Curve]) -> None:
     curves = [curve for curve in curves if curve.frequency.size]
     if not curves:
         return
-    near = np.concatenate([c.frequency[c.amplitude >= _FLANK * c.amplitude.max()] for c in curves])
+    near = np.concatenate(
+        [c.frequency[c.amplitude >= _FLANK * c.amplitude.max()] for c in curves]
+        + [np.array([c.converged[0]]) for c in curves if c.converged]
+    )
     ends = [c.frequency[-1] for c in curves if c.broken_off]
     low, high = min([near.min(), *ends]), max([near.max(), *ends])
     margin = max(_MARGIN * (high - low), _LEAST_MARGIN * high)
@@ -214,6 +233,7 @@ def _set_limits(axes: Axes, curves: Sequence[_Curve]) -> None:
     axes.set_xlim(low, high)
     in_view = np.concatenate(
         [c.amplitude[(c.frequency >= low) & (c.frequency <= high)] for c in curves]
+        + [np.array([c.converged[1]]) for c in curves if c.converged]
     )
     lowest = max(in_view.min() / 1.3, _DEPTH * min(c.amplitude.max() for c in curves))
     axes.set_ylim(lowest, in_view.max() * 1.5)

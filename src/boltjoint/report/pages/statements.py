@@ -10,9 +10,11 @@ from boltjoint.study.tables.html import number
 #: residual in time below which the error of the time integration is larger
 RESOLUTION_IN_TIME = 1e-6
 
+_ERROR = "peak_amplitude_error_percent"
+
 
 def reference_statement(content: PageContent) -> Markup:
-    """The reference of all errors, and the error of its small number of harmonics, as HTML.
+    """The reference of all errors, and the error of few harmonics against it, as HTML.
 
     It takes the tables of peaks with more harmonics from the content: those of contact-adapted
     bases, where there are any.
@@ -22,13 +24,16 @@ def reference_statement(content: PageContent) -> Markup:
         tables.append(table)
     tables = [table for table in tables if table.artefact.basis.is_contact_adapted] or tables
     peaks = pd.concat(
-        [pd.DataFrame(columns=["harmonics"])]
+        [pd.DataFrame(columns=["force_N", "harmonics", _ERROR])]
         + [with_fewest_harmonics(table.frame) for table in tables]
     )
-    forces = sorted(peaks.dropna()["force_N"].unique()) if len(peaks) else []
+    forces = (
+        sorted(peaks.dropna(subset="peak_amplitude_error_percent")["force_N"].unique())
+        if len(peaks)
+        else []
+    )
     return prose("statements").reference(
         harmonics_in_words(peaks),
-        len(peaks),
         largest_errors(peaks),
         ", ".join(f"{force:g}" for force in forces),
     )
@@ -41,7 +46,7 @@ def with_fewest_harmonics(peaks: pd.DataFrame) -> pd.DataFrame:
 
 def largest_errors(peaks: pd.DataFrame) -> str:
     """The largest errors of peaks in amplitude and frequency; empty where there are none."""
-    known = peaks.dropna()
+    known = peaks.dropna(subset=_ERROR)
     return " and ".join(
         f"{number(known[f'peak_{quantity}_error_percent'].abs().max(), 2)} % in {quantity}"
         for quantity in ("amplitude", "frequency")

@@ -8,7 +8,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint.names import REFERENCE
-from boltjoint.study.tables.measures import PEAK_ERRORS, curve_error, peak_errors, peak_of_level
+from boltjoint.study.tables.measures import (
+    PEAK_ERRORS,
+    curve_error,
+    peak_errors,
+    peak_of_level,
+    with_converged_peaks,
+)
 
 
 def tabulate_accuracy(
@@ -31,6 +37,7 @@ def tabulate_accuracy(
         one of the two branches is not complete; ``reason`` then says why.
         ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
         all solutions; estimated errors are those of the response file, without any reference;
+        with converged peaks, these and the error bars of the peak are beside them;
         ``residual_in_time`` is the largest, and lies at ``worst_in_time_Hz``.
     """
     rows = []
@@ -51,6 +58,7 @@ def tabulate_accuracy(
             for name in ("energy_error", "residual"):
                 row[name] = float(abs(response[name].where(mine)).to_series().max())
             row |= _error_estimates(response.isel(force=level))
+            row |= _error_bars(response.isel(force=level))
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)
@@ -71,22 +79,26 @@ def tabulate_models(
     timings: Mapping[tuple[str, str, str, int], pd.DataFrame],
     converged: tuple[str, str, str, int],
 ) -> pd.DataFrame:
-    """Errors of all responses of a case, in any basis, against the converged one, and their cost.
+    """Errors of all responses of a case, in any basis, against the reference model, and their cost.
+
+    The reference is the converged response with as many harmonics as converge, where it has such
+    peaks; else with its own.
 
     Parameters
     ----------
     responses, timings
         ``response.nc`` and ``timing.csv`` by modal basis, joint, coordinates and resonance.
     converged
-        Which of them the others are compared with.
+        Which of them the others, and itself, are compared with.
 
     Returns
     -------
     DataFrame
         A row for each response and force level: errors of its peak, empty where the branch is
-        not complete, and the median processor time.
+        not complete or the reference has no peak, and the median processor time.
     """
     rows = []
+    reference = with_converged_peaks(responses[converged])
     for which, response in responses.items():
         timing = timings[which]
         cost = timing[timing["jacobian"] == "analytic"].groupby("force_N")["cpu_s"].median()
@@ -96,7 +108,7 @@ def tabulate_models(
                     **dict(zip(("modes", "joint", "coordinates", "resonance"), which, strict=True)),
                     "force_N": force,
                     "complete": peak_of_level(response, level)["complete"],
-                    **peak_errors(response, responses[converged], level),
+                    **peak_errors(response, reference, level),
                     "cpu_s": cost.get(force, np.nan),
                 }
             )
@@ -113,6 +125,19 @@ def _error_estimates(at: xr.Dataset) -> dict[str, object]:
         "turning_points": int(at["turning_points"]),
         "folded_from_Hz": float(at["folded_from"]),
         "folded_to_Hz": float(at["folded_to"]),
+    }
+
+
+def _error_bars(at: xr.Dataset) -> dict[str, float]:
+    """Converged peak of a force level, and error bars of its own peak; nothing without."""
+    if "peak_harmonics" not in at:
+        return {}
+    return {
+        "converged_peak_frequency_Hz": float(at["peak_frequency_converged"]),
+        "converged_peak_mm_per_N": 1e3 * float(at["peak_amplitude_converged"] / at["force_level"]),
+        "harmonics": float(at["peak_harmonics"]),
+        "frequency_error_bar_percent": 100 * float(at["peak_frequency_error"]),
+        "amplitude_error_bar_percent": 100 * float(at["peak_amplitude_error"]),
     }
 
 

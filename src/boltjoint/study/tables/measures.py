@@ -72,6 +72,13 @@ def peak_errors(response: xr.Dataset, reference: xr.Dataset, level: int) -> dict
     }
 
 
+def with_converged_peaks(response: xr.Dataset) -> xr.Dataset:
+    """The response with its converged peaks in place of its own, where it has such."""
+    peaks = ("peak_frequency", "peak_amplitude")
+    found = {name: response.get(f"{name}_converged", response[name]) for name in peaks}
+    return response.assign(found)
+
+
 def percent_error(value: float, reference: float) -> float:
     """Error against a reference [%]."""
     return 100 * (value / reference - 1)

@@ -1,0 +1,61 @@
+"""Table of the peaks of a response by number of harmonics."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+
+def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
+    """Peaks by number of harmonics, as many as were tried.
+
+    Parameters
+    ----------
+    response
+        ``response.nc`` with its converged peaks (``dynamics.converged_peaks``).
+
+    Returns
+    -------
+    DataFrame
+        A row for each force and number of harmonics with which the peak was found, with columns
+        ``force_N, harmonics, peak_frequency_Hz, peak_mm_per_N``; ``peak_frequency_error_percent``
+        and ``peak_amplitude_error_percent`` against the most harmonics with a peak, empty where
+        they are not enough; and of that last peak, ``frequency_truncation_error_percent`` and
+        ``amplitude_truncation_error_percent``, and ``superharmonic``: the harmonic in resonance
+        and that resonance, or nothing.
+    """
+    rows = []
+    for place in range(response.sizes["force"]):
+        at = response.isel(force=place)
+        force, most = float(at["force_level"]), float(at["peak_harmonics"])
+        found = at[["harmonic_peak_frequency", "harmonic_peak_amplitude"]].dropna("harmonics")
+        last = np.array([np.nan, np.nan])
+        if np.isfinite(most):
+            last = found.sel(harmonics=most).to_array().to_numpy()
+        for number in found["harmonics"].to_numpy():
+            peak = found.sel(harmonics=number).to_array().to_numpy()
+            is_last = number == most
+            errors = at[[f"peak_{what}_truncation_error" for what in ("frequency", "amplitude")]]
+            rows.append(
+                (
+                    force,
+                    int(number),
+                    peak[0],
+                    1e3 * peak[1] / force,
+                    *(100 * (peak / last - 1)),
+                    *(100 * errors.to_array().to_numpy() if is_last else (np.nan, np.nan)),
+                    _superharmonic(at) if is_last else "",
+                )
+            )
+    columns = ["force_N", "harmonics", "peak_frequency_Hz", "peak_mm_per_N"]
+    columns += ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
+    columns += ["frequency_truncation_error_percent", "amplitude_truncation_error_percent"]
+    return pd.DataFrame(rows, columns=[*columns, "superharmonic"])
+
+
+def _superharmonic(at: xr.Dataset) -> str:
+    """The harmonic in resonance at a force level in words; nothing without one."""
+    order = int(at["superharmonic_order"])
+    if not order:
+        return ""
+    frequency, share = (float(at[f"superharmonic_{what}"]) for what in ("frequency", "share"))
+    return f"{order} at {frequency:.1f} Hz, {100 * share:.2g} %"

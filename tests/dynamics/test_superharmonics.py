@@ -1,0 +1,56 @@
+"""Superharmonic resonances of a joint whose second mode is near a multiple of the first."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_joint import make_joint
+
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.dynamics.superharmonics import find_superharmonic
+from boltjoint.friction.aft import AlternatingFrequencyTime
+
+LOSS, FORCE, HARMONICS = 0.01, 5.0, 5
+
+
+def at_peak(second_frequency):
+    """Balance, motion and frequency at the peak of a joint by its second natural frequency."""
+    joint = make_joint()
+    joint = replace(joint, natural_frequency=np.array([70.0, second_frequency, 2000.0]))
+    response = solve_response(joint, [FORCE], loss_factor=LOSS)
+    peak = motion_at_peak(response, FORCE)
+    frequency, motion = find_peak(joint, peak[0], FORCE, LOSS, peak[1], harmonics=HARMONICS)
+    law = AlternatingFrequencyTime(joint.law, HARMONICS, 256)
+    return HarmonicBalance(replace(joint, law=law), LOSS, FORCE), motion, frequency
+
+
+def test_the_third_harmonic_is_largest_where_it_is_named():
+    seconds = np.linspace(290.0, 350.0, 13)
+    named, third = [], []
+    for second in seconds:
+        balance, motion, frequency = at_peak(second)
+        found = find_superharmonic(balance, motion, frequency)
+        named.append(found is not None and found.order == 3)
+        amplitudes = motion.in_components(("sin3", "cos3"))
+        first = motion.in_components(("sin", "cos"))
+        third.append(np.linalg.norm(amplitudes) / np.linalg.norm(first))
+        if named[-1]:
+            assert found.frequency == pytest.approx(3 * frequency, rel=0.2)
+            assert 0.5 * third[-1] < found.share < 2 * third[-1]
+    named, third = np.array(named), np.array(third)
+    assert named[np.argmax(third)]
+    # on its flanks it is far below, and not named
+    assert 0 < named.sum() < 0.5 * named.size
+    assert np.max(third) > 2 * np.median(third[~named])
+
+
+def test_what_sticks_has_no_harmonic_in_resonance():
+    joint = make_joint()
+    response = solve_response(joint, [1e-3], loss_factor=LOSS)
+    frequency, motion = motion_at_peak(response, 1e-3)
+    law = AlternatingFrequencyTime(joint.law, HARMONICS, 256)
+    balance = HarmonicBalance(replace(joint, law=law), LOSS, 1e-3)
+    assert find_superharmonic(balance, motion, frequency) is None
