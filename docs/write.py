@@ -113,13 +113,37 @@ class Tables:
         )
         return frame.pivot(index="force_N", columns="harmonics", values="errors")  # noqa: PD010
 
-    def one_harmonic(self, what: str) -> float:
-        """The largest error of a peak [%] with one harmonic, of any case and force."""
-        tables = (
-            pd.read_csv(self._path("harmonic_peaks", c)) for c in self.cases("harmonic_peaks")
-        )
-        found = pd.concat(frame[frame["harmonics"] == 1] for frame in tables)
-        return found[f"peak_{what}_error_percent"].abs().max()
+    def one_harmonic(self, what: str, sign: int) -> float:
+        """The largest error of this sign of a peak [%] with one harmonic, of any case and force."""
+        found = self._of_cases("harmonic_peaks")
+        errors = found[found["harmonics"] == 1][f"peak_{what}_error_percent"]
+        return abs((sign * errors).max())
+
+    def superharmonics(self) -> list[dict[str, object]]:
+        """Cases and forces [N] of peaks at which a harmonic is in resonance, and which one."""
+        return self._of_cases("harmonic_peaks").dropna(subset="superharmonic").to_dict("records")
+
+    def steady_states(self) -> list[dict[str, object]]:
+        """Differences from time integration [%] of converged peaks, by case and force."""
+        rows = []
+        for (case, _), found in self._of_cases("steady_states").groupby(["case", "force_N"]):
+            first, last = found.iloc[0], found.iloc[-1]
+            most = {
+                "most_harmonics": last["harmonics"],
+                "difference_of_most_percent": last["difference_percent"],
+            }
+            rows.append({"case": case, **first, **most})
+        return rows
+
+    def steps(self) -> str:
+        """Steps a period of the coarser and of the finer time integration."""
+        (steps,) = self._of_cases("steady_states")["steps_per_period"].unique()
+        return f"{steps // 2} and {steps}"
+
+    def _of_cases(self, kind: str) -> pd.DataFrame:
+        """The tables of a kind of all cases that have one, one after another."""
+        tables = ((case, pd.read_csv(self._path(kind, case))) for case in self.cases(kind))
+        return pd.concat(frame.assign(case=case) for case, frame in tables)
 
     def assemblies(self) -> list[str]:
         """The assemblies whose resonances are compared with the full model."""
@@ -191,7 +215,7 @@ class Tables:
     @staticmethod
     def _path(kind: str, subject: str) -> Path:
         bases = {"harmonics": "_free-4"} | dict.fromkeys(
-            ("divisions", "harmonic_peaks", "reductions"), "_enriched-40"
+            ("divisions", "harmonic_peaks", "reductions", "steady_states"), "_enriched-40"
         )
         basis = bases.get(kind, "")
         return RESULTS / f"tables/{kind}_{subject}{basis}.csv"
