@@ -34,7 +34,10 @@ class Superharmonic(NamedTuple):
 
 
 def find_superharmonic(
-    balance: HarmonicBalance, motion: PeriodicMotion, frequency: float
+    balance: HarmonicBalance,
+    motion: PeriodicMotion,
+    frequency: float,
+    smallest_share: float = 1e-3,
 ) -> Superharmonic | None:
     """The superharmonic resonance with the largest share in a motion; None without one.
 
@@ -44,6 +47,8 @@ def find_superharmonic(
         With the harmonics of the motion, in linear modes.
     motion, frequency
         A solution, and its frequency [Hz].
+    smallest_share
+        Of a resonance that counts: high harmonics pass many resonances with hardly any motion.
     """
     w, modes = 2 * np.pi * frequency, len(balance.stiffness)
     q = motion.in_components(balance.components)
@@ -60,7 +65,7 @@ def find_superharmonic(
         share = abs(np.linalg.solve(vectors, q[s] + 1j * q[c])) / first
         squared = distance.real + (h * w) ** 2
         is_resonant = (abs(distance.real) <= distance.imag) & (2 * distance.imag < squared)
-        for mode in np.flatnonzero(is_resonant):
+        for mode in np.flatnonzero(is_resonant & (share >= smallest_share)):
             own = np.sqrt(squared[mode]) / (2 * np.pi)
             found.append(Superharmonic(h, float(own), float(share[mode])))
     return max(found, key=lambda each: each.share, default=None)
