@@ -31,6 +31,8 @@ def tabulate_accuracy(
         one of the two branches is not complete; ``reason`` then says why.
         ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
         all solutions; estimated errors are those of the response file, without any reference;
+        ``largest_multiplier`` is the largest where the branch folds, beyond 1 where it is unstable;
+        ``isolated_branch`` is empty where it is not known;
         ``residual_in_time`` is the largest, and lies at ``worst_in_time_Hz``.
     """
     rows = []
@@ -51,6 +53,7 @@ def tabulate_accuracy(
             for name in ("energy_error", "residual"):
                 row[name] = float(abs(response[name].where(mine)).to_series().max())
             row |= _error_estimates(response.isel(force=level))
+            row["largest_multiplier"] = float(response["largest_multiplier"].where(mine).max())
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)
@@ -113,6 +116,7 @@ def _error_estimates(at: xr.Dataset) -> dict[str, object]:
         "turning_points": int(at["turning_points"]),
         "folded_from_Hz": float(at["folded_from"]),
         "folded_to_Hz": float(at["folded_to"]),
+        "isolated_branch": {0: False, 1: True}.get(int(at["isolated_branch"])),
     }
 
 
