@@ -137,13 +137,18 @@ def _folds(rows: pd.DataFrame) -> str:
         f"There are several solutions at the same frequency: {ranges}. Sweeps with rising and with "
         "falling frequency follow different ones."
     )
-    if (unstable := folded[folded["largest_multiplier"] > 1]).empty:
-        return words
-    largest = unstable["largest_multiplier"].max()
-    return (
-        f"{words} Those drawn dashed are unstable, at {_forces(unstable)} N, with Floquet "
-        f"multipliers up to {largest:.4g}."
-    )
+    multiplier = folded["largest_multiplier"]
+    if not (unstable := folded[multiplier > 1]).empty:
+        words += (
+            f" Those drawn dashed are unstable, at {_forces(unstable)} N, with Floquet multipliers "
+            f"up to {multiplier.max():.4g}."
+        )
+    if not (stable := folded[multiplier <= 1]).empty:
+        words += (
+            f" At {_forces(stable)} N none is unstable in all linear modes: there the branch folds "
+            "by its coordinates."
+        )
+    return words
 
 
 def _isolated(rows: pd.DataFrame) -> str:
