@@ -217,3 +217,20 @@ def test_a_result_without_folds_has_none(tmp_path):
 def test_options_out_of_range_are_refused(name):
     with pytest.raises(ValueError, match=name):
         StabilityOptions(**{name: -1})
+
+
+def test_a_branch_without_solutions_has_none():
+    balance = HarmonicBalance(make_folding_joint(), DAMPING, 1.0)
+    nothing = np.zeros(0)
+    found = find_stability(balance, nothing, np.zeros((0, 6)), find_folds(nothing))
+    assert found.stable.size == found.largest_multiplier.size == 0
+
+
+def test_what_is_no_solution_has_no_stability():
+    _, branch, balance, folds = folded(60.0, 5.0)
+    x = branch.modal_coordinate.copy()
+    broken = int(folds.at.sum()) // 2
+    x[broken] = np.inf
+    found = find_stability(balance, branch.frequency, x, folds)
+    assert found.stable[broken] == -1
+    assert (found.stable[[broken - 1, broken + 1]] == 0).all()

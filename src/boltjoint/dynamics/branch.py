@@ -270,7 +270,7 @@ def to_dataset(
         ("error_estimate", error_estimate, "1", "estimated relative error of response_amplitude"),
         ("on_sweep_up", flags(on_sweep_up), "1", "1 where a slow sweep up the frequency passes"),
         ("on_sweep_down", flags(on_sweep_down), "1", "1 where a slow sweep down passes"),
-        ("stable", stable, "1", "1 where stable, 0 where not, -1 where no branch folds near by"),
+        ("stable", stable, "1", "1 where stable, 0 where not, -1 where not found: no fold"),
         ("largest_multiplier", multiplier, "1", "modulus of the largest Floquet multiplier"),
         ("energy_error", energy_errors, "1", "input less dissipation, over the larger of both"),
     )

@@ -148,13 +148,13 @@ def find_stability(
         Where it is found, and how.
     """
     low, high = folds.frequency_range
-    folded = (frequency >= low) & (frequency <= high)
-    window = np.ones(2 * options.further_solutions + 1)
-    sought = np.convolve(folded, window)[options.further_solutions :][: folded.size] > 0
+    folded = np.flatnonzero((frequency >= low) & (frequency <= high))
+    around = np.arange(-options.further_solutions, options.further_solutions + 1)
     multiplier = np.full(frequency.size, np.nan)
-    for i in np.flatnonzero(sought):
+    for i in np.intersect1d(folded[:, None] + around, np.flatnonzero(np.isfinite(x).all(axis=1))):
         multiplier[i] = largest_multiplier(balance, x[i], 2 * np.pi * frequency[i], options)
-    return Stability(np.where(sought, multiplier < 1, -1).astype(np.int8), multiplier)
+    stable = np.where(np.isnan(multiplier), -1, multiplier < 1)
+    return Stability(stable.astype(np.int8), multiplier)
 
 
 def _rate_derivative(balance: HarmonicBalance, x: Array, w: float, samples: int) -> Array:
