@@ -95,10 +95,10 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(artefacts):
     assert "is wrong" not in of_regions
 
 
-def test_folds_without_unstable_solutions_are_those_of_coordinates(artefacts):
+def test_folds_without_unstable_solutions_are_named(artefacts):
     edit("accuracy", lambda frame: frame.assign(largest_multiplier=0.9 * (frame["force_N"] == 50)))
     of_regions = figure(write(artefacts), "response_mine_free-4_regions=6_linear_resonance=1")
-    assert "At 50 N none is unstable in all linear modes" in of_regions
+    assert "At 50 N none of them is unstable in all linear modes." in of_regions
     assert "drawn dashed" not in of_regions
 
 

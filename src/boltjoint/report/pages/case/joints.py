@@ -144,10 +144,7 @@ def _folds(rows: pd.DataFrame) -> str:
             f"up to {multiplier.max():.4g}."
         )
     if not (stable := folded[multiplier <= 1]).empty:
-        words += (
-            f" At {_forces(stable)} N none is unstable in all linear modes: there the branch folds "
-            "by its coordinates."
-        )
+        words += f" At {_forces(stable)} N none of them is unstable in all linear modes."
     return words
 
 
