@@ -363,6 +363,9 @@ def test_forces_of_a_backbone_rise_and_cover_what_was_asked_for(any_joint, tmp_p
         "friction_dissipation": "J",
         "peak_force": "N",
         "mode_shape": "1",
+        "isolated_from": "N",
+        "isolated_to": "N",
+        "isolated_amplitude": "m",
         "complete": "1",
         "reason": "1",
     }

@@ -22,6 +22,7 @@ def test_turning_points_of_a_cubic_are_where_its_derivative_vanishes():
     turns = 1 / np.sqrt(3)
     folds = find_folds(frequency)
     assert folds.turning_points == 2
+    np.testing.assert_allclose(s[folds.at], [-turns, turns], atol=1e-3)
     height = 2 / 3 * turns
     assert folds.frequency_range == pytest.approx((100.0 - height, 100.0 + height), rel=1e-8)
     # a sweep up jumps at the first turn to where the branch comes by again: s = 2/sqrt(3)
@@ -37,6 +38,8 @@ def test_solutions_at_one_frequency_are_no_fold():
     folds = find_folds(np.array([10.0, 11.0, 11.0, 11.0 - 1e-13, 12.0]))
     assert folds.turning_points == 0
     assert folds.on_sweep_up.all()
+    # nor do they hide one: it turns at the last of them
+    np.testing.assert_array_equal(find_folds(np.array([10.0, 11.0, 11.0, 10.5])).at, [2])
 
 
 def test_a_sweep_down_begins_beyond_what_broke_off():

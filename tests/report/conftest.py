@@ -185,6 +185,8 @@ def artefacts(tmp_path, monkeypatch):
         turning_points=np.where(folded, 2, 0),
         folded_from_Hz=np.where(folded, 71.25, np.nan),
         folded_to_Hz=np.where(folded, 72.5, np.nan),
+        largest_multiplier=np.where(folded, 1.25, np.nan),
+        isolated_branch=None,
         residual_in_time=1e-7,
         worst_in_time_Hz=70.5,
         reason=np.where(broken, "the branch would turn back", None),

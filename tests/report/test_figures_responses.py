@@ -149,21 +149,22 @@ def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, los
         assert texts_in(figure) == ["no results"]
 
 
-def test_solutions_on_no_sweep_are_dashed(response):
+def test_unstable_solutions_are_dashed(response):
     folded = response.copy(deep=True)
     mine = np.flatnonzero(folded["excitation_force"] == 5.0)
-    hidden = mine[20:25]
-    for name in ("on_sweep_up", "on_sweep_down"):
-        folded[name][hidden] = 0
+    folded["stable"][mine[20:25]] = 0
     (axes,) = plot_response(folded, "regions=3", "linear").axes
     solid = curves(axes)["3 regions, linear modes, 5 N"]
     assert np.isnan(solid[20:25, 1]).all()
     assert np.isfinite(np.delete(solid, slice(20, 25), axis=0)).all()
     (dashed,) = (line for line in axes.get_lines() if line.get_linestyle() == "--")
     shown = np.flatnonzero(np.isfinite(dashed.get_ydata()))
-    # joined to the solutions on a sweep
+    # joined to the others
     np.testing.assert_array_equal(shown, np.arange(19, 26))
-    assert "not on a slow sweep" in legend_texts(axes)
+    assert "unstable" in legend_texts(axes)
+    # where stability was not found a line is solid
+    assert (response["stable"] == -1).all()
+    assert "unstable" not in legend_texts(plot_response(response, "regions=3", "linear").axes[0])
 
 
 def test_a_response_replaced_by_linear_modes_is_named(response):
@@ -171,6 +172,21 @@ def test_a_response_replaced_by_linear_modes_is_named(response):
     replaced["fell_back"][1] = 1
     (axes,) = plot_response(replaced, "node-to-node", "rdnm-1").axes
     assert "5 N\nreplaced by linear modes" in legend_texts(axes)
+
+
+def test_isolated_branches_of_a_backbone_are_named():
+    joint = make_joint()
+    found = find_backbone(joint, [5.0], loss_factor=0.01, window=frequency_window(joint))
+    assert found.sizes["isola"] == 0
+    rows = {"isolated_from": 12.567, "isolated_to": 12.614}
+    named = found.drop_dims("isola").assign(
+        {name: ("isola", [value], {"units": "N"}) for name, value in rows.items()}
+    )
+    figure = plot_backbones({"node-to-node": found, "regions=6": named}, [5.0])
+    assert legend_texts(figure.axes[0]) == [
+        "node-to-node",
+        "6 regions\nisolated branch from 12.57 to 12.61 N",
+    ]
 
 
 def test_a_backbone_without_states_has_a_figure(tmp_path):

@@ -74,21 +74,32 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(artefacts):
             "estimated_peak_error_percent": estimate,
             "estimated_largest_error_percent": 2 * estimate,
         }
-        return frame.assign(**errors, wrong=wrong, fell_back=instead)
+        isolated = np.where(wrong, True, None)
+        return frame.assign(**errors, wrong=wrong, fell_back=instead, isolated_branch=isolated)
 
     edit("accuracy", doubt)
     page = write(artefacts)
     of_regions = figure(page, "response_mine_free-4_regions=6_linear_resonance=1")
     assert (
         "There are several solutions at the same frequency: at 50 N between 71.25 and 72.50 Hz "
-        "(2 turning points). Sweeps with rising and with falling frequency follow different ones."
+        "(2 turning points). Sweeps with rising and with falling frequency follow different ones. "
+        "Those drawn dashed are unstable, at 50 N, with Floquet multipliers up to 1.25."
     ) in of_regions
+    assert "isolated branch" not in of_regions
     in_one_mode = figure(page, "response_mine_free-4_node-to-node_rdnm-1_resonance=1")
     assert "several solutions" not in in_one_mode
     assert "The response to 50 N is wrong" in in_one_mode
+    assert "At 50 N there is an isolated branch too, with a higher peak" in in_one_mode
     assert "is up to 1664 % of the peak, and up to 832 % at the peak." in in_one_mode
     assert "At 0.001 N it is replaced by the response in linear modes." in in_one_mode
     assert "is wrong" not in of_regions
+
+
+def test_folds_without_unstable_solutions_are_named(artefacts):
+    edit("accuracy", lambda frame: frame.assign(largest_multiplier=0.9 * (frame["force_N"] == 50)))
+    of_regions = figure(write(artefacts), "response_mine_free-4_regions=6_linear_resonance=1")
+    assert "At 50 N none of them is unstable in all linear modes." in of_regions
+    assert "drawn dashed" not in of_regions
 
 
 def test_what_comes_from_results_is_escaped(artefacts):

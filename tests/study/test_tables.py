@@ -142,6 +142,7 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
     level = 1
     response["turning_points"][level] = 2
     response["folded_from"][level], response["folded_to"][level] = 61.0, 62.5
+    response["isolated_branch"][level] = 1
     response["fell_back"][level] = 1
     response["wrong"][level] = 1
     table = tabulate_accuracy({which: response}, {})
@@ -156,6 +157,12 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
     assert row["fell_back"]
     assert row["wrong"]
     mine = response["excitation_force"] == FORCES[level]
+    response["largest_multiplier"][np.flatnonzero(mine)[3:5]] = [1.25, 0.75]
+    table = tabulate_accuracy({which: response}, {})
+    expected = [1.25 if force == FORCES[level] else np.nan for force in FORCES]
+    np.testing.assert_array_equal(table["largest_multiplier"], expected)
+    known = [True if force == FORCES[level] else None for force in FORCES]
+    assert table["isolated_branch"].tolist() == known
     assert row["residual"] == float(response["residual"][mine.to_numpy()].max()) > 1e-6
 
 

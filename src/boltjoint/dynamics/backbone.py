@@ -19,6 +19,7 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.compiled_epmc import epmc_system
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.dynamics.harmonic_balance import parse_component
+from boltjoint.dynamics.isolated_branches import find_isolated_branches
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.compiled_path import follow
@@ -131,6 +132,7 @@ class Backbone:
     def to_dataset(self) -> xr.Dataset:
         """The dataset of ``backbone.nc`` (``find_backbone``)."""
         joint, states = self.equations.balance.joint, self.states
+        unit = joint.excitation_unit
         amplitude = np.array([state.amplitude for state in states])
         mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
         excitation = joint.excitation
@@ -151,14 +153,9 @@ class Backbone:
             ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
             ("damping_ratio", "state", damping, "1", "modal damping ratio"),
             ("friction_dissipation", "state", friction, "J", "friction dissipation in a period"),
-            (
-                "peak_force",
-                "state",
-                force,
-                joint.excitation_unit,
-                "excitation whose response has its peak here",
-            ),
+            ("peak_force", "state", force, unit, "excitation whose response has its peak here"),
             ("mode_shape", ("state", "mode", "part"), shape, "1", "in linear modes, phi^H phi = 1"),
+            *find_isolated_branches(force).variables(response, unit),
             ("complete", (), np.int8(self.complete), "1", "1 where the last amplitude is reached"),
             ("reason", (), self.reason, "1", "why the backbone ends before"),
         ]
@@ -328,7 +325,8 @@ def find_backbone(
         ``natural_frequency`` [Hz], ``damping_ratio``, ``friction_dissipation`` in a period [J],
         ``peak_force`` [N] whose response has its peak at that state, ``mode_shape`` (state, mode,
         part), under variable load ``bias`` (state, mode) [kg^1/2 m], with several harmonics
-        ``further_harmonics`` (state, component, mode) [kg^1/2 m]; ``complete`` and ``reason``.
+        ``further_harmonics`` (state, component, mode) [kg^1/2 m]; ranges of excitation with an
+        isolated branch (``IsolatedBranches``); ``complete`` and ``reason``.
 
     Raises
     ------

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.folds import find_folds
+from boltjoint.dynamics.folds import Folds, find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_contact import ModalContact
+from boltjoint.dynamics.stability import StabilityOptions, find_stability
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -36,7 +37,8 @@ class Branch:
     the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks located
     local maxima; ``in_all_modes`` marks solutions of the balance in all linear modes, also where a
     branch in response-dependent modes needed them; ``fell_back`` tells that the branch is one in
-    linear modes because that in the given coordinates was too inaccurate.
+    linear modes because that in the given coordinates was too inaccurate; ``has_isolated`` whether
+    there is an isolated branch beside it, None where that is not known.
     """
 
     force: float
@@ -50,6 +52,7 @@ class Branch:
     complete: bool
     reason: str
     fell_back: bool = False
+    has_isolated: bool | None = None
 
     @property
     def peak(self) -> int | None:
@@ -180,6 +183,7 @@ def to_dataset(
     damping: Damping | float,
     errors: Sequence[BranchError] | None = None,
     limits: ErrorLimits = ErrorLimits(),
+    stability: StabilityOptions = StabilityOptions(),
 ) -> xr.Dataset:
     """Branches of one joint over force levels as ``response.nc`` holds them.
 
@@ -195,6 +199,8 @@ def to_dataset(
         Of each branch; None where the branches are in linear modes.
     limits
         Estimated errors beyond which a branch is marked as wrong.
+    stability
+        Where stability is found, and how.
 
     Raises
     ------
@@ -209,9 +215,9 @@ def to_dataset(
     if errors is None:
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
     folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
-    residuals, energy_errors, states_at_peak = [], [], []
+    residuals, energy_errors, states_at_peak, stabilities = [], [], [], []
     contact = ModalContact(joint)
-    for branch in branches:
+    for branch, fold in zip(branches, folds, strict=True):
         balance = HarmonicBalance(joint.distinct, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         residuals += [relative_residual(balance, x, w) for x, w in at]
@@ -221,6 +227,8 @@ def to_dataset(
             motion = contact.motion(branch.modal_coordinate[branch.peak])
             states = joint.law.contact_state(motion)
         states_at_peak.append(states)
+        solutions = branch.frequency, branch.modal_coordinate
+        stabilities.append(find_stability(balance, *solutions, fold, stability))
     components, values = _modal_coordinates(joint, branches)
     dimensions = ("solution", "mode", "component")
     modal_coordinate = (dimensions, values, "kg^1/2 m", "amplitude of the linear modes")
@@ -244,10 +252,13 @@ def to_dataset(
     error_estimate = np.concatenate([error.of_solutions for error in errors])
     on_sweep_up = np.concatenate([fold.on_sweep_up for fold in folds])
     on_sweep_down = np.concatenate([fold.on_sweep_down for fold in folds])
+    stable, multiplier = map(np.concatenate, zip(*stabilities, strict=True))
     folded_from, folded_to = zip(*(fold.frequency_range for fold in folds), strict=True)
     turning_points = np.array([fold.turning_points for fold in folds])
     peak_error, largest = zip(*((error.of_peak, error.largest) for error in errors), strict=True)
     wrong = [error.exceeds(limits) for error in errors]
+    isolated = [-1 if found is None else found for found in each("has_isolated")]
+    isolated = np.array(isolated, dtype=np.int8)
     of_solutions = (
         ("excitation_force", excitation, joint.excitation_unit, "excitation amplitude"),
         ("frequency", along("frequency"), "Hz", "excitation frequency"),
@@ -259,6 +270,8 @@ def to_dataset(
         ("error_estimate", error_estimate, "1", "estimated relative error of response_amplitude"),
         ("on_sweep_up", flags(on_sweep_up), "1", "1 where a slow sweep up the frequency passes"),
         ("on_sweep_down", flags(on_sweep_down), "1", "1 where a slow sweep down passes"),
+        ("stable", stable, "1", "1 where stable, 0 where not, -1 where not found: no fold"),
+        ("largest_multiplier", multiplier, "1", "modulus of the largest Floquet multiplier"),
         ("energy_error", energy_errors, "1", "input less dissipation, over the larger of both"),
     )
     of_forces = (
@@ -270,6 +283,7 @@ def to_dataset(
         ("turning_points", turning_points, "1", "turning points of the branch in frequency"),
         ("folded_from", list(folded_from), "Hz", "lowest frequency with several solutions"),
         ("folded_to", list(folded_to), "Hz", "highest frequency with several solutions"),
+        ("isolated_branch", isolated, "1", "1 with an isolated branch, 0 without, -1 if not known"),
         ("wrong", flags(wrong), "1", "1 where estimated errors are larger than allowed"),
         ("fell_back", flags(each("fell_back")), "1", "1 where solved in linear modes instead"),
         ("complete", flags(each("complete")), "1", "1 where the branch crosses the whole window"),
@@ -279,6 +293,7 @@ def to_dataset(
         {name: quantity("solution", *row) for name, *row in of_solutions}
         | {"modal_coordinate": quantity(*modal_coordinate)}
         | {name: quantity("force", *row) for name, *row in of_forces}
+        | {name: quantity("fold", *row) for name, *row in _of_folds(joint, branches, folds)}
         | _of_sensors(joint, branches)
         | {
             "contact_state": xr.Variable(
@@ -286,7 +301,24 @@ def to_dataset(
             ),
         },
         coords={"component": components, "sensor": list(joint.sensors)},
-        attrs=as_damping(damping).attributes(),
+        attrs=as_damping(damping).attributes() | {"stability": stability.stored()},
+    )
+
+
+def _of_folds(
+    joint: Joint, branches: Sequence[Branch], folds: Sequence[Folds]
+) -> tuple[tuple[str, NDArray, str, str], ...]:
+    """Excitation, frequency and amplitude at every turning point of all branches."""
+    pairs = list(zip(branches, folds, strict=True))
+    force = np.repeat([branch.force for branch in branches], [fold.at.size for fold in folds])
+    frequency, amplitude = (
+        np.concatenate([getattr(branch, name)[fold.at] for branch, fold in pairs])
+        for name in ("frequency", "amplitude")
+    )
+    return (
+        ("fold_force", force, joint.excitation_unit, "excitation whose branch turns"),
+        ("fold_frequency", frequency, "Hz", "frequency of the solution at which it turns"),
+        ("fold_amplitude", amplitude, "m", "response_amplitude of that solution"),
     )
 
 

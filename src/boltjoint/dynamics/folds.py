@@ -4,7 +4,7 @@ Where a branch folds, several solutions belong to one frequency. A sweep follows
 its frequency moves on, and at a turning point jumps to where the branch next passes that frequency
 in the sense of the sweep: it shows the solutions whose frequency is the highest so far. That is a
 convention: where several stable solutions lie beyond the jump, the motion before it decides which
-one is reached, and stability is not computed.
+one is reached. Which solutions are stable is found in ``dynamics.stability``.
 """
 
 from typing import NamedTuple
@@ -21,15 +21,20 @@ _ROUNDING = 1e-12
 class Folds(NamedTuple):
     """Turning points of a branch, and which of its solutions sweeps show.
 
-    ``turning_points``: how many; ``frequency_range``: lowest and highest frequency [Hz] between
-    which there are several solutions, NaN where the branch does not fold; ``on_sweep_up``,
-    ``on_sweep_down``: shape (solutions,).
+    ``at``: solutions at which it turns, shape (turning points,); ``frequency_range``: lowest and
+    highest frequency [Hz] between which there are several solutions, NaN where the branch does not
+    fold; ``on_sweep_up``, ``on_sweep_down``: shape (solutions,).
     """
 
-    turning_points: int
+    at: NDArray[np.int64]
     frequency_range: tuple[float, float]
     on_sweep_up: NDArray[np.bool_]
     on_sweep_down: NDArray[np.bool_]
+
+    @property
+    def turning_points(self) -> int:
+        """How many there are."""
+        return self.at.size
 
 
 def find_folds(frequency: NDArray[np.float64], complete: bool = True) -> Folds:
@@ -50,8 +55,9 @@ def find_folds(frequency: NDArray[np.float64], complete: bool = True) -> Folds:
     """
     frequency = checks.array("frequency", frequency, ("solutions",))
     change = np.diff(frequency)
-    moves = change[np.abs(change) > _ROUNDING * np.abs(frequency[:-1])]
-    turning_points = int(np.sum(np.sign(moves[1:]) != np.sign(moves[:-1])))
+    moving = np.flatnonzero(np.abs(change) > _ROUNDING * np.abs(frequency[:-1]))
+    direction = np.sign(change[moving])
+    at = moving[1:][direction[1:] != direction[:-1]]
     backward = np.flatnonzero(change < -_ROUNDING * np.abs(frequency[:-1]))
     folded = np.nan, np.nan
     if backward.size:
@@ -59,7 +65,7 @@ def find_folds(frequency: NDArray[np.float64], complete: bool = True) -> Folds:
     tolerance = _ROUNDING * np.abs(frequency)
     on_sweep_down = frequency <= np.minimum.accumulate(frequency[::-1])[::-1] + tolerance
     return Folds(
-        turning_points,
+        at,
         folded,
         on_sweep_up=frequency >= np.maximum.accumulate(frequency) - tolerance,
         on_sweep_down=on_sweep_down & complete,

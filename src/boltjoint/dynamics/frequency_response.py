@@ -31,6 +31,7 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import Jacobian
 from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
+from boltjoint.dynamics.stability import StabilityOptions
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.model import Joint
 from boltjoint.names import Coordinates
@@ -147,6 +148,7 @@ def solve_response(
     fallback: Fallback = "none",
     backbone: xr.Dataset | None = None,
     damping: Damping | None = None,
+    stability: StabilityOptions = StabilityOptions(),
 ) -> xr.Dataset:
     """Frequency responses at several force levels as the dataset of ``response.nc``.
 
@@ -166,12 +168,15 @@ def solve_response(
     backbone
         Of ``find_backbone``, from which coordinates ``backbone`` synthesise all responses; by
         default it is traced once for all forces.
+    stability
+        Where the stability of solutions is found, and how.
 
     Returns
     -------
     Dataset
         All solutions one after another, and by force level the peak (NaN without one), whether the
-        branch is complete, and the contact states at the peak.
+        branch is complete, and the contact states at the peak; where branches fold, their turning
+        points and the stability of the solutions there.
 
     Raises
     ------
@@ -215,7 +220,8 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    return to_dataset(joint, branches, damping, errors or None, limits).assign_attrs(
+    found = to_dataset(joint, branches, damping, errors or None, limits, stability)
+    return found.assign_attrs(
         coordinates=coordinates,
         resonance=resonance,
         jacobian=jacobian,
@@ -318,6 +324,7 @@ def synthesise_branch(backbone: Backbone, force: float, window: tuple[float, flo
         in_all_modes=np.zeros(count, dtype=bool),
         complete=response.complete,
         reason=response.reason,
+        has_isolated=response.has_isolated,
     )
 
 

@@ -43,7 +43,8 @@ class SynthesisedResponse:
     ``frequency`` (solutions,) [Hz]; ``modal_coordinate`` (solutions, components * modes), as the
     unknown of ``HarmonicBalance``; ``peak``: index of the largest response of the output point,
     None without one in the window; ``complete``: whether the response covers the
-    window; if not, ``reason``.
+    window; if not, ``reason``; ``has_isolated``: whether the force also excites higher amplitudes
+    of the backbone, on an isolated branch.
     """
 
     frequency: NDArray[np.float64]
@@ -51,6 +52,7 @@ class SynthesisedResponse:
     peak: int | None
     complete: bool
     reason: str
+    has_isolated: bool
 
 
 def synthesise_response(
@@ -82,7 +84,7 @@ def synthesise_response(
     if not backbone.states or curve.unreached == 0:
         empty = np.zeros((0, backbone.equations.start().size - 2))
         reason = "the backbone begins above the peak" if backbone.states else backbone.reason
-        return SynthesisedResponse(np.zeros(0), empty, None, False, reason)
+        return SynthesisedResponse(np.zeros(0), empty, None, False, reason, curve.has_isolated)
 
     points = curve.points()
     low, high = ((2 * np.pi * f) ** 2 for f in window)
@@ -111,6 +113,7 @@ def synthesise_response(
         peak=peak,
         complete=not reason,
         reason=reason,
+        has_isolated=curve.has_isolated,
     )
 
 
@@ -135,6 +138,9 @@ class _ResponseCurve:
         self.unreached = next(
             (i for i, state in enumerate(backbone.states) if self._excess(state) <= 0), None
         )
+        beyond = backbone.states[self.unreached :] if self.unreached is not None else ()
+        #: whether it exceeds those of further ones beyond
+        self.has_isolated = any(self._excess(state) > 0 for state in beyond)
         self.peak: ModalState | None = None
         #: whether the mode could be solved where the force balances the damping
         self.is_solved = True

@@ -27,6 +27,7 @@ from boltjoint.friction.modal_aft import (
     LazyTangent,
     ModalElements,
     modal_force_and_tangent,
+    slider_delay,
 )
 
 
@@ -139,6 +140,35 @@ class AlternatingFrequencyTime(FrictionLaw):
         ValueError
             If shapes do not fit each other, the elements and the components.
         """
+        amplitude, elements = self._in_modes(rows, amplitude)
+        return modal_force_and_tangent(elements, self._basis, amplitude)
+
+    def modal_slider_delay(self, rows: tuple[Array, ...], amplitude: Array) -> Array:
+        """What the delay of the sliders adds to the derivative of ``modal_force_and_tangent``.
+
+        That is by the rate, over a period, at which a change of the motion grows
+        (``modal_aft.slider_delay``).
+
+        Parameters
+        ----------
+        rows, amplitude
+            As for ``modal_force_and_tangent``.
+
+        Returns
+        -------
+        ndarray
+            Shape (components, modes, components, modes) [s^-2].
+
+        Raises
+        ------
+        ValueError
+            As for ``modal_force_and_tangent``.
+        """
+        amplitude, elements = self._in_modes(rows, amplitude)
+        return slider_delay(elements, self._basis, amplitude)
+
+    def _in_modes(self, rows: tuple[Array, ...], amplitude: Array) -> tuple[Array, ModalElements]:
+        """Modal coordinates by component, checked, and the elements in modal coordinates."""
         amplitude = checks.array(
             "amplitude", amplitude, (len(self.components), "modes"), finite=False
         )
@@ -151,8 +181,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         R = rows[0][on]
         N = rows[1][on] if "normal" in self.directions else None
         V = None if N is None else k_v[:, None] * N
-        elements = ModalElements(R, N, k_u[:, None] * R, V, normal_load, mu)
-        return modal_force_and_tangent(elements, self._basis, amplitude)
+        return amplitude, ModalElements(R, N, k_u[:, None] * R, V, normal_load, mu)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         on, k_u, k_v, normal_load, mu = self._arrays
@@ -238,6 +267,13 @@ class AlternatingFrequencyTime(FrictionLaw):
         motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
         add_forces(order, first, tuple(of_element), motion, self._tables, force, tangent)
         return force * np.tile(self._weight, len(self.directions))
+
+
+def by_samples(law: FrictionLaw, samples: int) -> AlternatingFrequencyTime:
+    """The elements of a law by AFT, in one harmonic; AFT itself as it is."""
+    if isinstance(law, AlternatingFrequencyTime):
+        return law
+    return AlternatingFrequencyTime(law, samples=samples)
 
 
 def _sums(values: Array) -> Array:

@@ -29,6 +29,8 @@ LazyTangent = Callable[[], Array]
 
 #: samples whose derivatives are transformed to harmonics at once, so that they stay small
 _SAMPLES_AT_ONCE = 32
+#: elements followed at once where their derivatives are not needed together, for the same reason
+_ELEMENTS_AT_ONCE = 4096
 
 
 class ModalElements(NamedTuple):
@@ -95,11 +97,7 @@ def modal_force_and_tangent(
     tangent : callable
         Gives d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes).
     """
-    q = amplitude.T @ basis.synthesis
-    x = elements.X @ q
-    n = np.repeat(elements.normal_load[:, None], x.shape[1], axis=1)
-    if elements.V is not None:
-        n += elements.V @ q
+    x, n = _spring_forces(elements, amplitude.T @ basis.synthesis)
     friction = np.empty_like(x)
     changes = _Changes(*_follow(x, n, elements.friction_coefficient, friction))
     force = (friction @ basis.synthesis.T).T @ elements.R
@@ -109,10 +107,63 @@ def modal_force_and_tangent(
     return force * basis.weight[:, None], lambda: _tangent(elements, basis, changes)
 
 
+def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array) -> Array:
+    """Derivative of the harmonic forces by the rate at which a change of the motion grows.
+
+    Under a change ``exp(r t)`` times a periodic one, a slider holds what the motion was at the time
+    tau before, at which it was determined: in the derivative of the forces its part is multiplied
+    by ``exp(-r tau)``. This is the derivative of that by r at r = 0, with r over a period.
+
+    Parameters
+    ----------
+    elements, basis, amplitude
+        As for ``modal_force_and_tangent``.
+
+    Returns
+    -------
+    ndarray
+        By the derivative of the forces [s^-2], shape (components, modes, components, modes).
+        Sliders that rest for the whole period have no part in it.
+    """
+    motion, samples = amplitude.T @ basis.synthesis, basis.synthesis.shape[1]
+    # sums of the contributions of samples times their number, for the mean delay of an interval
+    contribution = basis.synthesis.T * basis.weight
+    moment = np.zeros_like(basis.mean)
+    np.cumsum(np.arange(samples)[:, None] * contribution, axis=0, out=moment[1:])
+
+    def delayed(sample: int, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
+        since = (begin - sample) % samples - begin
+        return moment[end] - moment[begin] + since[:, None] * (basis.mean[end] - basis.mean[begin])
+
+    modes, count = elements.R.shape[1], basis.harmonic.size
+    found = np.zeros((modes, modes, count, count))
+    for first in range(0, len(elements.R), _ELEMENTS_AT_ONCE):
+        at = slice(first, first + _ELEMENTS_AT_ONCE)
+        block = ModalElements(*(None if each is None else each[at] for each in elements))
+        x, n = _spring_forces(block, motion)
+        of_slider = _follow(x, n, block.friction_coefficient, np.empty_like(x))[1]
+        moving = of_slider[:, 5] - of_slider[:, 4] < samples
+        found += _by_slider(block, basis, of_slider[moving], delayed)
+    return found.transpose(2, 0, 3, 1) / samples
+
+
+def _spring_forces(elements: ModalElements, motion: Array) -> tuple[Array, Array]:
+    """Forces of the springs of the elements, (elements, samples), along a motion of the modes."""
+    x = elements.X @ motion
+    n = np.repeat(elements.normal_load[:, None], x.shape[1], axis=1)
+    if elements.V is not None:
+        n += elements.V @ motion
+    return x, n
+
+
 def _tangent(elements: ModalElements, basis: HarmonicBasis, changes: _Changes) -> Array:
     """Derivative of the harmonic forces, (components, modes, components, modes)."""
+
+    def during(_: int, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
+        return basis.mean[end] - basis.mean[begin]
+
     by_state = _by_state(elements, basis, changes.of_state)
-    by_slider = _by_slider(elements, basis, changes.of_slider)
+    by_slider = _by_slider(elements, basis, changes.of_slider, during)
     return by_state.transpose(0, 2, 1, 3) - by_slider.transpose(2, 0, 3, 1)
 
 
@@ -147,20 +198,30 @@ def _by_state(elements: ModalElements, basis: HarmonicBasis, of_state: Array) ->
     return products.reshape(h.size, h.size, modes, modes)
 
 
-def _by_slider(elements: ModalElements, basis: HarmonicBasis, of_slider: Array) -> Array:
-    """Derivative by the displacements that determined sliders, (modes, modes, comps, comps)."""
+def _by_slider(
+    elements: ModalElements,
+    basis: HarmonicBasis,
+    of_slider: Array,
+    during: Callable[[int, NDArray[np.int64], NDArray[np.int64]], Array],
+) -> Array:
+    """Derivative by the displacements that determined sliders, (modes, modes, comps, comps).
+
+    ``during`` gives the components of positions that are determined at a sample and stay between
+    two others, shape (elements, components).
+    """
     modes, count = elements.R.shape[1], basis.harmonic.size
     tangent = np.zeros((modes * modes * count, count))
     groups = list(_by_sample(of_slider))
     for first in range(0, len(groups), _SAMPLES_AT_ONCE):
         together = groups[first : first + _SAMPLES_AT_ONCE]
         derivative = np.empty((len(together), modes * modes * count))
-        for row, (_, on, (by_x, by_n, begin, end)) in zip(derivative, together, strict=True):
+        for row, (sample, on, columns) in zip(derivative, together, strict=True):
+            by_x, by_n, begin, end = columns
             position = by_x[:, None] * elements.X[on]
             if elements.V is not None:
                 position += by_n[:, None] * elements.V[on]
-            during = basis.mean[end.astype(np.int64)] - basis.mean[begin.astype(np.int64)]
-            both = (position[:, :, None] * during[:, None, :]).reshape(on.size, -1)
+            parts = during(sample, begin.astype(np.int64), end.astype(np.int64))
+            both = (position[:, :, None] * parts[:, None, :]).reshape(on.size, -1)
             row[:] = (elements.R[on].T @ both).ravel()
         samples = [sample for sample, *_ in together]
         tangent += derivative.T @ basis.synthesis[:, samples].T

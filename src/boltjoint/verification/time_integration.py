@@ -136,7 +136,7 @@ def steady_state(
     if start is not None:
         start = checks.array("start", start, ("samples", joint.natural_frequency.size))
         checks.whole("length of start", len(start), at_least=1)
-    coarse = _Integration.of(joint, frequency, force, damping, steps)
+    coarse = Integration.of(joint, frequency, force, damping, steps)
     if start is None:
         for i in range(ramp):
             coarse.advance(i / ramp, (i + 1) / ramp)
@@ -161,7 +161,7 @@ def steady_state(
 
 
 @dataclass
-class _Integration:
+class Integration:
     """State of modes and sliders under time integration with one step."""
 
     frequency: float
@@ -183,7 +183,7 @@ class _Integration:
     @classmethod
     def of(
         cls, joint: Joint, frequency: float, force: float, damping: Damping, steps: int
-    ) -> "_Integration":
+    ) -> "Integration":
         sliders = joint.law.sliders()
         on, k_u, k_v = sliders.point, sliders.tangential_stiffness, sliders.normal_stiffness
         w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency) ** 2
@@ -200,7 +200,7 @@ class _Integration:
         motion, z, history = np.zeros((2, 2, L.size)), np.zeros(on.size), np.zeros((steps, L.size))
         return cls(frequency, steps, structure, elements, *motion, z, history)
 
-    def halved(self) -> "_Integration":
+    def halved(self) -> "Integration":
         """The same state with half the step."""
         h = 1 / (self.frequency * self.steps)
         (q, dq), (v, dv) = self.q, self.v
@@ -208,7 +208,7 @@ class _Integration:
         half, change = dq / 2 + h / 8 * dv, 1.5 * (v - dq / h) - dv / 4
         state = np.array([q, half]), np.array([v, change]), self.z.copy()
         history = np.zeros((2 * self.steps, q.size))
-        return _Integration(
+        return Integration(
             self.frequency, 2 * self.steps, self.structure, self.elements, *state, history
         )
 
@@ -250,7 +250,7 @@ class _Integration:
         return np.concatenate([spectrum[:1], 2j * spectrum[1:]])
 
 
-def _reach_steady_state(integration: _Integration, tolerance: float, maximum_periods: int) -> float:
+def _reach_steady_state(integration: Integration, tolerance: float, maximum_periods: int) -> float:
     """Integrate until the motion is steady; returns its change over the last period."""
     motion = integration.q.size
     before, last_change = None, np.inf

@@ -1,6 +1,6 @@
 """Figures of frequency responses and backbones."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +30,7 @@ _RATIOS = {
 _PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
 _CONVERGED_MARK = {"marker": "D", "mfc": "white", "mew": 1.0, "linestyle": "none"}
 _ERROR_BAR_LINE = {"linewidth": 0.8, "alpha": 0.8}
-_OFF_SWEEPS_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
+_UNSTABLE_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
 #: response over its peak down to which a curve is in the axes
 _FLANK = 1 / 2
 #: margin on both sides of that, over its width, and at least over the frequency
@@ -46,8 +46,8 @@ def plot_response(
     """Response over frequency at all force levels, divided by the force.
 
     The axes span the frequencies at which some response is half its peak or more, and a margin.
-    Dashed are solutions that no slow sweep of the frequency follows, neither up nor down. Peaks
-    with as many harmonics as converge are joined to those of the response.
+    Dashed are unstable solutions. Peaks with as many harmonics as converge are joined to those of
+    the response.
 
     Parameters
     ----------
@@ -86,12 +86,13 @@ def plot_response(
         ):
             x, y = curve.frequency, curve.amplitude
             label = f"{name}, {forces[index]:g} {unit}"
-            on_sweeps = np.where(curve.off_sweeps, np.nan, y)
-            axes.semilogy(x, on_sweeps, color=colour, label=label, **style)
-            if curve.off_sweeps.any():
-                off_sweeps = np.where(_with_neighbours(curve.off_sweeps), y, np.nan)
-                axes.plot(x, off_sweeps, color=colour, **style, **_OFF_SWEEPS_LINE)
-                marks["not on a slow sweep"] = {**REFERENCE_LINE, **_OFF_SWEEPS_LINE}
+            axes.semilogy(
+                x, np.where(curve.unstable, np.nan, y), color=colour, label=label, **style
+            )
+            if curve.unstable.any():
+                dashed = np.where(_with_neighbours(curve.unstable), y, np.nan)
+                axes.plot(x, dashed, color=colour, **style, **_UNSTABLE_LINE)
+                marks["unstable"] = {**REFERENCE_LINE, **_UNSTABLE_LINE}
             if curve.peak is not None:
                 at = [curve.peak]
                 axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
@@ -132,6 +133,7 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
         backbones.items(), level_colours(len(backbones)), strict=True
     ):
         amplitude = backbone["response_amplitude"].to_numpy() * MM
+        label = "\n".join([JointName(joint).label, *_isolated_branches(backbone)])
         rising = np.argsort(backbone["peak_force"].to_numpy())
         force = backbone["peak_force"].to_numpy()[rising]
         reached = [each for each in forces if force.size and force[0] <= each <= force[-1]]
@@ -141,7 +143,7 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
             panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
         ):
             values = backbone[name].to_numpy() * scale
-            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=JointName(joint).label)
+            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=label)
             if peaks.size:
                 at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
                 axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)
@@ -157,18 +159,25 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
     return figure
 
 
+def _isolated_branches(backbone: xr.Dataset) -> Iterator[str]:
+    """Each range of excitation with an isolated branch, in words."""
+    unit = backbone["isolated_from"].attrs["units"]
+    for low, high in zip(backbone["isolated_from"], backbone["isolated_to"], strict=True):
+        yield f"isolated branch from {float(low):.4g} to {float(high):.4g} {unit}"
+
+
 @dataclass(frozen=True)
 class _Curve:
     """Response at one force level: frequency [Hz] and amplitude over force [mm/N], where solved.
 
-    ``off_sweeps`` are solutions that no slow sweep follows; ``peak`` is the index of the located
-    peak, None where the branch has none; ``converged`` is the peak with as many harmonics as change
-    nothing, None where it was not found.
+    ``unstable`` are unstable solutions; ``peak`` is the index of the located peak, None where the
+    branch has none; ``converged`` is the peak with as many harmonics as change nothing, None where
+    it was not found.
     """
 
     frequency: NDArray[np.float64]
     amplitude: NDArray[np.float64]
-    off_sweeps: NDArray[np.bool_]
+    unstable: NDArray[np.bool_]
     peak: int | None
     converged: tuple[float, float] | None
     broken_off: bool
@@ -198,7 +207,7 @@ def _curves(response: xr.Dataset) -> list[_Curve]:
             _Curve(
                 frequency=solutions["frequency"].to_numpy(),
                 amplitude=amplitude,
-                off_sweeps=(solutions["on_sweep_up"] + solutions["on_sweep_down"]).to_numpy() == 0,
+                unstable=solutions["stable"].to_numpy() == 0,
                 peak=int(peak[0]) if peak.size else None,
                 converged=converged,
                 broken_off=not at["complete"],

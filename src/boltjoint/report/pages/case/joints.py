@@ -91,7 +91,8 @@ def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -
     rows = select(basis.accuracy.frame, **values)
     is_reference = (joint, coordinates) == REFERENCE
     about_peaks = _peaks_of_reference(rows) if is_reference else _errors_of_peaks(rows)
-    statements = (about_peaks, _folds(rows), _replaced(rows), _wrong(rows), _broken_off(rows))
+    about_folds = _folds(rows), _isolated(rows)
+    statements = (about_peaks, *about_folds, _replaced(rows), _wrong(rows), _broken_off(rows))
     return Markup(" ").join(filter(None, statements))
 
 
@@ -132,9 +133,29 @@ def _folds(rows: pd.DataFrame) -> str:
         f"({one.turning_points} turning points)"
         for one in folded.itertuples()
     )
-    return (
+    words = (
         f"There are several solutions at the same frequency: {ranges}. Sweeps with rising and with "
         "falling frequency follow different ones."
+    )
+    multiplier = folded["largest_multiplier"]
+    if not (unstable := folded[multiplier > 1]).empty:
+        words += (
+            f" Those drawn dashed are unstable, at {_forces(unstable)} N, with Floquet multipliers "
+            f"up to {multiplier.max():.4g}."
+        )
+    if not (stable := folded[multiplier <= 1]).empty:
+        words += f" At {_forces(stable)} N none of them is unstable in all linear modes."
+    return words
+
+
+def _isolated(rows: pd.DataFrame) -> str:
+    """Where the backbone has higher amplitudes on a branch of their own."""
+    isolated = rows[rows["isolated_branch"].eq(True)]
+    if isolated.empty:
+        return ""
+    return (
+        f"At {_forces(isolated)} N there is an isolated branch too, with a higher peak, which "
+        "sweeps of the frequency do not reach."
     )
 
 
