@@ -13,7 +13,10 @@ from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import Displays, figure, table
 
 
-@pytest.fixture(scope="module", params=[None, "config/convergence.yaml", "config/short.yaml"])
+@pytest.fixture(
+    scope="module",
+    params=[None, *(f"config/{each}.yaml" for each in ("convergence", "short", "form_error"))],
+)
 def contents(request):
     changes = {"study": request.param} if request.param else {}
     return Contents(load_study(ROOT, changes), DISPLAYS)

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from scipy import sparse
 
 from boltjoint.config.assembly import Assembly
+from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.half_lap.mesh import extrude
 from boltjoint.structure.half_lap.plan import rectangle_plan
 
@@ -64,3 +66,23 @@ def brick_bar(length, width, height, elements):
         np.linspace(0, length, along + 1), np.linspace(-width / 2, width / 2, across + 1)
     )
     return extrude(plan, np.linspace(-height / 2, height / 2, through + 1))
+
+
+def block_on_ground(elements, youngs_modulus, penalty):
+    """A block of 40 x 10 x 20 mm on rigid ground: its K, C, pair areas and coordinates."""
+    coordinate, connectivity = brick_bar(0.04, 0.01, 0.02, elements)
+    K, _ = assemble(coordinate, connectivity, youngs_modulus, 0.3, 1.0)
+    base = np.flatnonzero(np.isclose(coordinate[:, 2], -0.01))
+    x, y = coordinate[base, 0], coordinate[base, 1]
+    weight = np.where(np.isclose(x, 0) | np.isclose(x, 0.04), 0.5, 1.0)
+    weight *= np.where(np.isclose(abs(y), 0.005), 0.5, 1.0)
+    area = weight / weight.sum() * 0.04 * 0.01
+    # closing is downward
+    C = sparse.csr_array(
+        (
+            np.tile([1.0, 1.0, -1.0], len(base)),
+            (np.arange(3 * len(base)), (3 * base[:, None] + np.arange(3)).ravel()),
+        ),
+        shape=(3 * len(base), K.shape[0]),
+    )
+    return K, C, penalty * area, area, coordinate, base

@@ -4,8 +4,7 @@ import logging
 
 import numpy as np
 import pytest
-from examples import brick_bar
-from scipy import sparse
+from examples import block_on_ground
 
 from boltjoint.dataset import save
 from boltjoint.structure import preload as bolt_preload
@@ -14,8 +13,8 @@ from boltjoint.structure.constraints import (
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.elasticity import assemble
-from boltjoint.structure.preload import apply_preload, contact_force, solve_contact
+from boltjoint.structure.contact_law import contact_force
+from boltjoint.structure.preload import apply_preload, solve_contact
 
 
 def test_derivative_of_the_contact_law():
@@ -41,26 +40,6 @@ def test_contact_law_obeys_coulomb_and_never_pulls():
     force, _ = contact_force(rng.uniform(-1, 1, (400, 3)), np.full(400, 3.0), 0.4)
     assert force[:, 2].min() >= 0
     assert np.all(np.linalg.norm(force[:, :2], axis=1) <= 0.4 * force[:, 2] * (1 + 1e-14))
-
-
-def block_on_ground(elements, youngs_modulus, penalty):
-    """A block of 40 x 10 x 20 mm on rigid ground: its K, C, pair areas and coordinates."""
-    coordinate, connectivity = brick_bar(0.04, 0.01, 0.02, elements)
-    K, _ = assemble(coordinate, connectivity, youngs_modulus, 0.3, 1.0)
-    base = np.flatnonzero(np.isclose(coordinate[:, 2], -0.01))
-    x, y = coordinate[base, 0], coordinate[base, 1]
-    weight = np.where(np.isclose(x, 0) | np.isclose(x, 0.04), 0.5, 1.0)
-    weight *= np.where(np.isclose(abs(y), 0.005), 0.5, 1.0)
-    area = weight / weight.sum() * 0.04 * 0.01
-    # closing is downward
-    C = sparse.csr_array(
-        (
-            np.tile([1.0, 1.0, -1.0], len(base)),
-            (np.arange(3 * len(base)), (3 * base[:, None] + np.arange(3)).ravel()),
-        ),
-        shape=(3 * len(base), K.shape[0]),
-    )
-    return K, C, penalty * area, area, coordinate, base
 
 
 def test_uniform_pressure_passes_through_a_block():

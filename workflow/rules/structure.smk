@@ -1,4 +1,6 @@
 rule build_assembly:
+    input:
+        gap=lambda w: study.assembly(w.assembly).contact.gap_file or [],
     output:
         assembly=layout.PATHS["assembly"],
         mesh=layout.PATHS["mesh_view"],

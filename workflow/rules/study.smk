@@ -106,7 +106,10 @@ def preload_of(case):
 
 
 def any_preload(assembly):
-    """The contact of an assembly under one of its preloads: for a ratio of them all are alike."""
+    """The contact of an assembly under one of its preloads: for a ratio of them all are alike.
+
+    With an initial gap they are not; then a contact-adapted basis has one (``other_preloads``).
+    """
     varied = [
         layout.path("preload", assembly=assembly, preload_N=each.case.preload)
         for each in study.possible_variants()

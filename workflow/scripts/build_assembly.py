@@ -2,11 +2,14 @@
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
+from boltjoint.config.gap_map import load_gap_map
 from boltjoint.structure import vtu
 from boltjoint.structure.half_lap import mesh
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-assembly = mesh.build_assembly(Assembly.model_validate(snakemake.params.assembly))
+described = Assembly.model_validate(snakemake.params.assembly)
+gap_map = load_gap_map(snakemake.input.gap) if snakemake.input.gap else None
+assembly = mesh.build_assembly(described, gap_map)
 dataset.save(assembly, snakemake.output.assembly, snakemake.params)
 vtu.write_mesh(assembly, snakemake.output.mesh)

@@ -1,11 +1,12 @@
 """Assembly: bars, bolts, mesh, material, excitation and output point."""
 
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from boltjoint.config.entries import Entry
+from boltjoint.config.gap import ELEMENTS_IN_WAVE, Gap, GapShape
 from boltjoint.config.points import Point
 from boltjoint.config.types import (
     INTEGRAL,
@@ -127,6 +128,22 @@ class StaticContact(Entry):
     """Normal contact stiffness for each unit of area."""
     friction_coefficient: NotNegative = 0.1
     """Coulomb friction between the bars during tightening."""
+    gap_um: Gap | None = None
+    """Gap between the surfaces as they touch before the bolts are tightened: its shape, or a CSV
+    file of it, seen from the folder of ``config/``; flat by default. See *Form error*."""
+
+    @property
+    def gap_file(self) -> str | None:
+        """File of the map of the gap; None where there is none."""
+        return self.gap_um if isinstance(self.gap_um, str) else None
+
+    @model_serializer(mode="wrap")
+    def _without_form_error(self, fields: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # results of flat surfaces do not depend on a key that they do not have
+        content = fields(self)
+        if content.get("gap_um", self) is None:
+            del content["gap_um"]
+        return content
 
 
 class Assembly(Entry):
@@ -192,8 +209,24 @@ class Assembly(Entry):
         between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
         return between + 2 * mesh.columns_at_each_lap_end
 
+    @property
+    def _longest_element_of_lap_mm(self) -> float:
+        """Longest element of the contact along the bar: of the columns and rings of the mesh."""
+        mesh, bolts, positions = self.mesh, self.bolts, self.bolt_positions_mm
+        cell = mesh.bolt_cell_length_mm
+        pitches = (right - left for left, right in pairwise(positions))
+        return max(
+            cell / mesh.ring_cells_along_bar,
+            (bolts.head_diameter_mm - bolts.hole_diameter_mm) / 2 / mesh.rings_under_head,
+            (cell - bolts.head_diameter_mm) / 2 / mesh.rings_head_to_cell_edge,
+            (positions[0] - cell / 2) / mesh.columns_at_each_lap_end,
+            (self.bar.lap_mm - positions[-1] - cell / 2) / mesh.columns_at_each_lap_end,
+            *((pitch - cell) / mesh.columns_between_bolt_cells for pitch in pitches),
+        )
+
     def conflicts(self) -> Problems:
         yield from self._conflicts_of_head()
+        yield from self._conflicts_of_waviness()
         if self.bolts.positions_from_lap_start_mm is not None:
             yield from self._conflicts_of_positions(self.bolts.positions_from_lap_start_mm)
         else:
@@ -206,6 +239,16 @@ class Assembly(Entry):
         ):
             if self.bolts.head_diameter_mm >= limit:
                 yield ("bolts", "head_diameter_mm"), f"must be less than {what} of {limit:g} mm"
+
+    def _conflicts_of_waviness(self) -> Problems:
+        gap, shortest = self.contact.gap_um, ELEMENTS_IN_WAVE * self._longest_element_of_lap_mm
+        if isinstance(gap, GapShape) and gap.wavelength_mm is not None:
+            if round(gap.wavelength_mm - shortest, 6) < 0:
+                yield (
+                    ("contact", "gap_um", "wavelength_mm"),
+                    f"must be at least {shortest:.4g} mm, {ELEMENTS_IN_WAVE} times the longest "
+                    "element along the lap",
+                )
 
     def _conflicts_of_row(self) -> Problems:
         number, pitch = self.bolts.number or 1, self.bolts.pitch_mm or 0.0

@@ -8,6 +8,7 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.entries import choice
+from boltjoint.config.gap_map import GapMap
 from boltjoint.config.settings import Settings
 from boltjoint.config.sweep import MOST_JOBS, Sweep
 from boltjoint.config.types import CONFIG_FILE, Problems
@@ -52,6 +53,29 @@ def conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
     for path, point in case.points.items():
         if assembly is not None:
             yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
+
+
+def conflicts_of_gap(assembly: Assembly, gap_maps: Mapping[str, GapMap]) -> Problems:
+    """A map of the gap that does not suit the lap; ``gap_maps`` by their files."""
+    file, bar = assembly.contact.gap_file, assembly.bar
+    if file in gap_maps:
+        for sentence in gap_maps[file].conflicts(bar.lap_mm, bar.width_mm):
+            yield ("contact", "gap_um"), sentence
+
+
+def conflicts_of_preload_with_gap(
+    sweep: Sweep, case: Case, assembly: Assembly, keys: Collection[str]
+) -> Problems:
+    """A preload that varies, with the keys of all designs, though loads do not grow with it."""
+    if assembly.contact.gap_um is not None and "preload_N" in keys:
+        reason = (
+            f"with contact.gap_um of {case.assembly}: loads of a joint with an initial gap do not "
+            "grow with the preload, and another preload is another case"
+        )
+        if "preload_N" in sweep.vary:
+            yield ("vary", "preload_N"), f"must not vary {reason}"
+        else:
+            yield ("design", "file"), f"must not have the column preload_N {reason}"
 
 
 def conflicts_of_sweep(
@@ -148,27 +172,41 @@ def _conflicts_of_bases(
                 yield (*case.place_of("modes", index), place), sentence
 
 
-def other_ratios(cases: Mapping[str, Case]) -> Iterator[tuple[str, str]]:
-    """Cases whose bolts are tightened in another ratio than the contact-adapted basis assumes.
+def other_preloads(
+    cases: Mapping[str, Case],
+    assemblies: Mapping[str, Assembly],
+    compared: Collection[Basis],
+) -> Iterator[tuple[str, str, str]]:
+    """Cases that are tightened otherwise than the contact-adapted basis assumes, with the key.
 
-    Several preloads of an assembly are alike but for a factor, and so is what a basis resolves.
+    Several preloads of an assembly are alike but for a factor, and so is what a basis resolves; of
+    an assembly with an initial gap they are not. ``compared`` are the bases of the convergence
+    study.
     """
-    alike = {name: Preload.of(1, case.preload_ratios) for name, case in cases.items()}
+    gapped = {name for name, each in assemblies.items() if each.contact.gap_um is not None}
     enriched = {
         case.assembly
         for case in cases.values()
-        if any(basis.is_contact_adapted for basis in case.bases)
+        for basis in (*case.bases, *(compared if case.assembly in gapped else ()))
+        if basis.is_contact_adapted
     }
     for assembly in enriched:
-        own = [name for name, case in cases.items() if case.assembly == assembly]
+        loads = "one preload, with contact.gap_um" if assembly in gapped else "loads of one ratio"
+        alike = {
+            name: Preload.of(case.preload_N if assembly in gapped else 1, case.preload_ratios)
+            for name, case in cases.items()
+            if case.assembly == assembly
+        }
         # equal bolts are what the others differ from
-        first = min(own, key=lambda name: isinstance(alike[name].of_bolts, tuple))
-        for name in own:
-            if alike[name] != alike[first]:
+        first = min(alike, key=lambda name: isinstance(alike[name].of_bolts, tuple))
+        for name, preload in alike.items():
+            if preload != alike[first]:
+                of_size = assembly in gapped and cases[name].preload_N != cases[first].preload_N
                 yield (
                     name,
+                    "preload_N" if of_size else "preload_ratios",
                     f"must be as in {first}: a contact-adapted basis of {assembly} is made for "
-                    "loads of one ratio",
+                    f"{loads}",
                 )
 
 

@@ -132,7 +132,8 @@ def _owners(model: type[Entry], location: KeyPath) -> list[type[Entry]]:
             continue
         kinds = [each.model_fields[key].annotation for each in owners if key in each.model_fields]
         inner = [held for kind in kinds for held in _models_in(kind)]
-        owners = inner or [owner for owner in owners if key in _tags(owner)]
+        # a tag that no member names is that of the only one with keys
+        owners = inner or [owner for owner in owners if key in _tags(owner)] or owners
         any_key = any(get_origin(kind) is dict for kind in kinds)
     return owners
 

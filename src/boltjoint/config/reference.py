@@ -122,6 +122,8 @@ def _allowed(field: Schema) -> str:
             return f"list of {len(others) + 1}: {_allowed(item)}{once}"
         case {"items": item}:
             return f"list: {_allowed(item)}{once}"
+        case {"oneOf": kinds}:
+            return " or ".join(dict.fromkeys(map(_allowed, kinds)))
         case {"additionalProperties": {"oneOf": _}}:
             return "keys of the case, each with a list or as below"
         case {"enum": values}:

@@ -16,17 +16,21 @@ from boltjoint.config.case import Case
 from boltjoint.config.conflicts import (
     conflicts_of_case,
     conflicts_of_convergence,
+    conflicts_of_gap,
     conflicts_of_points,
     conflicts_of_preload,
+    conflicts_of_preload_with_gap,
     conflicts_of_sweep,
     conflicts_of_variants,
     conflicts_when_solved,
     missing_preloads,
-    other_ratios,
+    other_preloads,
 )
+from boltjoint.config.csv_table import TableError
 from boltjoint.config.design_columns import design_columns
 from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import StudyFiles
+from boltjoint.config.gap_map import GapMap, read_gap_map
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import Sweep, Table
@@ -35,10 +39,10 @@ from boltjoint.config.types import (
     CASE_FOLDER,
     SWEEP_FOLDER,
     KeyPath,
+    Problems,
 )
 from boltjoint.config.variants import Variant, find_variants
 from boltjoint.config.varied_case import (
-    TableError,
     read_table,
     solved_alone,
     with_all_ratios,
@@ -178,6 +182,13 @@ def load_study(
         if name not in assemblies:
             assemblies[name] = files.check(Assembly, _assembly_file(name), content)
 
+    gap_maps = _read_gap_maps(assemblies, files)
+    for name, assembly in assemblies.items():
+        if assembly is not None:
+            found = conflicts_of_gap(assembly, gap_maps)
+            content = assembly.model_dump()
+            files.note(_assembly_file(name), (with_value(content, *each) for each in found))
+
     for name, case in cases.items():
         if case is not None:
             assembly = assemblies[case.assembly]
@@ -192,8 +203,9 @@ def load_study(
             files.note(_case_file(name), found)
     if all(cases.values()):
         if not files.problems:
-            for name, sentence in other_ratios(cases):
-                problem = with_value(contents[name], ("preload_ratios",), sentence)
+            compared = settings.convergence.bases
+            for name, key, sentence in other_preloads(cases, assemblies, compared):
+                problem = with_value(contents[name], (key,), sentence)
                 files.note(_case_file(name), [problem])
         for name, sentence in missing_preloads(cases.values(), assemblies):
             files.note(_assembly_file(name), [(("preload_N",), sentence)])
@@ -208,10 +220,13 @@ def load_study(
             columns = None
             if isinstance(sweep.design, Table):
                 columns = _read_designs(sweep.design.file, allowed, files)
+            if not files.problems:
+                keys = columns or sweep.vary
+                problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
             if not problems and not files.problems:
                 if columns is None and not all(map(is_rescaled, sweep.vary)):
                     columns = design_columns(sweep.vary, sweep.design)
-                conflicts = partial(conflicts_when_solved, settings=settings)
+                conflicts = partial(_conflicts_of_variant, settings=settings, gap_maps=gap_maps)
                 found = find_variants(sweep, case, assembly, columns or {}, conflicts)
                 problems += conflicts_of_variants(sweep, found)
                 variants[name] = tuple(found)
@@ -264,3 +279,38 @@ def _read_designs(
     except TableError as error:
         files.problems.append(str(error))
     return {}
+
+
+def _read_gap_maps(
+    assemblies: Mapping[str, Assembly | None], files: StudyFiles
+) -> dict[str, GapMap]:
+    """The maps of gaps by their files; those that cannot be read are noted."""
+    found = {}
+    for name, assembly in assemblies.items():
+        file = None if assembly is None else assembly.contact.gap_file
+        if file is None:
+            continue
+        try:
+            found[file] = read_gap_map((files.folder / file).read_text(encoding="utf-8"), file)
+            continue
+        except TableError as error:
+            sentence = str(error)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
+            sentence = f"{as_text(file)} cannot be read ({reason}): must be a CSV file"
+            sentence += ", seen from the folder of config/"
+        files.note(_assembly_file(name), [(("contact", "gap_um"), sentence)])
+    return found
+
+
+def _conflicts_of_variant(
+    sweep: Sweep,
+    case: Case,
+    assembly: Assembly,
+    settings: Settings,
+    gap_maps: Mapping[str, GapMap],
+) -> Problems:
+    """What an assembly, the settings and the maps of gaps do not allow in a variant of a sweep."""
+    yield from conflicts_when_solved(sweep, case, assembly, settings)
+    for path, sentence in conflicts_of_gap(assembly, gap_maps):
+        yield ("assembly", *path), sentence

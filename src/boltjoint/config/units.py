@@ -20,6 +20,7 @@ _UNITS = {
     "m_per_s2": Unit("m/s²", "m/s2"),
     "deg": Unit("°", "degree"),
     "mm": Unit("mm", "m", 1e-3),
+    "um": Unit("μm", "m", 1e-6),
     "GPa": Unit("GPa", "Pa", 1e9),
     "Hz": Unit("Hz", "Hz"),
     "N": Unit("N", "N"),

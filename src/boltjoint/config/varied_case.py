@@ -1,8 +1,6 @@
 """Cases with other values of some keys, as the designs of a sweep are."""
 
-import csv
 from collections.abc import Collection, Mapping
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -10,6 +8,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from boltjoint.config.case import Case
+from boltjoint.config.csv_table import TableError, as_columns, read_rows
 from boltjoint.config.entries import Entry, explain
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import LEVEL_KEYS, MOST_DESIGNS, Sweep
@@ -108,33 +107,14 @@ def read_table(text: str, file: str, allowed: Collection[str]) -> dict[str, Arra
     TableError
         If a column is no key that varies, is missing or appears twice, or a cell is no number.
     """
-    rows = list(csv.reader(text.splitlines()))
-    keys = rows[0] if rows else []
+    keys, rows = read_rows(text)
     for index, key in enumerate(keys):
         if key not in allowed:
             raise TableError(f"{file}: column {as_text(key)} {not_varied(key, allowed)}")
         if key in keys[:index]:
             raise TableError(f"{file}: column {key} must not appear twice")
-    if not keys or len(rows) < 2:
+    if not keys or not rows:
         raise TableError(f"{file}: must have a line of keys, and one for each design")
-    if len(rows) - 1 > MOST_DESIGNS:
+    if len(rows) > MOST_DESIGNS:
         raise TableError(f"{file}: must have at most {MOST_DESIGNS} designs")
-    for line, row in enumerate(rows[1:], start=2):
-        if len(row) != len(keys):
-            raise TableError(f"{file}:{line}: must have {len(keys)} values, as many as keys")
-        for key, cell in zip(keys, row, strict=True):
-            if not _is_number(cell):
-                raise TableError(f"{file}:{line}: {key}: {as_text(cell)} must be a number")
-    columns = np.array(rows[1:], dtype=float).T
-    return dict(zip(keys, columns, strict=True))
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return isfinite(float(cell))
-    except ValueError:
-        return False
-
-
-class TableError(ValueError):
-    """What is wrong with a table of designs."""
+    return as_columns(keys, rows, file)

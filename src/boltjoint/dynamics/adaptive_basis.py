@@ -94,8 +94,8 @@ def find_pod_modes(
     Parameters
     ----------
     assembly, preload
-        As from ``build_assembly`` and ``apply_preload``. Only the ratios of the loads matter, not
-        their size: amplitudes are scanned until all of the contact slips.
+        As from ``build_assembly`` and ``apply_preload``. Only the ratios of loads and gaps matter,
+        not their size: amplitudes are scanned until all of the contact slips.
     conditions
         Contact and damping that the basis is made for, at least one.
     options

@@ -36,7 +36,8 @@ def rescale_contact(
     before, after
         As for ``from_contact`` of the law, in SI units.
     preload_ratio
-        The new preload of the bolts over that before.
+        The new preload of the bolts over that before; 1 of pairs with an initial gap, whose loads
+        do not grow with the preload.
 
     Raises
     ------

@@ -1,10 +1,11 @@
 """Static equilibrium under bolt preload: normal load and gap of every contact pair.
 
 Each shank is cut in its middle and its ends overlap until the bolt carries its preload. The bars
-are in unilateral, frictional (Coulomb) node-to-node contact. Both laws are made single-valued by a
-stiff penalty, and the equilibrium is found by the semismooth Newton method, for which an open, a
-sticking and a slipping pair are three branches of one piecewise smooth law. Assembly and preload
-are symmetric about the middle of the width, so half of the unknowns are enough.
+are in unilateral, frictional (Coulomb) node-to-node contact, after an initial gap if there is one.
+Both laws are made single-valued by a stiff penalty, and the equilibrium is found by the semismooth
+Newton method, for which an open, a sticking and a slipping pair are three branches of one piecewise
+smooth law. Assembly and preload are symmetric about the middle of the width, so half of the
+unknowns are enough.
 
 References
 ----------
@@ -17,6 +18,7 @@ for Numerical Methods in Engineering 14 (1979) 1613-1626.
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -24,7 +26,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, SuperLU, gmres
-from scipy.spatial import ConvexHull
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
@@ -35,6 +36,9 @@ from boltjoint.structure.constraints import (
     factorise,
     relative_displacements,
 )
+from boltjoint.structure.contact_law import closed_and_sticking, coulomb_contact
+from boltjoint.structure.initial_gap import symmetric_gap
+from boltjoint.structure.pretension import shank_area, tension_of
 from boltjoint.structure.symmetry import symmetric_displacements
 
 logger = logging.getLogger(__name__)
@@ -47,6 +51,10 @@ _LINEAR_TOLERANCE = 1e-4
 
 #: solutions with old factors that cost about as much as new factors; no load depends on it
 _MAXIMUM_LINEAR_ITERATIONS = 60
+
+#: stiffness of open pairs, over that of closed ones, in the first equilibrium of surfaces with an
+#: initial gap; of the last one they have none
+_TENSION = 1e-3
 
 
 @dataclass(frozen=True)
@@ -79,7 +87,7 @@ def apply_preload(
     Parameters
     ----------
     assembly
-        As from ``build_assembly``.
+        As from ``build_assembly``. Pairs with an initial gap meet when that is closed.
     preload
         Tension of the bolts [N]: a number for all, or one for each, of which some may be 0.
     tolerance
@@ -93,29 +101,31 @@ def apply_preload(
         ``normal_load`` (pair) [N], 0 where open; ``gap`` (pair) [m], 0 where closed;
         ``friction_force`` (pair, plane) [N] on side B; ``position`` (pair, axis) [m]; ``area``
         (pair) [m2]; ``shank_shortening`` (bolt) [m]; ``displacement`` (node, axis) [m];
-        ``residual`` (iterate) and ``iterations``; attribute ``preload_N``, of all bolts or of each.
+        ``residual`` (iterate) and ``iterations``; attribute ``preload_N``, of all bolts or of each;
+        ``initial_gap`` (pair) [m] where the assembly has one.
 
     Raises
     ------
     ValueError
         If preload, tolerance or iterations are not positive, bolts and preloads are not as many, a
-        variable of the assembly is missing, or the mesh is not symmetric about y = 0.
+        variable of the assembly is missing, or mesh or initial gap are not symmetric about y = 0.
     RuntimeError
         If no equilibrium is found.
     """
     T = symmetric_displacements(assembly, tightened=True)
     bolts = assembly.sizes["bolt"]
-    tension = _tension(preload, bolts)
+    tension = tension_of(preload, bolts)
     largest = float(tension.max())
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
     modulus = assembly["youngs_modulus"].item()
-    if sentence := yield_warning(largest, _shank_area(assembly), modulus):
+    if sentence := yield_warning(largest, shank_area(assembly), modulus):
         logger.warning(sentence)
     force = np.zeros(T.shape[1])
-    # The work of the bolt force on the shortening of its shank. All grows with the preload, so that
-    # one of 1 N has the same iterates for all: only the ratios of the bolts matter.
+    # The work of the bolt force on the shortening of its shank. All grows with preload and initial
+    # gap, so that a preload of 1 N has the same iterates: only ratios to the preload matter.
     force[-bolts:] = tension / largest
+    gap = symmetric_gap(assembly) / largest
 
     area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
     found = solve_contact(
@@ -124,6 +134,7 @@ def apply_preload(
         assembly["contact_penalty"].item() * area,
         assembly["friction_coefficient"].item(),
         force,
+        gap=gap,
         tolerance=tolerance,
         maximum_iterations=maximum_iterations,
     )
@@ -134,9 +145,8 @@ def apply_preload(
             "contact.penalty_N_per_m3 of the assembly nearer to 1e15, or the material nearer to "
             "steel, since stiffnesses too far apart are lost in rounding"
         )
-    unknown, relative, contact = (
-        largest * each for each in (found.unknown, found.relative, found.force)
-    )
+    opening = np.maximum(gap - found.relative[:, 2], 0.0)
+    unknown, opening, contact = (largest * each for each in (found.unknown, opening, found.force))
     normal_load = contact[:, 2]
     logger.info(
         "preload %s N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
@@ -150,7 +160,7 @@ def apply_preload(
     return xr.Dataset(
         {
             "normal_load": quantity("pair", normal_load, "N", "normal load of the contact pair"),
-            "gap": quantity("pair", np.maximum(-relative[:, 2], 0.0), "m", "opening"),
+            "gap": quantity("pair", opening, "m", "opening"),
             "friction_force": quantity(
                 ("pair", "plane"), contact[:, :2], "N", "friction force on side B"
             ),
@@ -166,6 +176,7 @@ def apply_preload(
                 "iterate", found.residual, "1", "largest unbalanced force over preload"
             ),
             "iterations": quantity((), len(found.residual) - 1, "1", "Newton corrections"),
+            **{name: assembly[name].variable for name in {"initial_gap"} & set(assembly)},
         },
         coords={"axis": assembly["axis"].variable, "plane": ["x", "y"]},
         attrs={"preload_N": preload},
@@ -179,15 +190,19 @@ def solve_contact(
     friction_coefficient: float,
     force: Array,
     *,
+    gap: Array | None = None,
     tolerance: float = 1e-10,
     maximum_iterations: int = 40,
 ) -> ContactEquilibrium:
     """Equilibrium of an elastic body with unilateral, frictional node-to-node contact.
 
     Finds q with ``K q + C^T g(C q) = force``, g the ``contact_force``, by the semismooth Newton
-    method with a line search, starting with all pairs closed and sticking. The linear equations of
-    the later iterations are solved by GMRES with the factors of the first, since they differ by
-    the few pairs that open or slip; new factors are computed when that takes too long.
+    method with a line search, starting with all pairs closed, if by tension, and sticking. The
+    linear equations of the later iterations are solved by GMRES with the factors of the first,
+    since they differ by the few pairs that open or slip; new factors are computed when that takes
+    too long. With an initial gap the bars may part on the way, and nothing would hold them: open
+    pairs are weak springs first, and the equilibrium with these is the start to that without.
+    Friction is that of the whole displacement, before a pair closes too.
 
     Parameters
     ----------
@@ -202,6 +217,8 @@ def solve_contact(
         mu [-].
     force
         Applied forces, shape (unknowns,).
+    gap
+        Initial gap of the pairs, shape (pairs,) [m]; 0 by default.
     tolerance
         Largest unbalanced force relative to the largest applied one.
     maximum_iterations
@@ -224,15 +241,26 @@ def solve_contact(
             raise ValueError(f"{name} has shape {matrix.shape}, expected {(rows, force.size)}")
         checks.array(f"data of {name}", matrix.data)
     pairs = len(stiffness)
+    gap = np.zeros(pairs) if gap is None else checks.array("gap", gap, (pairs,), at_least=0)
+    unilateral = partial(
+        coulomb_contact, stiffness=stiffness, friction_coefficient=friction_coefficient, gap=gap
+    )
+    # of flat surfaces no iterate is far from the contact
+    law = partial(unilateral, tension=_TENSION) if gap.any() else unilateral
     q = np.zeros(len(force))
     relative = np.zeros((pairs, 3))
-    contact, tangent = _closed_and_sticking(stiffness, friction_coefficient)
+    contact, tangent = closed_and_sticking(stiffness, friction_coefficient, gap)
     residual: list[float] = []
     factors = None
     while True:
         unbalanced = force - K @ q - C.T @ contact.ravel()
         residual.append(float(abs(unbalanced).max() / abs(force).max()))
         finite = np.isfinite(residual[-1])
+        if law is not unilateral and residual[-1] <= tolerance:
+            residual.pop()
+            law = unilateral
+            contact, tangent = law(relative)
+            continue
         if residual[-1] <= tolerance or not finite or len(residual) > maximum_iterations:
             break
         J = (K + C.T @ _block_diagonal(tangent) @ C).tocsc()
@@ -243,104 +271,22 @@ def solve_contact(
             correction @ (K @ correction),
             relative,
             step,
-            lambda at: _contact_force(at, stiffness, friction_coefficient)[0],
+            law,
         )
         relative = (C @ q).reshape(pairs, 3)
-        contact, tangent = _contact_force(relative, stiffness, friction_coefficient)
+        contact, tangent = law(relative)
         logger.debug("correction %d: residual was %.2e", len(residual), residual[-1])
     return ContactEquilibrium(
         q, relative, contact, np.array(residual), converged=residual[-1] <= tolerance
     )
 
 
-def contact_force(
-    relative: Array, stiffness: Array, friction_coefficient: float
-) -> tuple[Array, Array]:
-    """Force of each contact pair and its derivative by the relative displacement.
-
-    With u in the plane, v along the normal (closing positive), k the penalty::
-
-        n = k max(v, 0)
-        t = k u                where k |u| <= mu n  (stick)
-        t = mu n u / |u|       elsewhere            (slip)
-
-    Parameters
-    ----------
-    relative
-        Shape (pairs, 3): along x, y and the normal [m].
-    stiffness
-        k, shape (pairs,) [N/m].
-    friction_coefficient
-        mu [-].
-
-    Returns
-    -------
-    tuple
-        Force (pairs, 3) [N] and its derivative (pairs, 3, 3) [N/m].
-
-    Raises
-    ------
-    ValueError
-        If shapes do not fit each other, or a number is out of range.
-    """
-    relative = checks.array("relative", relative, ("pairs", 3))
-    stiffness = checks.array("stiffness", stiffness, relative.shape[:1], above=0)
-    mu = checks.number("friction_coefficient", friction_coefficient, at_least=0)
-    return _contact_force(relative, stiffness, mu)
-
-
-def _contact_force(
-    relative: Array, stiffness: Array, friction_coefficient: float
-) -> tuple[Array, Array]:
-    k, mu = stiffness, friction_coefficient
-    u, v = relative[:, :2], relative[:, 2]
-    distance = np.linalg.norm(u, axis=1)
-    closed = v > 0
-    slip = closed & (distance > mu * v)
-    stick = closed & ~slip
-
-    force = np.zeros((len(k), 3))
-    force[:, 2] = np.where(closed, k * v, 0.0)
-    force[stick, :2] = k[stick, None] * u[stick]
-    direction = u[slip] / distance[slip, None]
-    force[slip, :2] = mu * force[slip, 2:] * direction
-
-    derivative = np.zeros((len(k), 3, 3))
-    derivative[closed, 2, 2] = k[closed]
-    derivative[stick, 0, 0] = derivative[stick, 1, 1] = k[stick]
-    turning = np.eye(2) - direction[:, :, None] * direction[:, None, :]
-    derivative[slip, :2, :2] = (mu * force[slip, 2] / distance[slip])[:, None, None] * turning
-    derivative[slip, :2, 2] = mu * k[slip, None] * direction
-    return force, derivative
-
-
-def _tension(preload: float | Sequence[float], bolts: int) -> Array:
-    """Tension of each bolt [N]."""
-    if np.ndim(preload) == 0:
-        return np.full(bolts, checks.number("preload", preload, above=0))
-    tension = checks.array("preload", preload, (bolts,), at_least=0)
-    if not tension.any():
-        raise ValueError("preload is 0 for all bolts: one must be tightened")
-    return tension
-
-
-def _shank_area(assembly: xr.Dataset) -> float:
-    """Cross-section of the first shank [m2], by the nodes of its pretension section."""
-    of_first = assembly["section_bolt"].to_numpy() == 0
-    node = assembly["section_node"].to_numpy()[of_first, 0]
-    # the volume of a hull in the plane is its area
-    return float(ConvexHull(assembly["coordinate"].to_numpy()[node, :2]).volume)
-
-
-def _closed_and_sticking(stiffness: Array, friction_coefficient: float) -> tuple[Array, Array]:
-    """Initial guess: no force, and the stiffness of pairs that are closed and stick."""
-    in_plane = stiffness if friction_coefficient > 0 else np.zeros_like(stiffness)
-    derivative = np.stack([in_plane, in_plane, stiffness], axis=-1)[:, :, None] * np.eye(3)
-    return np.zeros((len(stiffness), 3)), derivative
-
-
 def _step_length(
-    force: float, stiffness: float, relative: Array, step: Array, contact: Callable[[Array], Array]
+    force: float,
+    stiffness: float,
+    relative: Array,
+    step: Array,
+    contact: Callable[[Array], tuple[Array, Array]],
 ) -> float:
     """Factor of a Newton step by line search: 1, or where the work of the unbalanced force is zero.
 
@@ -356,11 +302,11 @@ def _step_length(
     relative, step
         Relative displacements before the step and their change, shape (pairs, 3).
     contact
-        Contact forces from relative displacements.
+        Contact forces and their derivative from relative displacements.
     """
 
     def work(s: float) -> float:
-        return force - s * stiffness - np.sum(contact(relative + s * step) * step)
+        return force - s * stiffness - np.sum(contact(relative + s * step)[0] * step)
 
     start, end = work(0.0), work(1.0)
     # not either where the work is no number

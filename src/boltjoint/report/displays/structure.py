@@ -72,6 +72,29 @@ def modes(artefact: Artefact, results: "Results") -> "Figure":
     return plot_modes(assembly, results.dataset("modes", **artefact.which))
 
 
+@figure(
+    "initial_gap",
+    of=lambda contents: [
+        {"assembly": name}
+        for name, assembly in contents.study.assemblies.items()
+        if assembly.contact.gap_um is not None
+    ],
+    reads=(data_of("assembly", by=["assembly"]),),
+    job="structure_{assembly}",
+    page="structure",
+    section="contact",
+    title="Initial gap of {assembly}",
+    caption="Form error of both surfaces together: their distance as they touch, before the bolts "
+    "are tightened.",
+    printed_by=("assembly",),
+)
+def initial_gap(artefact: Artefact, results: "Results") -> "Figure":
+    """The gap of an assembly before its bolts are tightened."""
+    from boltjoint.report.figures.initial_gap import plot_initial_gap
+
+    return plot_initial_gap(results.dataset("assembly", **artefact.which))
+
+
 _OF_PRELOAD = {
     "of": _preloads,
     "reads": (

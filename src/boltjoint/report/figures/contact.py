@@ -72,7 +72,7 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
             axes, cells, facecolors=colours(norm(value[pairs])), edgecolors="face", linewidths=0.2
         )
         figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=label, pad=0.01, aspect=8)
-        _set_plan_view(axes, surface)
+        set_plan_view(axes, surface)
     total = f"{load.sum() / 1e3:.2f} kN"
     panels[0].set_title(f"{loaded.sum()} pairs carry {total} together; open pairs are grey")
     panels[2].set_title(f"{(~loaded).sum()} pairs are open; pairs that carry load are grey")
@@ -130,7 +130,7 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
         elements = f"{under_load[number]} of {count[number]}" if load_varies else f"{count[number]}"
         text = f" {elements}, {percent:.1f} %" if many else f"{elements}\n{percent:.1f} %"
         bars.text(x, percent, text, rotation=90 if many else 0, **above)
-    _set_plan_view(plan, surface)
+    set_plan_view(plan, surface)
     bars.set_ylabel("share of the\nnormal load (%)")
     # room for the texts on the bars
     bars.set_ylim(0, share.max() * (1.5 if not many else 3.2 if load_varies else 1.9))
@@ -182,7 +182,7 @@ def plot_weighted_pairs(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     fill_shapes(axes, cells, facecolors=colours(norm(weight)))
     scale = ScalarMappable(norm, colours)
     figure.colorbar(scale, ax=axes, label="weight", pad=0.01, aspect=8, format="{x:g}")
-    _set_plan_view(axes, surface)
+    set_plan_view(axes, surface)
     axes.set_xlabel("x (mm)")
     axes.set_title(
         f"{pair.size} of {len(surface.position)} pairs, each standing for {np.median(weight):.2g} "
@@ -238,7 +238,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
             fill_shapes(axes, [surface.area_of(pair[of_level == number])], facecolors=colour)
         unknown = surface.area_of(pair[of_level == contact_states.UNKNOWN])
         fill_shapes(axes, [unknown], facecolors="white", edgecolors="0.6", hatch="////")
-        _set_plan_view(axes, surface)
+        set_plan_view(axes, surface)
         axes.label_outer()
         if np.isnan(frequency):
             axes.set_title(f"{force:g} N: no peak found", loc="left")
@@ -354,7 +354,8 @@ def _fill_regions_of_profile(
         axes.fill_between(part, height, color=colour, alpha=0.45, linewidth=0)
 
 
-def _set_plan_view(axes: Axes, surface: ContactSurface) -> None:
+def set_plan_view(axes: Axes, surface: ContactSurface) -> None:
+    """Limits and label of axes in which the contact is seen from above."""
     x, y = (surface.position[:, :2] * MM).T
     axes.set_aspect("equal")
     axes.set_xlim(x.min() - 1, x.max() + 1)

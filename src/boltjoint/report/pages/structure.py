@@ -72,12 +72,15 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
             **{words: number(getattr(material, key)) for key, words in _MATERIAL.items()},
         }
         if content.results.has("assembly", assembly=name):
-            sizes = content.results.dataset("assembly", assembly=name).sizes
+            mesh = content.results.dataset("assembly", assembly=name)
             columns[name] |= {
-                "nodes": str(sizes["node"]),
-                "elements": str(sizes["element"]),
-                "contact pairs": str(sizes["pair"]),
+                "nodes": str(mesh.sizes["node"]),
+                "elements": str(mesh.sizes["element"]),
+                "contact pairs": str(mesh.sizes["pair"]),
             }
+            if "initial_gap" in mesh:
+                largest = 1e6 * mesh["initial_gap"].max().item()
+                columns[name]["largest initial gap (μm)"] = number(largest)
     in_source = [name for name in assemblies if name in content.published.assemblies]
     notes = []
     if in_source:

@@ -63,8 +63,12 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
     Raises
     ------
     ValueError
-        If the preload is not positive.
+        If the preload is not positive, or the assembly has an initial gap.
     """
+    if "initial_gap" in assembly:
+        raise ValueError(
+            "assembly has an initial gap, which decks do not hold: must have flat surfaces"
+        )
     preload = checks.number("preload", preload, above=0)
     side_a, side_b = assembly["pair_node"].to_numpy().T
     penalty = assembly["contact_penalty"].item()

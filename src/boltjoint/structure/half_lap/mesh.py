@@ -27,9 +27,11 @@ from boltjoint.structure.half_lap.plan import (
     lap_plan,
     rectangle_plan,
 )
+from boltjoint.structure.initial_gap import initial_gap
 
 if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly
+    from boltjoint.config.gap_map import GapMap
 
 logger = logging.getLogger(__name__)
 
@@ -47,7 +49,7 @@ _MM = 1e-3
 _GPA = 1e9
 
 
-def build_assembly(assembly: "Assembly") -> xr.Dataset:
+def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.Dataset:
     """Finite-element model of a half-lap assembly, as ``assembly.nc`` holds it.
 
     It has everything the later stages need: mesh, contact pairs, pretension sections, clamped
@@ -57,6 +59,8 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
     ----------
     assembly
         Dimensions, material and mesh divisions.
+    gap_map
+        The map where ``contact.gap_um`` of the assembly is the name of a file.
 
     Returns
     -------
@@ -65,13 +69,14 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
         ``part`` (element); ``pair_node`` (pair, side); ``position`` (pair, axis) [m]; ``area``
         (pair) [m2]; ``section_node`` (section_pair, section_side); ``section_bolt``
         (section_pair); ``bolt_position`` (bolt, axis) [m]; ``clamped_node`` (clamped);
-        ``excitation_node`` and ``response_node`` with their direction; material and contact.
+        ``excitation_node`` and ``response_node`` with their direction; material and contact;
+        ``initial_gap`` (pair) [m] where the surfaces have a form error.
 
     Raises
     ------
     ValueError
         If bolts, cells and lap do not fit together, or if an odd number of elements across the
-        width leaves no nodes on the plane of symmetry.
+        width leaves no nodes on the plane of symmetry; or as for ``initial_gap``.
     """
     bar, mesh = assembly.bar, assembly.mesh
     if mesh.ring_cells_across_width % 2:
@@ -106,6 +111,7 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
     section = label[np.concatenate(sections)]
     bolt_position = np.zeros((len(axes), 3))
     bolt_position[:, 0] = _MM * bar.free_length_mm[0] + axes
+    gap = initial_gap(assembly, coordinate[pair[:, 0]], gap_map)
 
     dataset = xr.Dataset(
         {
@@ -138,6 +144,7 @@ def build_assembly(assembly: "Assembly") -> xr.Dataset:
             ),
             **_points(assembly, coordinate, hexahedron[part < FIRST_BOLT]),
             **_properties(assembly),
+            **({} if gap is None else {"initial_gap": quantity("pair", gap, "m", "initial gap")}),
         },
         coords={"axis": ["x", "y", "z"], "side": ["A", "B"], "section_side": ["nut", "head"]},
     )

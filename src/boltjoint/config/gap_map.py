@@ -1,0 +1,120 @@
+"""Map of the gap between the surfaces of the bars, from a CSV file.
+
+Points on all crossings of lines along and across the bar are interpolated bilinearly, others
+linearly in their Delaunay triangles. Beyond the points there is no value.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.config.csv_table import TableError, as_columns, read_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Array = NDArray[np.float64]
+
+_COLUMNS = ("x_mm", "y_mm", "gap_um")
+
+#: difference of a map on both sides of the middle, over its range, beyond which it is refused; the
+#: mean of both sides counts, which differs from each by half as much
+SYMMETRY_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True)
+class GapMap:
+    """Gap of two surfaces at points of the lap, up to a constant.
+
+    ``x_mm``, ``y_mm`` (points,) from the centre of the lap [mm], ``gap_um`` (points,) [um].
+    """
+
+    x_mm: Array
+    y_mm: Array
+    gap_um: Array
+
+    def at(self, x_mm: Array, y_mm: Array) -> Array:
+        """The gap at points [um]; not a number beyond those of the map."""
+        return self._interpolant(np.column_stack([x_mm, y_mm]))
+
+    def conflicts(self, lap_mm: float, width_mm: float) -> Iterator[str]:
+        """What does not suit a lap of this length and width, as a sentence without a subject.
+
+        Both sides are compared at the corners of the lap and the points of the map in it.
+        """
+        corner = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]]) * [lap_mm / 2, width_mm / 2]
+        # to a femtometre: a corner may lie on the edge of the map
+        corner = np.round(corner, 12)
+        missing = np.isnan(self.at(*corner.T))
+        if missing.any():
+            x, y = corner[np.argmax(missing)]
+            yield (
+                f"has no value at x = {x:g}, y = {y:g} mm: must cover the lap, from "
+                f"{-lap_mm / 2:g} to {lap_mm / 2:g} mm along and from {-width_mm / 2:g} to "
+                f"{width_mm / 2:g} mm across, seen from its centre"
+            )
+            return
+        within = (abs(self.x_mm) <= lap_mm / 2) & (abs(self.y_mm) <= width_mm / 2)
+        x, y = np.concatenate([corner, np.column_stack([self.x_mm, self.y_mm])[within]]).T
+        gap = self.at(x, y)
+        difference = abs(gap - self.at(x, -y))
+        worst = np.argmax(difference)
+        # a femtometre is rounding of a map without range
+        if not difference[worst] <= max(SYMMETRY_TOLERANCE * np.ptp(gap), 1e-9):
+            yield (
+                f"differs by {difference[worst]:.3g} um on both sides of the middle at "
+                f"x = {x[worst]:g}, y = {abs(y[worst]):g} mm: must be symmetric about y = 0, as "
+                "the preload is"
+            )
+
+    @cached_property
+    def _interpolant(self) -> "Callable[[Array], Array]":
+        # imported here, since every job reads this module
+        from scipy.interpolate import LinearNDInterpolator, RegularGridInterpolator
+
+        along, across = np.unique(self.x_mm), np.unique(self.y_mm)
+        if along.size * across.size == self.gap_um.size and min(along.size, across.size) > 1:
+            order = np.lexsort([self.y_mm, self.x_mm])
+            values = self.gap_um[order].reshape(along.size, across.size)
+            return RegularGridInterpolator((along, across), values, bounds_error=False)
+        return LinearNDInterpolator(
+            np.column_stack([self.x_mm, self.y_mm]), self.gap_um, rescale=True
+        )
+
+
+def read_gap_map(text: str, file: str) -> GapMap:
+    """The map in the text of a CSV file.
+
+    Parameters
+    ----------
+    text, file
+        What the file holds, and its name.
+
+    Raises
+    ------
+    TableError
+        If there are other columns, a cell is no number, a point stands twice, or all points lie on
+        one line.
+    """
+    keys, rows = read_rows(text)
+    if sorted(keys) != sorted(_COLUMNS):
+        raise TableError(f"{file}: must have the columns {', '.join(_COLUMNS)}")
+    columns = as_columns(keys, rows, file)
+    point = np.column_stack([columns["x_mm"], columns["y_mm"]])
+    _, first = np.unique(point, axis=0, return_index=True)
+    if again := sorted(set(range(len(point))) - set(first.tolist())):
+        x, y = point[again[0]]
+        raise TableError(f"{file}:{again[0] + 2}: the point {x:g}, {y:g} mm must not appear twice")
+    if len(point) < 3 or np.linalg.matrix_rank(point - point[:1], tol=1e-6) < 2:
+        raise TableError(f"{file}: must have points that do not all lie on one line")
+    return GapMap(*(columns[key] for key in _COLUMNS))
+
+
+def load_gap_map(path: str | Path) -> GapMap:
+    """The map in a CSV file, as ``read_gap_map``."""
+    return read_gap_map(Path(path).read_text(encoding="utf-8"), str(path))

@@ -1,0 +1,91 @@
+"""Initial gap of the contact pairs: where the surfaces of the bars stand apart as they touch.
+
+The form error of both surfaces together is a field that is known up to a constant, since the bars
+approach each other until they touch: the smallest gap is 0.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from boltjoint import checks
+
+if TYPE_CHECKING:
+    from boltjoint.config.assembly import Assembly
+    from boltjoint.config.gap_map import GapMap
+
+Array = NDArray[np.float64]
+
+_MM, _UM = 1e-3, 1e-6
+
+#: difference of a gap on both sides of the middle, over the largest one, that is rounding
+_ROUNDING = 1e-9
+
+
+def initial_gap(
+    assembly: "Assembly", position: Array, gap_map: "GapMap | None" = None
+) -> Array | None:
+    """Initial gap of contact pairs [m], shape (pairs,); None where surfaces are flat.
+
+    With L and W the length and the width of the lap, and x, y from its centre::
+
+        g = -h (x^2 + y^2) / ((L/2)^2 + (W/2)^2) + w cos(2 pi x / lambda) - smallest
+
+    h is the flatness, the distance of two parallel planes that the paraboloid lies between over
+    the lap, w the amplitude of the waviness and lambda its wavelength; or g is that of the map.
+
+    Parameters
+    ----------
+    assembly
+        Dimensions, and ``contact.gap_um``.
+    position
+        Of the pairs, shape (pairs, 3) [m].
+    gap_map
+        The map where ``contact.gap_um`` is the name of a file.
+
+    Raises
+    ------
+    ValueError
+        If the map is missing, does not cover the lap or is not symmetric about its middle.
+    """
+    form, lap, width = assembly.contact.gap_um, assembly.bar.lap_mm, assembly.bar.width_mm
+    if form is None:
+        return None
+    # To a picometre, and on one side: the same bytes on both, which preload and joint rely on.
+    x = np.round(position[:, 0] / _MM - assembly.bar.free_length_mm[0] - lap / 2, 9)
+    y = np.round(abs(position[:, 1]) / _MM, 9)
+    if isinstance(form, str):
+        if gap_map is None:
+            raise ValueError(f"gap_map is None: contact.gap_um needs the map in {form}")
+        for sentence in gap_map.conflicts(lap, width):
+            raise ValueError(f"gap_map {sentence}")
+        field = (gap_map.at(x, y) + gap_map.at(x, -y)) / 2
+    else:
+        field = -form.flatness_um * (x**2 + y**2) / ((lap / 2) ** 2 + (width / 2) ** 2)
+        if form.wavelength_mm is not None:
+            field += form.waviness_um * np.cos(2 * np.pi * x / form.wavelength_mm)
+    return _UM * (field - field.min())
+
+
+def symmetric_gap(assembly: xr.Dataset) -> Array:
+    """Initial gap of the contact pairs [m], shape (pairs,), 0 where the assembly has none.
+
+    Raises
+    ------
+    ValueError
+        If it is negative or not the same on both sides of y = 0.
+    """
+    if "initial_gap" not in assembly:
+        return np.zeros(assembly.sizes["pair"])
+    gap = checks.variable("assembly", assembly, "initial_gap", ("pair",), at_least=0)
+    position = checks.variable("assembly", assembly, "position", ("pair", "axis"))
+    _, mirrored = KDTree(position).query(position * [1, -1, 1])
+    if abs(gap - gap[mirrored]).max() > _ROUNDING * gap.max():
+        raise ValueError(
+            "initial_gap of assembly is not symmetric about y = 0, where the preload is found in "
+            "the symmetric half: it must be the same on both sides"
+        )
+    return gap
