@@ -13,9 +13,9 @@ from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import Displays, figure, table
 
 
-@pytest.fixture(scope="module", params=[None, "config/convergence.yaml", "config/short.yaml"])
+@pytest.fixture(scope="module", params=[None, "convergence", "short", "mesh"])
 def contents(request):
-    changes = {"study": request.param} if request.param else {}
+    changes = {"study": f"config/{request.param}.yaml"} if request.param else {}
     return Contents(load_study(ROOT, changes), DISPLAYS)
 
 
