@@ -10,7 +10,6 @@ from small_joint import connect_small
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.study.tables.meshes import (
     Mesh,
-    element_size,
     observed_order,
     tabulate_convergence,
     tabulate_meshes,
@@ -94,6 +93,22 @@ def test_an_impossible_design_is_no_mesh():
         tabulate_convergence(sweep, np.where(size < 2.5e-3, np.nan, size))
 
 
+def blocks(count):
+    """Bricks of 3, 2 and 1 mm in a row, as many of them shorter ones, as of an assembly."""
+    x, y, z = np.linspace(0, 3e-3, count + 1), [0, 2e-3], [0, 1e-3]
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    corner = np.vstack([corner, corner + [0, 0, 1]])
+    coordinate = np.array([[i, j, k] for k in z for j in y for i in x])
+    first = np.arange(count)[:, None]
+    nodes = corner @ [1, count + 1, 2 * (count + 1)]
+    return xr.Dataset(
+        {
+            "coordinate": (("node", "axis"), coordinate),
+            "connectivity": (("element", "corner"), first + nodes),
+        }
+    )
+
+
 def mesh(law, keys, parts):
     """The small joint with each pair in equal parts, as in a finer mesh."""
     joint, preload = connect_small(law, keys)
@@ -114,13 +129,14 @@ def mesh(law, keys, parts):
         law=replace(elements, point_of_element=on, **quantities),
         element_position=np.repeat(joint.element_position, parts, axis=0),
     )
-    return Mesh(finer, joint_to_dataset(divided))
+    return Mesh(blocks(parts), finer, joint_to_dataset(divided))
 
 
 def test_the_slip_displacement_is_that_of_every_mesh_with_a_stiffness_per_area():
     table = tabulate_meshes([mesh("constant", KEYS, parts) for parts in (4, 1)])
     assert table["pairs"][1] == 4 * table["pairs"][0]
-    np.testing.assert_allclose(table["element_size_mm"][0], 2 * table["element_size_mm"][1])
+    assert table["elements"].tolist() == [1, 4]
+    np.testing.assert_allclose(table["element_size_mm"], np.cbrt([6, 6 / 4]))
     np.testing.assert_allclose(table["stiffness_N_per_mm3"], 6.8e4, rtol=1e-12)
     for column in ("loaded_area_mm2", "stiffness_kN_per_mm", "slip_displacement_um"):
         np.testing.assert_allclose(table[column][0], table[column][1], rtol=1e-12)
@@ -138,9 +154,3 @@ def test_with_a_stiffness_of_each_pair_it_goes_to_zero_with_the_elements():
     np.testing.assert_allclose(
         table["stiffness_N_per_mm3"][1], 4 * table["stiffness_N_per_mm3"][0], rtol=1e-12
     )
-
-
-def test_the_size_of_an_element_is_the_root_of_the_mean_area():
-    one = mesh("constant", KEYS, 1)
-    area = one.preload["area"].to_numpy()
-    assert element_size(one) == pytest.approx(np.sqrt(area.mean()))

@@ -29,15 +29,15 @@ class ContactEntry(Entry):
         return DECLARATIONS[self.law]
 
     @property
-    def keys(self) -> tuple[ContactKey, ...]:
-        """The quantities in the form that the case gives, of each pair or per area."""
+    def quantities(self) -> tuple[ContactKey, ...]:
+        """What the case gives beside the law, each in its form: of each pair or per area."""
         forms = (form for each in self.declaration.keys for form in each.forms)
         return tuple(each for each in forms if getattr(self, each.key) is not None)
 
     @property
     def options(self) -> dict[str, Any]:
         """The law's name, and the quantities as ``connect_pairs`` takes them."""
-        return {"law": self.law, **{each.name: getattr(self, each.key) for each in self.keys}}
+        return {"law": self.law, **{each.name: getattr(self, each.key) for each in self.quantities}}
 
     def conflicts(self) -> Problems:
         for each in self.declaration.keys:

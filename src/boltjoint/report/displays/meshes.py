@@ -27,9 +27,10 @@ def _mesh_studies(contents: Contents) -> Iterator[dict[str, object]]:
 
 
 def _meshes(contents: Contents, artefact: Artefact) -> list[dict[str, Artefact]]:
-    """The preload and the joint of each variant."""
+    """The assembly, the preload and the joint of each variant."""
     return [
         {
+            "assembly": Artefact("assembly", assembly=each.assembly_name),
             "preload": Artefact(
                 "preload", assembly=each.assembly_name, preload_N=each.case.preload
             ),
@@ -86,8 +87,8 @@ def meshes(
     order=1,
     title="convergence over the meshes of {sweep}",
     caption="Peaks under each force, and the backbone at amplitudes of the output point, in the "
-    "three finest meshes, and the order of their convergence by the mean size of the elements in "
-    "the plane of contact (Roache 1997). No order is given where changes do not fall as those of "
+    "three finest meshes, and the order of their convergence by the size of the elements, the cube "
+    "root of their mean volume (Roache 1997). No order is given where changes do not fall as those of "
     "any, or have both signs.",
 )
 def mesh_convergence(

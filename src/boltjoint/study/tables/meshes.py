@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from boltjoint import checks
 from boltjoint.joint.io import joint_from_dataset
+from boltjoint.structure.elasticity import element_mass
 from boltjoint.study.tables.sweeps import OBSERVED
 
 Array = NDArray[np.float64]
@@ -28,15 +29,21 @@ _HIGHEST_ORDER = 20.0
 
 
 class Mesh(NamedTuple):
-    """A mesh of a sweep: the preload of its contact and its node-to-node joint, as stored."""
+    """A mesh of a sweep: assembly, preload of its contact and node-to-node joint, as stored."""
 
+    assembly: xr.Dataset
     preload: xr.Dataset
     joint: xr.Dataset
 
 
 def element_size(mesh: Mesh) -> float:
-    """Mean size of the elements in the plane of contact [m]: root of the area of a pair."""
-    return float(np.sqrt(mesh.preload["area"].mean()))
+    """Size of the elements [m]: the cube root of their mean volume."""
+    coordinate = checks.variable("assembly", mesh.assembly, "coordinate", ("node", "axis"))
+    dims = ("element", "corner")
+    connectivity = checks.index_variable("assembly", mesh.assembly, "connectivity", dims)
+    # the mass matrix of an element of density 1 adds up to its volume
+    volume = element_mass(coordinate[connectivity], 1.0).sum(axis=(1, 2))
+    return float(np.cbrt(volume.mean()))
 
 
 def tabulate_meshes(meshes: Sequence[Mesh]) -> pd.DataFrame:
@@ -50,10 +57,11 @@ def tabulate_meshes(meshes: Sequence[Mesh]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        A row for each mesh, the coarsest first: ``pairs``, their mean ``element_size_mm``, those
-        under load and their area, their stiffness while all stick, that per area, and the slip
-        displacement: slip force of all over this stiffness, the displacement at which a contact
-        with equal pressure slips. With a stiffness per area it is mu p / k of the mean pressure p.
+        A row for each mesh, the coarsest first: ``elements``, ``element_size_mm``
+        (``element_size``), ``pairs``, those under load and their area, their stiffness while all
+        stick, that per area, and the slip displacement: slip force of all over this stiffness, the
+        displacement at which a contact with equal pressure slips. With a stiffness per area it is
+        mu p / k of the mean pressure p.
     """
     rows = []
     for mesh in sorted(meshes, key=element_size, reverse=True):
@@ -63,8 +71,9 @@ def tabulate_meshes(meshes: Sequence[Mesh]) -> pd.DataFrame:
         stiffness = law.tangential_stiffness[law.slip_force > 0].sum()
         rows.append(
             {
-                "pairs": area.size,
+                "elements": mesh.assembly.sizes["element"],
                 "element_size_mm": 1e3 * element_size(mesh),
+                "pairs": area.size,
                 "loaded_pairs": np.count_nonzero(loaded),
                 "loaded_area_mm2": 1e6 * loaded_area,
                 "stiffness_kN_per_mm": 1e-6 * stiffness,

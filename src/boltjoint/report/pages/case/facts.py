@@ -75,7 +75,7 @@ def _quantities(
     yield "assembly", case.assembly, "assembly"
     yield "preload per bolt (N)", _of_bolts(case.preload), "preload_per_bolt_N"
     yield "contact", case.contact.declaration.label, _CONTACT["law"]
-    for each in case.contact.keys:
+    for each in case.contact.quantities:
         words, value = each.words, getattr(case.contact, each.key)
         if each.unit in _STIFFNESSES:
             what, factor = _STIFFNESSES[each.unit]
