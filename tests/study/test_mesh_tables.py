@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from small_joint import connect_small
@@ -82,6 +83,14 @@ def test_peaks_and_backbones_are_compared_in_the_three_finest_meshes():
     assert of_backbone["force_N"].isna().all()
 
 
+def test_the_designs_may_be_those_of_a_grid():
+    size, sweep = sweep_of(2.0)
+    grid = sweep.assign_coords(layers=("design", [1, 1, 2, 2]), rings=("design", [3, 4, 3, 4]))
+    grid = grid.set_index(design=["layers", "rings"]).unstack("design")  # noqa: PD010 - no table
+    table, expected = (tabulate_convergence(each, size) for each in (grid, sweep))
+    pd.testing.assert_frame_equal(table, expected)
+
+
 def test_an_impossible_design_is_no_mesh():
     size, sweep = sweep_of(1.0)
     lost = np.where(size == SIZE[2], np.nan, size)
@@ -97,7 +106,7 @@ def blocks(count):
     """Bricks of 3, 2 and 1 mm in a row, as many of them shorter ones, as of an assembly."""
     x, y, z = np.linspace(0, 3e-3, count + 1), [0, 2e-3], [0, 1e-3]
     corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    corner = np.vstack([corner, corner + [0, 0, 1]])
+    corner = np.vstack([corner, corner + np.array([0, 0, 1])])
     coordinate = np.array([[i, j, k] for k in z for j in y for i in x])
     first = np.arange(count)[:, None]
     nodes = corner @ [1, count + 1, 2 * (count + 1)]

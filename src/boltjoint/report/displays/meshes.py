@@ -88,8 +88,8 @@ def meshes(
     title="convergence over the meshes of {sweep}",
     caption="Peaks under each force, and the backbone at amplitudes of the output point, in the "
     "three finest meshes, and the order of their convergence by the size of the elements, the cube "
-    "root of their mean volume (Roache 1997). No order is given where changes do not fall as those of "
-    "any, or have both signs.",
+    "root of their mean volume (Roache 1997). No order is given where changes do not fall as those "
+    "of any, or have both signs.",
 )
 def mesh_convergence(
     artefact: Artefact, results: "Results", meshes: Sequence[Mapping[str, object]]

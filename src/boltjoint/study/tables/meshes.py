@@ -94,7 +94,7 @@ def tabulate_convergence(
     sweep
         ``sweep.nc`` of designs that differ in their mesh alone.
     size
-        Element size of each design; NaN of one that is impossible.
+        Element size of each design, in their order; NaN of one that is impossible.
     amplitudes
         Number of amplitudes at which the backbones are compared, from all of them.
 
@@ -111,6 +111,9 @@ def tabulate_convergence(
     ValueError
         If fewer than three designs have a size.
     """
+    dims = [name for name in sweep["peak_frequency"].dims if name != "force"]
+    if dims != ["design"]:
+        sweep = sweep.stack(design=dims)  # noqa: PD013 - no table
     size = checks.array("size", size, (sweep.sizes["design"],), finite=False)
     meshes = np.argsort(-size, kind="stable")[: np.count_nonzero(np.isfinite(size))][-3:]
     if meshes.size < 3:
