@@ -73,9 +73,13 @@ def make_preload(joint: Joint) -> xr.Dataset:
 def connect_small(
     law: str, keys: Mapping[str, float], preload_ratio: float = 1.0
 ) -> tuple[Joint, xr.Dataset]:
-    """The same bar with any contact of its pairs under a preload, and that preload."""
+    """The same bar with any contact of its pairs under a preload, and that preload.
+
+    The areas of the pairs differ.
+    """
     joint = make_joint(law="variable")
     preload = make_preload(joint)
+    preload["area"] = ("pair", np.linspace(0.5e-6, 2e-6, joint.points))
     for name in ("normal_load", "gap"):
         preload[name] = preload_ratio * preload[name]
     relative = np.stack([joint.tangential_mode, 0 * joint.tangential_mode, joint.normal_mode])

@@ -128,6 +128,8 @@ def whole_files():
         "sensors": [point | {"name": "lap"}, point | {"name": "tip", "x_mm": 400}],
     }
     contents["variable"]["excitation"] = {"kind": "distributed", "surface": "top", "direction": "z"}
+    contact = contents["variable"]["contact"]
+    contact["normal_stiffness_N_per_m3"] = 1e6 * contact.pop("normal_stiffness_N_per_m")
     contents["variable"]["regions"] |= {"motion": "mean", "tolerance": 0.02}
     contents["variable"]["solve"][0] |= {
         "modes": ["free-4"],

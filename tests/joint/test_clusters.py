@@ -22,6 +22,19 @@ def test_pairs_of_equal_motion_are_one_cluster(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
+def test_pairs_of_equal_motion_are_one_cluster_whatever_their_stiffness(law):
+    joint, group = frozen_in_groups(law)
+    factor = 10 ** np.random.default_rng(3).uniform(-1, 1, joint.law.tangential_stiffness.size)
+    changed = {
+        name: factor * getattr(joint.law, name)
+        for name, (unit, _) in joint.law.quantities.items()
+        if unit != "1"
+    }
+    region = cluster_by_motion(replace(joint, law=replace(joint.law, **changed)), 5)
+    assert len(set(zip(region, group, strict=True))) == 5
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_every_count_up_to_that_of_the_pairs_is_met(law):
     joint, _ = frozen_in_groups(law)
     for count in (1, 4, 5, 6, 30, 60):

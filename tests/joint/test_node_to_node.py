@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 
 from boltjoint.friction.contact_states import SEPARATION, STICK_SLIP_SEPARATION
+from boltjoint.friction.laws import LAWS
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.joint.node_to_node import connect_nodes, connect_pairs
 
 
 def modes_and_preload():
@@ -79,6 +80,83 @@ def test_a_pair_closes_where_the_lower_bar_moves_up_by_more_than_the_gap():
     assert state_of_pair_1(open_by) == STICK_SLIP_SEPARATION
     assert state_of_pair_1(-2 * open_by) == SEPARATION
     assert state_of_pair_1(1.01 * open_by) not in (SEPARATION, STICK_SLIP_SEPARATION)
+
+
+AREA = np.array([1e-6, 2e-6, 3e-6, 4e-6, 5e-6])
+PER_AREA = {
+    "constant": {"tangential_stiffness_per_area": 7e13},
+    "variable": {"tangential_stiffness_per_area": 7e13, "normal_stiffness_per_area": 3e13},
+    "iwan": {"tangential_stiffness_per_area": 7e13, "chi": -0.5, "beta": 0.2},
+}
+
+
+@pytest.mark.parametrize("law", PER_AREA)
+def test_a_stiffness_per_area_is_multiplied_by_the_area_of_each_pair(law):
+    modes, preload = modes_and_preload()
+    preload["area"] = ("pair", AREA)
+    joint = connect_pairs(modes, preload, LAWS[law], friction_coefficient=0.1, **PER_AREA[law])
+    pairs = np.arange(5) if law == "variable" else [0, 2, 4]
+    np.testing.assert_allclose(joint.law.tangential_stiffness, 7e13 * AREA[pairs], rtol=1e-15)
+    if law == "variable":
+        np.testing.assert_allclose(joint.law.normal_stiffness, 3e13 * AREA, rtol=1e-15)
+        # -k_v gap where open
+        np.testing.assert_allclose(joint.law.normal_load, [10, -12, 30, -6, 20], rtol=1e-14)
+    of_each = {
+        name.removesuffix("_per_area"): value * AREA if name.endswith("_per_area") else value
+        for name, value in PER_AREA[law].items()
+    }
+    same = connect_pairs(modes, preload, LAWS[law], friction_coefficient=0.1, **of_each)
+    for name in same.law.quantities:
+        np.testing.assert_array_equal(getattr(same.law, name), getattr(joint.law, name))
+
+
+def divided(modes, preload, parts):
+    """The contact with every pair divided into parts of its load and area, as in a finer mesh."""
+    pair = np.repeat(np.arange(5), parts)
+    modes, preload = modes.isel(pair=pair), preload.isel(pair=pair)
+    for name in ("normal_load", "area"):
+        preload[name] = preload[name] / parts
+    return modes, preload
+
+
+@pytest.mark.parametrize("form", ["tangential_stiffness", "tangential_stiffness_per_area"])
+def test_only_a_stiffness_per_area_is_the_same_where_pairs_are_divided(form):
+    modes, preload = modes_and_preload()
+    preload["area"] = ("pair", AREA)
+    one, four = (
+        connect_pairs(*each, LAWS["constant"], friction_coefficient=0.1, **{form: 7e7})
+        for each in ((modes, preload), divided(modes, preload, 4))
+    )
+    ratio = 1 if form.endswith("per_area") else 4
+    np.testing.assert_allclose(four.stuck_stiffness(), ratio * one.stuck_stiffness(), rtol=1e-13)
+    slips_at = [each.law.slip_force / each.law.tangential_stiffness for each in (one, four)]
+    np.testing.assert_allclose(slips_at[1], np.repeat(slips_at[0], 4) / ratio, rtol=1e-13)
+
+
+def test_a_stiffness_has_one_form_and_a_value_for_each_pair():
+    modes, preload = modes_and_preload()
+    preload["area"] = ("pair", AREA)
+    with pytest.raises(ValueError, match="tangential_stiffness is given for each pair and per"):
+        connect_pairs(
+            modes,
+            preload,
+            LAWS["constant"],
+            friction_coefficient=0.1,
+            tangential_stiffness=1e8,
+            tangential_stiffness_per_area=7e13,
+        )
+    with pytest.raises(ValueError, match="tangential_stiffness"):
+        connect_nodes(modes, preload, np.full(4, 1e8), 0.1)
+    with pytest.raises(ValueError, match="tangential_stiffness"):
+        connect_nodes(modes, preload, np.array([1e8, 1e8, 0.0, 1e8, 1e8]), 0.1)
+    with pytest.raises(ValueError, match="area"):
+        connect_pairs(
+            modes,
+            preload.drop_vars("area"),
+            LAWS["constant"],
+            friction_coefficient=0.1,
+            tangential_stiffness_per_area=7e13,
+        )
 
 
 def test_axes_of_files_may_be_in_any_order():

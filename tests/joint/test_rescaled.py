@@ -31,6 +31,16 @@ AFTER = {
 RATIO = 1.7
 
 
+def per_area(keys):
+    """The same numbers of an area of 1 mm2."""
+    return {
+        f"{name}_per_area" if name.endswith("stiffness") else name: (
+            1e6 * value if name.endswith("stiffness") else value
+        )
+        for name, value in keys.items()
+    }
+
+
 def same(found, expected):
     assert type(found.law) is type(expected.law)
     np.testing.assert_array_equal(found.law.point_of_element, expected.law.point_of_element)
@@ -65,6 +75,20 @@ def test_a_rescaled_joint_is_the_one_made_from_the_new_contact(law, made):
     base, expected = MADE[made](law, BEFORE[law]), MADE[made](law, AFTER[law], RATIO)
     found = rescale_contact(base, LAWS[law], BEFORE[law], AFTER[law], RATIO)
     same(found, expected)
+
+
+@pytest.mark.parametrize("made", ["node-to-node", "regions", "elements"])
+def test_stiffnesses_per_area_are_rescaled_too(made):
+    before, after = per_area(BEFORE["variable"]), per_area(AFTER["variable"])
+    base, expected = MADE[made]("variable", before), MADE[made]("variable", after, RATIO)
+    assert np.ptp(base.law.tangential_stiffness) > 0
+    same(rescale_contact(base, LAWS["variable"], before, after, RATIO), expected)
+
+
+def test_a_stiffness_of_pairs_does_not_become_one_per_area():
+    joint, _ = connect_small("constant", BEFORE["constant"])
+    with pytest.raises(ValueError, match="after must have the keys of before"):
+        rescale_contact(joint, LAWS["constant"], BEFORE["constant"], per_area(AFTER["constant"]))
 
 
 def test_what_does_not_change_stays():

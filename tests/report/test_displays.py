@@ -13,12 +13,9 @@ from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import Displays, figure, table
 
 
-@pytest.fixture(
-    scope="module",
-    params=[None, *(f"config/{each}.yaml" for each in ("convergence", "short", "form_error"))],
-)
+@pytest.fixture(scope="module", params=[None, "convergence", "short", "form_error", "mesh"])
 def contents(request):
-    changes = {"study": request.param} if request.param else {}
+    changes = {"study": f"config/{request.param}.yaml"} if request.param else {}
     return Contents(load_study(ROOT, changes), DISPLAYS)
 
 

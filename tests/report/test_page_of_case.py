@@ -44,6 +44,19 @@ def test_facts_stand_beside_those_of_the_source(page):
     assert "add up to what 37976 N per bolt would give" in plain(page)
 
 
+def test_a_stiffness_per_area_is_told_as_such(artefacts, page):
+    assert "tangential stiffness of a pair (kN/mm) 100 100 friction" in figure(page, "case-table")
+    contact = {
+        "law": "variable",
+        "tangential_stiffness_N_per_m3": 6.8e13,
+        "normal_stiffness_N_per_m": 5e7,
+        "friction_coefficient": 0.2,
+    }
+    facts = figure(write(artefacts, contact=contact), "case-table")
+    assert "tangential stiffness per area (N/mm³) 68000 not given friction" in facts
+    assert "normal stiffness of a pair (kN/mm) 50" in facts
+
+
 def test_facts_tell_how_friction_is_solved(artefacts):
     exact = write(artefacts)
     assert "friction forces closed form (analytic) – harmonics of the response 1" in figure(

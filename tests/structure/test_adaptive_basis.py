@@ -13,7 +13,9 @@ from boltjoint.dynamics.candidate_backbone import CandidateBackbone
 from boltjoint.structure.basis.candidates import find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates
 from boltjoint.structure.basis.snapshots import uniform_modes
+from boltjoint.structure.constraints import assemble_assembly, relative_displacements
 from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.symmetry import symmetric_half
 from boltjoint.study.convergence import peaks_near
 
@@ -118,7 +120,27 @@ def test_bases_are_made_for_the_contact_and_damping_of_the_cases_of_an_assembly(
     assert [each["tangential_stiffness_N_per_m"] for each in contacts] == [1e8, 1e8, 5e7]
     conditions = [ContactCondition.of(**each) for each in found]
     assert len(set(conditions)) == 3
-    assert study.stuck_stiffness("three_bolt") == 1e8
+    assert study.stuck_stiffness("three_bolt") == {"stiffness": 1e8}
+
+
+def test_a_stiffness_per_area_is_that_of_each_pair_in_the_basis_too(tiny):
+    preload = apply_preload(tiny, 8e3)
+    per_area = {"law": "constant", "tangential_stiffness_N_per_m3": 7e13}
+    condition = ContactCondition.of({**per_area, "friction_coefficient": 0.1}, 1e-3)
+    area, loaded = (preload[name].to_numpy() for name in ("area", "normal_load"))
+    np.testing.assert_array_equal(condition.tangential_stiffness(area), 7e13 * area)
+    joint = condition.connect(preload, find_modes(tiny, "free-4"))
+    np.testing.assert_array_equal(joint.law.tangential_stiffness, 7e13 * area[loaded > 0])
+    few = ContactAdaptedBasis(states=4, adaptations=1, maximum_vectors=16, trial_step=16)
+    found = find_pod_modes(tiny, preload, [condition], few)
+    # the norm of the basis is that of these springs
+    mode = found["pod_mode_shape"].to_numpy().reshape(-1, found.sizes["pod_mode"])
+    K, _ = assemble_assembly(tiny)
+    moved = (relative_displacements(tiny) @ mode).reshape(area.size, 3, -1)[:, [0, 2]]
+    spring = 7e13 * area * (loaded > 0)
+    energy = mode.T @ (K @ mode) + np.einsum("p,pdi,pdj->ij", spring, moved, moved)
+    # stiffnesses are lost in rounding by the ratio of the largest to that of the bar
+    np.testing.assert_allclose(energy, np.eye(len(energy)), atol=1e-6)
 
 
 def test_a_condition_has_the_law_of_its_case(assembly, preload):

@@ -92,6 +92,28 @@ def test_contact_adapted_basis_beats_free_modes(assembly, preload, modes, patter
     assert enriched.sel(resonance=1).max() < 0.01
 
 
+def test_a_stiffness_per_area_is_that_of_each_pair(assembly, preload):
+    area = assembly["area"].to_numpy()
+    loaded = {"all": preload["normal_load"].to_numpy() > 0}
+    found = resonances(assembly, preload, 0.0, loaded, stiffness_per_area=7e13)
+    np.testing.assert_array_equal(found["stiffness"], 7e13 * area)
+    # every pair has at least the one and at most the other stiffness
+    ends = [resonances(assembly, preload, 7e13 * each, loaded) for each in (area.min(), area.max())]
+    low, high = (each["frequency"] for each in ends)
+    assert (found["frequency"] > low).all() and (found["frequency"] < high).all()
+    whole = resonances(assembly, preload, 7e13 * area.max(), loaded, stiffness_per_area=7e13)
+    np.testing.assert_array_equal(whole["frequency"], high)
+    modes = find_modes(assembly, "free-20")
+    in_basis = resonances_in(modes, found)["frequency"]
+    relative = modes["relative_mode"].transpose("axis", "pair", "mode")
+    rows = relative.sel(axis="x").to_numpy()[loaded["all"]]
+    spring = 7e13 * area[loaded["all"], None]
+    matrix = np.diag((2 * np.pi * modes["natural_frequency"].to_numpy()) ** 2)
+    matrix += rows.T @ (spring * rows)
+    expected = np.sqrt(np.linalg.eigvalsh(matrix)[:2]) / (2 * np.pi)
+    np.testing.assert_allclose(in_basis.sel(pattern="all", springs="x"), expected, rtol=1e-12)
+
+
 def test_result_can_be_kept_and_is_the_same_every_time(
     assembly, preload, patterns, modes, tmp_path
 ):

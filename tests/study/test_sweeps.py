@@ -89,6 +89,28 @@ def test_a_design_is_what_it_is_as_a_case_of_its_own(law):
         np.testing.assert_array_equal(found["contact_state"][row], alone["contact_state"])
 
 
+def test_a_stiffness_per_area_varies_too():
+    contact = {"law": "constant", "friction_coefficient": 0.1}
+    content = base("constant", contact={**contact, "tangential_stiffness_N_per_m3": 5e12})
+    problem = SweptJoint(content, joints(Case.model_validate(content)))
+    vary = {"contact.tangential_stiffness_N_per_m3": (2e12, 1e14)}
+    designs = list_designs(vary, Grid(kind="grid"), content)
+    assert designs["tangential_stiffness_per_area"].attrs["units"] == "N/m3"
+    found = solve_designs([problem], designs, range(2), frequencies=40)
+    windows = []
+    for row, values in enumerate(values_of(designs)):
+        case = Case.model_validate(with_values(content, values))
+        made = joints(case)
+        windows.append(frequency_window(*made))
+        alone = solve_response(
+            made[-1], case.levels, damping=case.structural_damping, window=windows[-1]
+        )
+        for name in ("peak_frequency", "peak_amplitude"):
+            np.testing.assert_allclose(found[name][row], alone[name], rtol=1e-9)
+    # the grid of responses holds the resonance of the stiffest design
+    np.testing.assert_allclose(found["frequency"][[0, -1]], windows[-1], rtol=1e-9)
+
+
 @pytest.fixture(scope="module")
 def problem():
     content = base("constant", forces_N=(5.0, 30.0))

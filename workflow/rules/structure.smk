@@ -109,7 +109,7 @@ rule find_patterns:
     params:
         library=library("find_patterns.py"),
         options=lambda w: {
-            "stiffness": study.stuck_stiffness(w.assembly),
+            **study.stuck_stiffness(w.assembly),
             "number": COMPARED_RESONANCES,
         },
     script:

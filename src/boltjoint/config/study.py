@@ -63,6 +63,8 @@ class Study(Settings):
     """The sweeps that run, by name, in the order of config.yaml."""
     designs: dict[str, int]
     """Number of designs of each sweep."""
+    varied: dict[str, tuple[str, ...]] = Field({}, exclude=True)
+    """Keys that each sweep varies: they follow from the rest and from the tables of designs."""
     variants: dict[str, tuple[InstanceOf[Variant], ...]] = Field({}, exclude=True)
     """The base case of each sweep under all values of those keys that need another joint: they
     follow from the rest."""
@@ -122,13 +124,19 @@ class Study(Settings):
                 found.append(condition)
         return found
 
-    def stuck_stiffness(self, assembly: str) -> float:
-        """Stiffness of pairs that stick [N/m] where bases are compared: the largest of its cases.
+    def stuck_stiffness(self, assembly: str) -> dict[str, float]:
+        """Stiffness of pairs that stick where bases are compared: the largest of its cases.
 
-        As for ``contact_conditions``.
+        As for ``contact_conditions``; ``stiffness`` of a pair [N/m] and ``stiffness_per_area``
+        [N/m3] as for ``patterns.resonances``.
         """
-        conditions = self.contact_conditions(assembly)
-        return max(each["contact"]["tangential_stiffness_N_per_m"] for each in conditions)
+        found: dict[str, float] = {}
+        for each in self.contact_conditions(assembly):
+            for name, key in (("stiffness", "N_per_m"), ("stiffness_per_area", "N_per_m3")):
+                value = each["contact"].get(f"tangential_stiffness_{key}")
+                if value is not None:
+                    found[name] = max(value, found.get(name, value))
+        return found
 
 
 def load_study(
@@ -209,7 +217,7 @@ def load_study(
                 files.note(_case_file(name), [problem])
         for name, sentence in missing_preloads(cases.values(), assemblies):
             files.note(_assembly_file(name), [(("preload_N",), sentence)])
-    designs, variants = {}, {}
+    designs, varied, variants = {}, {}, {}
     for name, sweep in sweeps.items():
         if sweep is not None and (case := cases.get(sweep.case)) is not None:
             file, assembly = f"{SWEEP_FOLDER}/{name}.yaml", assemblies[case.assembly]
@@ -230,6 +238,7 @@ def load_study(
                 found = find_variants(sweep, case, assembly, columns or {}, conflicts)
                 problems += conflicts_of_variants(sweep, found)
                 variants[name] = tuple(found)
+            varied[name] = tuple(sweep.vary or columns or ())
             files.note(file, (with_value(contents[file], *each) for each in problems))
             designs[name] = sweep.designs or len(next(iter((columns or {0: ()}).values())))
     if settings is not None:
@@ -243,6 +252,7 @@ def load_study(
         "assemblies": assemblies,
         "sweeps": sweeps,
         "designs": designs,
+        "varied": varied,
         "variants": variants,
     }
     return Study.model_validate({**dict(settings), **found})

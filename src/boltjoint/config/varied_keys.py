@@ -43,7 +43,7 @@ def rescaled_keys(case: Case) -> dict[str, Quantity]:
         found["loss_factor"] = Quantity("loss_factor", "1", "structural loss factor")
     else:
         found |= _quantities("damping.", case.damping.model_dump(exclude={"model"}))
-    for each in case.contact.declaration.keys:
+    for each in case.contact.quantities:
         sentence = _as_meaning(each.meaning)
         found[f"contact.{each.key}"] = Quantity(each.name, each.unit, sentence)
     return found

@@ -31,6 +31,7 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.candidate_backbone import CandidateBackbone
 from boltjoint.dynamics.epmc import ModalState
 from boltjoint.dynamics.peak_sensitivity import PeakSensitivity, peak_sensitivities
+from boltjoint.friction.declarations import keys_of_pairs
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
@@ -64,6 +65,11 @@ class ContactCondition:
     def of(cls, contact: Mapping[str, Any], damping: Damping | float) -> Self:
         """The condition of a case: ``contact`` by its keys, a number is a loss factor."""
         return cls(TypeAdapter(Contact).validate_python(contact), as_damping(damping))
+
+    def tangential_stiffness(self, area: Array) -> Array:
+        """Of pairs of these areas [N/m], shape (pairs,)."""
+        of_pairs = keys_of_pairs(self.contact.options, area)
+        return np.broadcast_to(of_pairs["tangential_stiffness"], area.shape)
 
     def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
         """Node-to-node joint of modes under a preload."""
@@ -131,7 +137,8 @@ def find_pod_modes(
     connections = [
         (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]
-    stiffness = max(each.contact.tangential_stiffness_N_per_m for each in conditions)
+    of_conditions = [each.tangential_stiffness(candidates.area) for each in conditions]
+    stiffness = np.max(of_conditions, axis=0)
     try:
         found = _adapted(candidates, connections, stiffness, options, pod_options)
         trials = _error_by_vectors(candidates, connections, found.vector, options)
@@ -196,7 +203,7 @@ def _tolerances(options: "ContactAdaptedBasis") -> Array:
 def _adapted(
     candidates: Candidates,
     connections: _Connections,
-    stiffness: float,
+    stiffness: Array,
     options: "ContactAdaptedBasis",
     pod_options: PODOptions,
 ) -> PODModes:

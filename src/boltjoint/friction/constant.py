@@ -64,15 +64,18 @@ class ConstantLoad(ElementLaw):
 
     @classmethod
     def from_contact(
-        cls, pairs: ContactPairs, *, tangential_stiffness: float, friction_coefficient: float
+        cls,
+        pairs: ContactPairs,
+        *,
+        tangential_stiffness: float | Array,
+        friction_coefficient: float,
     ) -> tuple[Self, NDArray[np.int64]]:
-        """Elements of the pairs that carry load: k [N/m] and mu of every pair."""
-        tangential_stiffness = checks.number("tangential_stiffness", tangential_stiffness, above=0)
+        """Elements of the pairs that carry load: k [N/m] of all or of each, and mu of all."""
+        k = pairs.of_each("tangential_stiffness", tangential_stiffness, above=0)
         friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
         loaded = np.flatnonzero(pairs.normal_load > 0)
-        stiffness = tangential_stiffness * np.ones(loaded.size)
         slip_force = friction_coefficient * pairs.normal_load[loaded]
-        return cls(np.arange(loaded.size), stiffness, slip_force), loaded
+        return cls(np.arange(loaded.size), k[loaded], slip_force), loaded
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""

@@ -6,27 +6,76 @@ the workflow, so it imports none of them.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self
 
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: end of the name of a quantity that is given per unit of contact area
+_PER_AREA = "_per_area"
 
 
 @dataclass(frozen=True)
 class ContactKey:
     """A quantity of the contact pairs that a case gives.
 
-    ``name`` is that of the argument of ``FrictionLaw.from_contact``, with the unit that of the key;
-    ``limits`` has ``gt``, ``ge``, ``lt`` and ``le``.
+    ``name`` is that of the argument of ``ElementLaw.from_contact``, with the unit that of the key;
+    ``limits`` has ``gt``, ``ge``, ``lt`` and ``le``. ``per_area`` is the quantity per unit of area
+    that may be given in its place; its name ends in ``_per_area``, which its key leaves out.
     """
 
     name: str
     unit: str
     meaning: str
     limits: Mapping[str, float] = field(default_factory=lambda: {"gt": 0})
+    per_area: Self | None = None
+
+    @property
+    def words(self) -> str:
+        """The quantity, whether of a pair or per area."""
+        return self.name.removesuffix(_PER_AREA).replace("_", " ")
 
     @property
     def key(self) -> str:
         """The key in the file of a case."""
-        return self.name if self.unit == "1" else f"{self.name}_{self.unit.replace('/', '_per_')}"
+        name = self.name.removesuffix(_PER_AREA)
+        return name if self.unit == "1" else f"{name}_{self.unit.replace('/', '_per_')}"
+
+    @property
+    def forms(self) -> tuple[Self, ...]:
+        """The quantity of each pair, and that per area where a case may give it so."""
+        return (self,) if self.per_area is None else (self, self.per_area)
+
+
+def is_per_area(name: str) -> bool:
+    """Whether the name is that of a quantity per area."""
+    return name.endswith(_PER_AREA)
+
+
+def keys_of_pairs(keys: Mapping[str, float], area: "NDArray") -> "dict[str, float | NDArray]":
+    """Arguments of ``ElementLaw.from_contact``: those per area times the area of each pair.
+
+    Parameters
+    ----------
+    keys
+        By the names of ``ContactKey``, in SI units.
+    area
+        Of each pair [m2], shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If a quantity is given for each pair and per area.
+    """
+    found = {}
+    for name, value in keys.items():
+        of_pair = name.removesuffix(_PER_AREA)
+        if of_pair in found:
+            raise ValueError(f"{of_pair} is given for each pair and per area: give one of them")
+        found[of_pair] = value * area if is_per_area(name) else value
+    return found
 
 
 @dataclass(frozen=True)
@@ -68,9 +117,16 @@ class LawDeclaration:
         return 1 + 2 * harmonics if "bias" in self.components else 2 * ((harmonics + 1) // 2)
 
 
-_TANGENTIAL_STIFFNESS = ContactKey(
-    "tangential_stiffness", "N/m", "Tangential stiffness of each contact pair."
-)
+def _stiffness(direction: str) -> ContactKey:
+    """Stiffness of the pairs in a direction."""
+    name, words = f"{direction}_stiffness", f"{direction.capitalize()} stiffness"
+    per_area = ContactKey(
+        f"{name}{_PER_AREA}", "N/m3", f"{words} per area: each contact pair has it times its area."
+    )
+    return ContactKey(name, "N/m", f"{words} of each contact pair.", per_area=per_area)
+
+
+_TANGENTIAL_STIFFNESS = _stiffness("tangential")
 _FRICTION_COEFFICIENT = ContactKey(
     "friction_coefficient", "1", "Coulomb friction coefficient: slip force over normal load."
 )
@@ -89,7 +145,7 @@ VARIABLE = LawDeclaration(
     keys=(
         _TANGENTIAL_STIFFNESS,
         _FRICTION_COEFFICIENT,
-        ContactKey("normal_stiffness", "N/m", "Normal stiffness of each contact pair."),
+        _stiffness("normal"),
     ),
     directions=("tangential", "normal"),
     components=("bias", "sin", "cos"),

@@ -94,17 +94,20 @@ class FourParameterIwan(ElementLaw):
         cls,
         pairs: ContactPairs,
         *,
-        tangential_stiffness: float,
+        tangential_stiffness: float | Array,
         friction_coefficient: float,
         chi: float,
         beta: float,
     ) -> tuple[Self, NDArray[np.int64]]:
-        """Elements of the pairs that carry load: K_T [N/m], F_S over the load, chi and beta."""
-        tangential_stiffness = checks.number("tangential_stiffness", tangential_stiffness, above=0)
+        """Elements of the pairs that carry load: K_T [N/m], F_S over the load, chi and beta.
+
+        K_T may be that of each pair; all else is the same in all.
+        """
+        stiffness = pairs.of_each("tangential_stiffness", tangential_stiffness, above=0)
         friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
         loaded = np.flatnonzero(pairs.normal_load > 0)
         slip_force = friction_coefficient * pairs.normal_load[loaded]
-        like = np.full(loaded.size, tangential_stiffness), slip_force
+        like = stiffness[loaded], slip_force
         shape = checks.number("chi", chi), checks.number("beta", beta)
         shapes = (np.full(loaded.size, each) for each in shape)
         return cls(np.arange(loaded.size), *like, *shapes), loaded

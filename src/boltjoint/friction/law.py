@@ -33,6 +33,15 @@ class ContactPairs:
     gap: Array
     position: Array
 
+    def of_each(self, name: str, value: float | Array, **limits: float) -> Array:
+        """A quantity of every pair, shape (pairs,), from that of all or of each.
+
+        ``limits`` as for ``checks.number``.
+        """
+        if np.ndim(value) == 0:
+            return np.full(self.normal_load.size, checks.number(name, value, **limits))
+        return checks.array(name, value, self.normal_load.shape, **limits)
+
 
 @dataclass(frozen=True)
 class Sliders:
@@ -199,7 +208,9 @@ class ElementLaw(FrictionLaw):
 
     @classmethod
     @abstractmethod
-    def from_contact(cls, pairs: ContactPairs, **keys: float) -> tuple[Self, NDArray[np.int64]]:
+    def from_contact(
+        cls, pairs: ContactPairs, **keys: float | Array
+    ) -> tuple[Self, NDArray[np.int64]]:
         """Elements of the contact pairs, one on each point, and the pairs that carry one.
 
         Parameters
@@ -207,7 +218,8 @@ class ElementLaw(FrictionLaw):
         pairs
             The contact under preload.
         keys
-            By the names of ``declaration.keys``, in SI units.
+            By the names of ``declaration.keys``, in SI units; those that may be given per area may
+            be of each pair, shape (pairs,).
 
         Raises
         ------

@@ -72,24 +72,24 @@ class VariableLoad(ElementLaw):
         cls,
         pairs: ContactPairs,
         *,
-        tangential_stiffness: float,
+        tangential_stiffness: float | Array,
         friction_coefficient: float,
-        normal_stiffness: float,
+        normal_stiffness: float | Array,
     ) -> tuple[Self, NDArray[np.int64]]:
-        """Elements of all pairs: k_u and k_v [N/m] and mu of every pair.
+        """Elements of all pairs: k_u and k_v [N/m] of all or of each, and mu of every pair.
 
         The load of an open one is ``-k_v gap`` (eq. 3.4), so that it may close.
         """
-        tangential_stiffness = checks.number("tangential_stiffness", tangential_stiffness, above=0)
+        k_u = pairs.of_each("tangential_stiffness", tangential_stiffness, above=0)
         friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
-        normal_stiffness = checks.number("normal_stiffness", normal_stiffness, above=0)
-        each, every = np.ones(pairs.normal_load.size), np.arange(pairs.normal_load.size)
+        k_v = pairs.of_each("normal_stiffness", normal_stiffness, above=0)
+        every = np.arange(pairs.normal_load.size)
         elements = cls(
             point_of_element=every,
-            tangential_stiffness=tangential_stiffness * each,
-            normal_stiffness=normal_stiffness * each,
-            normal_load=pairs.normal_load - normal_stiffness * pairs.gap,
-            friction_coefficient=friction_coefficient * each,
+            tangential_stiffness=k_u,
+            normal_stiffness=k_v,
+            normal_load=pairs.normal_load - k_v * pairs.gap,
+            friction_coefficient=np.full(every.size, friction_coefficient),
         )
         return elements, every
 

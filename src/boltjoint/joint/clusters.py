@@ -3,8 +3,9 @@
 The stiffness that a joint of regions lacks is that of the springs under the scatter of the motion
 within each region. Pairs are therefore clustered by their relative displacement in the modes of the
 joint, scaled so that the scatter is the loss of stiffness: stuck, without contact, and with the
-pairs of least load released in between. Ward's method merges what adds least to the scatter, and
-k-means improves the result.
+pairs that slip first released in between. Ward's method merges what adds least to the scatter, and
+k-means improves the result. A region moves as the mean of its pairs, so each pair counts alike,
+whatever its stiffness: weighed by that, pairs of one motion and other areas would be set apart.
 
 References
 ----------
@@ -77,7 +78,7 @@ class MotionClusters:
         )
         self._motion = np.hstack(
             [
-                np.sqrt(k)[:, None] * (B @ modes.T)
+                np.sqrt(k.mean()) * (B @ modes.T)
                 for B, k in zip(joint.rows, stiffness_at_points(joint), strict=True)
             ]
         )

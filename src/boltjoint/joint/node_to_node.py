@@ -8,9 +8,11 @@ University: eq. 3.4.
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.declarations import is_per_area, keys_of_pairs
 from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint, optional_fields
@@ -19,9 +21,9 @@ from boltjoint.joint.model import Joint, optional_fields
 def connect_nodes(
     modes: xr.Dataset,
     preload: xr.Dataset,
-    tangential_stiffness: float,
+    tangential_stiffness: float | NDArray[np.float64],
     friction_coefficient: float,
-    normal_stiffness: float | None = None,
+    normal_stiffness: float | NDArray[np.float64] | None = None,
 ) -> Joint:
     """Joint with one Coulomb friction element on each contact pair.
 
@@ -34,11 +36,11 @@ def connect_nodes(
     modes, preload
         As from ``find_modes`` and ``apply_preload``, for the same pairs.
     tangential_stiffness
-        k_u of every pair [N/m].
+        k_u of every pair [N/m], or of each, shape (pairs,): one per area times ``area(pair)``.
     friction_coefficient
         mu [-].
     normal_stiffness
-        k_v of every pair [N/m].
+        k_v of every pair [N/m], or of each, shape (pairs,).
 
     Raises
     ------
@@ -55,7 +57,10 @@ def connect_nodes(
 
 
 def connect_pairs(
-    modes: xr.Dataset, preload: xr.Dataset, law: type[ElementLaw], **keys: float
+    modes: xr.Dataset,
+    preload: xr.Dataset,
+    law: type[ElementLaw],
+    **keys: float | NDArray[np.float64],
 ) -> Joint:
     """Joint with one element of a friction law on each contact pair that the law gives one.
 
@@ -66,13 +71,15 @@ def connect_pairs(
     law
         One of ``friction.laws.LAWS``.
     keys
-        As for ``from_contact`` of the law, in SI units.
+        As for ``from_contact`` of the law, in SI units; or per area, as
+        ``tangential_stiffness_per_area`` [N/m3], which is multiplied by ``area(pair)`` of the
+        preload.
 
     Raises
     ------
     ValueError
         If the two datasets do not hold the same pairs, finite numbers, or no pair carries load; or
-        if a key is out of its range.
+        if a key is out of its range, or given for each pair and per area.
     """
     position, other = (
         checks.variable(name, each, "position", ("pair", "axis"))
@@ -90,6 +97,8 @@ def connect_pairs(
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
     # bar A lies below bar B: A minus B along z closes
     along_bar, closing = (relative.sel(axis=axis).to_numpy() for axis in ("x", "z"))
+    if any(map(is_per_area, keys)):
+        keys = keys_of_pairs(keys, checks.variable("preload", preload, "area", ("pair",), above=0))
     elements, pairs = law.from_contact(ContactPairs(normal_load, gap, position), **keys)
     return Joint(
         **{

@@ -106,7 +106,7 @@ def region_error(
 ) -> float:
     """Largest relative error of the resonance of regions over nested slip states.
 
-    Elements are released in the order of the load they carry, from none to all. In each state, two
+    Elements are released as one displacement of all makes them slip, from none to all. In each, two
     frequencies of the regions are compared with those of the pairs: of the joint whose remaining
     elements stick, and the apparent one (Rayleigh's quotient with the harmonic forces of all
     elements) in the pairs' mode, at an amplitude with about that slip fraction.

@@ -1,8 +1,8 @@
 """Joints under other contact coefficients and another preload than they were made with.
 
 Contact without initial gap is homogeneous: loads and gaps of the assembled state are those of
-another preload times the ratio of both. With coefficients that are the same on all pairs, every
-quantity of an element is then a constant times one of these coefficients, and of the preload.
+another preload times the ratio of both. With coefficients that are the same on all pairs, or per
+area, every quantity of an element is then a constant times one of these, and of the preload.
 """
 
 from collections.abc import Mapping
@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from boltjoint import checks
+from boltjoint.friction.declarations import keys_of_pairs
 from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.joint.model import Joint
 
@@ -34,7 +35,7 @@ def rescale_contact(
     law
         One of ``friction.laws.LAWS``: that of the pairs, which a reduction may have replaced.
     before, after
-        As for ``from_contact`` of the law, in SI units.
+        As for ``node_to_node.connect_pairs``: the same keys, each in the same form.
     preload_ratio
         The new preload of the bolts over that before; 1 of pairs with an initial gap, whose loads
         do not grow with the preload.
@@ -42,14 +43,21 @@ def rescale_contact(
     Raises
     ------
     ValueError
-        If the law of the joint has no elements, or a coefficient or the ratio is out of range.
+        If the law of the joint has no elements, a coefficient or the ratio is out of range, or the
+        keys differ.
     """
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
     ratio = checks.number("preload_ratio", preload_ratio, above=0)
     pairs = ContactPairs(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.zeros((2, 3)))
     scaled = ContactPairs(ratio * pairs.normal_load, ratio * pairs.gap, pairs.position)
-    old, new = law.from_contact(pairs, **before)[0], law.from_contact(scaled, **after)[0]
+    if before.keys() != after.keys():
+        raise ValueError(f"after must have the keys of before: {', '.join(before)}")
+    # of pairs of the same area, whatever it is
+    old, new = (
+        law.from_contact(contact, **keys_of_pairs(keys, np.ones(2)))[0]
+        for contact, keys in ((pairs, before), (scaled, after))
+    )
     return replace(joint, law=_rescaled(joint.law, old, new))
 
 

@@ -46,7 +46,9 @@ class SlipStateOptions(Options):
 
 @dataclass(frozen=True)
 class SlipStates:
-    """Modes of a joint whose elements are released one after another, those of least load first.
+    """Modes of a joint whose elements are released one after another, as they slip.
+
+    With one displacement of all that is those of least load over stiffness first.
 
     ``stick`` has the shape (states, elements), ``mode`` (states, resonances, modes), ``frequency``
     [rad/s] and ``amplitude`` (states, resonances); modes are of unit length, and at the amplitude
@@ -75,20 +77,22 @@ def find_slip_states(
     # within the ends: where the very last element slips depends on how near it is to rest
     slip_fraction_of_state = (steps + 0.5) / options.states
     modes = joint.natural_frequency.size
-    load = joint.law.slip_force
+    load, stiffness = joint.law.slip_force, joint.law.tangential_stiffness
     if not load.any():
         raise ValueError("no element of the joint carries load: there is nothing to slip")
-    order = np.argsort(load, kind="stable")
+    # as slip displacements, but to the bit the loads where all have one stiffness
+    grade = load * (stiffness.max() / stiffness)
+    order = np.argsort(grade, kind="stable")
     released = np.cumsum(load[order]) / load.sum()
-    # by a threshold, so that elements with the same load are released together
+    # by a threshold, so that elements that slip together are released together
     first = np.searchsorted(released, released_load[:-1], "right")
-    threshold = np.append(load[order][first], np.inf)
-    stick = (load >= threshold[:, None]) & (load > 0)
+    threshold = np.append(grade[order][first], np.inf)
+    stick = (grade >= threshold[:, None]) & (load > 0)
     shape = (len(stick), resonances)
     frequency, amplitude = np.empty(shape), np.empty(shape)
     mode = np.empty((*shape, modes))
     loaded = load > 0
-    limit = load[loaded] / joint.law.tangential_stiffness[loaded]
+    limit = load[loaded] / stiffness[loaded]
     on = joint.law.point_of_element[loaded]
     for i, stuck in enumerate(stick):
         square, vectors = eigh(

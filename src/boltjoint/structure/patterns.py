@@ -76,9 +76,10 @@ def stuck_patterns(
 def resonances(
     assembly: xr.Dataset,
     preload: xr.Dataset,
-    stiffness: float,
+    stiffness: float = 0.0,
     patterns: dict[str, NDArray[np.bool_]] | None = None,
     number: int = 2,
+    stiffness_per_area: float = 0.0,
 ) -> xr.Dataset:
     """First bending resonances of the full model for each pattern of sticking pairs.
 
@@ -96,21 +97,24 @@ def resonances(
         ``stuck_patterns``.
     number
         Resonances.
+    stiffness_per_area
+        Of the spring, times the area of the pair [N/m3], where that is stiffer.
 
     Returns
     -------
     Dataset
         ``frequency`` (pattern, springs, resonance) [Hz]; ``stuck`` (pattern, pair), 1 where the
-        pair sticks; ``stiffness`` [N/m]; ``position`` (pair, axis) [m]; ``pattern`` and
-        ``springs`` are their names.
+        pair sticks; ``stiffness`` [N/m] of a pair, or with a stiffness per area of each (pair);
+        ``position`` (pair, axis) [m]; ``pattern`` and ``springs`` are their names.
 
     Raises
     ------
     ValueError
         If the mesh is not symmetric about y = 0, or a pattern has too few bending modes among the
-        first ones; or if the stiffness is negative or the number of resonances not positive.
+        first ones; or if a stiffness is negative or the number of resonances not positive.
     """
     stiffness = checks.number("stiffness", stiffness, at_least=0)
+    per_area = checks.number("stiffness_per_area", stiffness_per_area, at_least=0)
     number = checks.whole("number", number, at_least=1)
     patterns = stuck_patterns(assembly, preload) if patterns is None else patterns
     pairs = checks.variable("assembly", assembly, "position", ("pair", "axis")).shape[:1]
@@ -118,13 +122,18 @@ def resonances(
         name: checks.flags(f"{name!r} of patterns", stuck, pairs)
         for name, stuck in patterns.items()
     }
+    springs_of_pairs = quantity((), stiffness, "N/m", "stiffness of a sticking pair")
+    if per_area > 0:
+        area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
+        of_each = np.maximum(stiffness, per_area * area)
+        springs_of_pairs = quantity("pair", of_each, "N/m", "stiffness of each sticking pair")
     half = symmetric_half(assembly)
     C = relative_displacements(assembly) @ half.displacement
     frequency = np.empty((len(patterns), len(SPRINGS), number))
     for i, (name, stuck) in enumerate(patterns.items()):
         for j, springs in enumerate(SPRINGS):
-            acting = np.outer(stuck, [1.0, 0.0, springs == "xz"])
-            contact = C.T @ sparse.diags_array(stiffness * acting.ravel()) @ C
+            acting = np.outer(springs_of_pairs.to_numpy() * stuck, [1.0, 0.0, springs == "xz"])
+            contact = C.T @ sparse.diags_array(acting.ravel()) @ C
             frequency[i, j] = _bending((half.stiffness + contact).tocsc(), half, number)
             found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
             logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
@@ -142,7 +151,7 @@ def resonances(
                 "1",
                 "1 where the pair sticks",
             ),
-            "stiffness": quantity((), float(stiffness), "N/m", "stiffness of a sticking pair"),
+            "stiffness": springs_of_pairs,
             "position": assembly["position"].variable,
         },
         coords={
@@ -193,10 +202,14 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     free = np.diag((2 * np.pi * modes["natural_frequency"].to_numpy()) ** 2)
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
     frequency = np.empty_like(reference)
+    stiffness = np.broadcast_to(patterns["stiffness"].to_numpy(), len(position))
+    # as shares of the largest: springs that are alike leave the rows as they are, to the bit
+    largest = max(stiffness.max(), np.finfo(float).tiny)
+    root = np.sqrt(stiffness / largest)[:, None]
     for i, stuck in enumerate(patterns["stuck"].transpose("pattern", "pair").to_numpy() > 0):
         for j, springs in enumerate(patterns["springs"].to_numpy()):
-            rows = [relative.sel(axis=axis).to_numpy()[stuck] for axis in springs]
-            matrix = free + patterns["stiffness"].item() * sum(B.T @ B for B in rows)
+            rows = [(root * relative.sel(axis=axis).to_numpy())[stuck] for axis in springs]
+            matrix = free + largest * sum(B.T @ B for B in rows)
             squared = np.linalg.eigvalsh(matrix)[: reference.shape[-1]]
             frequency[i, j] = np.sqrt(squared) / (2 * np.pi)
     dims = ("pattern", "springs", "resonance")

@@ -42,6 +42,9 @@ Array = NDArray[np.float64]
 
 logger = logging.getLogger(__name__)
 
+#: units of contact stiffness, of a pair and per area
+_STIFFNESSES = ("N/m", "N/m3")
+
 #: smallest amplitude of the grid of backbones, over the largest
 _SMALLEST_AMPLITUDE = 1e-3
 
@@ -295,7 +298,7 @@ def _common_window(variants: Sequence[SweptJoint], designs: xr.Dataset) -> tuple
         stiffest = {
             own[name].attrs["key"]: float(own[name].max())
             for name in varied(designs)
-            if is_rescaled(own[name].attrs["key"]) and own[name].attrs["units"] == "N/m"
+            if is_rescaled(own[name].attrs["key"]) and own[name].attrs["units"] in _STIFFNESSES
         }
         windows.append(variants[number].window(stiffest))
     lows, highs = zip(*windows, strict=True)

@@ -60,8 +60,8 @@ class Candidates:
         2 for a pair that also represents its mirror image, else 1, shape (pairs,).
     normal_load, gap
         Of the pairs after tightening [N], [m].
-    pressure
-        [Pa].
+    area
+        [m2].
     position
         [m], shape (pairs, 3).
     bolt_position
@@ -85,7 +85,7 @@ class Candidates:
     weight: Array
     normal_load: Array
     gap: Array
-    pressure: Array
+    area: Array
     position: Array
     bolt_position: Array
     assembly_position: Array
@@ -102,6 +102,11 @@ class Candidates:
     def flexibility(self) -> Array:
         """Relative displacements for unit forces [m/N], shape (2 * pairs, 2 * pairs)."""
         return self.rows @ self.rows.T
+
+    @property
+    def pressure(self) -> Array:
+        """Of the pairs after tightening [Pa]."""
+        return self.normal_load / self.area
 
     @property
     def loaded(self) -> NDArray[np.bool_]:
@@ -229,7 +234,7 @@ def find_candidates(
         weight=np.where(position[pair, 1] > across, 2.0, 1.0),
         normal_load=load,
         gap=preload["gap"].to_numpy()[pair],
-        pressure=load / assembly["area"].to_numpy()[pair],
+        area=assembly["area"].to_numpy()[pair],
         position=position[pair],
         bolt_position=assembly["bolt_position"].to_numpy(),
         assembly_position=position,
@@ -239,8 +244,8 @@ def find_candidates(
     )
 
 
-def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: float) -> Array:
-    """Springs on all loaded pairs along x, then along z [N/m]."""
+def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: Array) -> Array:
+    """Springs on all loaded pairs along x, then along z [N/m], from those of all pairs."""
     return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
 
 

@@ -70,10 +70,10 @@ class EnergyCoordinates:
     vectors
         Shape (candidates, vectors); each counts alike, whatever its size.
     contact_stiffness
-        Of the springs on all loaded pairs, along x and z [N/m].
+        Of the springs along x and z, which all loaded pairs have [N/m], shape (pairs,).
     """
 
-    def __init__(self, candidates: Candidates, vectors: Array, contact_stiffness: float) -> None:
+    def __init__(self, candidates: Candidates, vectors: Array, contact_stiffness: Array) -> None:
         moved = candidates.rows @ vectors
         spring = stuck_spring_stiffness(candidates, contact_stiffness)
         norm = np.sqrt((vectors**2).sum(axis=0) + spring @ moved**2)
@@ -105,7 +105,7 @@ def balanced_pod_modes(
     snapshots: Sequence[Snapshot],
     number: int,
     maximum: int,
-    contact_stiffness: float,
+    contact_stiffness: Array,
     iterations: int = PODOptions.iterations,
     least_weight: float = PODOptions.least_weight,
 ) -> PODModes:
@@ -127,7 +127,7 @@ def balanced_pod_modes(
     maximum
         POD modes kept, or as many as the snapshots span if those are fewer.
     contact_stiffness
-        Of the norm [N/m].
+        Of the norm, as for ``EnergyCoordinates``.
     iterations, least_weight
         As of ``PODOptions``.
     """

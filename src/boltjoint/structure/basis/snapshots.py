@@ -44,7 +44,7 @@ def initial_guess(candidates: Candidates) -> Array:
     return np.random.default_rng(0).standard_normal(len(candidates.mass))
 
 
-def uniform_modes(candidates: Candidates, stiffness: float, count: int) -> Array:
+def uniform_modes(candidates: Candidates, stiffness: Array, count: int) -> Array:
     """Modes with the contact open, with all loaded pairs held along x, and along x and z.
 
     Parameters
@@ -52,7 +52,7 @@ def uniform_modes(candidates: Candidates, stiffness: float, count: int) -> Array
     candidates
         The candidate vectors.
     stiffness
-        Of a pair that is held [N/m].
+        Of each pair where it is held [N/m], shape (pairs,).
     count
         Modes of each contact.
 
@@ -70,7 +70,7 @@ def uniform_modes(candidates: Candidates, stiffness: float, count: int) -> Array
 
 def pattern_snapshots(
     candidates: Candidates,
-    stiffness: float,
+    stiffness: Array,
     resonances: int,
     tolerance: float,
     load_shares: Sequence[float] = PODOptions.load_shares,
@@ -87,7 +87,7 @@ def pattern_snapshots(
     candidates
         The candidate vectors.
     stiffness
-        Of a pair that sticks [N/m].
+        Of each pair where it sticks [N/m], shape (pairs,).
     resonances
         Modes of each pattern.
     tolerance

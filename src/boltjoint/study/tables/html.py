@@ -16,6 +16,7 @@ _LONG_TEXT = 40
 
 #: the last words of a column's name that are its unit, and how the unit is printed
 _UNITS = {
+    "N_per_mm3": "N/mm³",
     "kN_per_mm": "kN/mm",
     "mm_per_N": "mm/N",
     "dB": "dB",
@@ -24,6 +25,7 @@ _UNITS = {
     "relative": "relative",
     "Hz": "Hz",
     "MPa": "MPa",
+    "mm2": "mm²",
     "um": "µm",
     "mm": "mm",
     "N2": "N²",

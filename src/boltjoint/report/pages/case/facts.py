@@ -26,6 +26,9 @@ _CONTACT = {
     "friction_coefficient": "mu",
 }
 
+#: what the stiffness of a pair and that per area are called, and the factor of their unit there
+_STIFFNESSES = {"N/m": ("of a pair (kN/mm)", 1e-6), "N/m3": ("per area (N/mm³)", 1e-9)}
+
 #: values of the source that stand in none of its tables, by quantity
 _IN_SOURCE = {
     "basis": "the first four bending modes",
@@ -71,15 +74,14 @@ def _quantities(
     """Quantities of a case, their values, and the columns of the source's table of cases."""
     yield "assembly", case.assembly, "assembly"
     yield "preload per bolt (N)", _of_bolts(case.preload), "preload_per_bolt_N"
-    for key, value in case.contact.model_dump().items():
-        words = key.replace("_", " ")
-        if key == "law":
-            yield "contact", case.contact.declaration.label, _CONTACT[key]
-        elif key.endswith("_N_per_m"):
-            words = f"{words.removesuffix(' N per m')} of a pair (kN/mm)"
-            yield words, number(value / 1e6), _CONTACT.get(key)
+    yield "contact", case.contact.declaration.label, _CONTACT["law"]
+    for each in case.contact.quantities:
+        words, value = each.words, getattr(case.contact, each.key)
+        if each.unit in _STIFFNESSES:
+            what, factor = _STIFFNESSES[each.unit]
+            yield f"{words} {what}", number(value * factor), _CONTACT.get(each.key)
         else:
-            yield words, str(value), _CONTACT.get(key)
+            yield words, str(value), _CONTACT.get(each.key)
     if elements := content.friction_elements(name, case.bases[0]):
         yield "friction elements, node to node", str(elements), "contact_nodes"
     yield from _damping(case.structural_damping)
