@@ -42,7 +42,7 @@ def _entry(law: LawDeclaration) -> type[ContactEntry]:
         for each in law.keys
     }
     return create_model(
-        f"{law.name.capitalize()}Contact",
+        f"{''.join(part.capitalize() for part in law.name.split('-'))}Contact",
         __base__=ContactEntry,
         __doc__=law.meaning,
         __module__=__name__,
