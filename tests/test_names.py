@@ -121,7 +121,7 @@ def test_a_basis_is_parsed():
     assert (automatic.vectors, automatic.is_contact_adapted) == ("auto", True)
     assert (automatic.fewest, automatic.most) == (8, 300)
     for name in ("free", "free-auto", "free-0", "enriched-", "enriched-04", "enrich-4", "free-4\n"):
-        with pytest.raises(ValueError, match="must be free-N, enriched-N or enriched-auto"):
+        with pytest.raises(ValueError, match="must be free-N, all-N, enriched-N or enriched-auto"):
             Basis(name)
 
 

@@ -216,18 +216,22 @@ class JointName(ParsedName):
 class Basis(ParsedName):
     """A reduction basis: ``vectors`` free-interface modes, or contact-adapted vectors.
 
+    Free-interface modes are those that bend the bar (``free``) or those of all families (``all``).
+
     ``vectors`` is ``auto`` where a tolerance decides; there are then from ``fewest`` to ``most``.
 
     >>> Basis("enriched-40").vectors, Basis("enriched-40").is_contact_adapted
     (40, True)
     >>> Basis("enriched-auto").vectors, Basis("enriched-auto").fewest, Basis("free-4").fewest
     ('auto', 8, 4)
+    >>> Basis("all-12").is_contact_adapted, Basis("all-12").has_all_families
+    (False, True)
     """
 
     QUANTITY = "modes"
-    PATTERN = rf"^(?:(free|enriched)-{_NUMBER}|enriched-(auto))$"
+    PATTERN = rf"^(?:(free|all|enriched)-{_NUMBER}|enriched-(auto))$"
     MEANING = (
-        "must be free-N, enriched-N or enriched-auto, N being the number of modes, "
+        "must be free-N, all-N, enriched-N or enriched-auto, N being the number of modes, "
         f"at most {MOST_MODES}"
     )
 
@@ -235,10 +239,12 @@ class Basis(ParsedName):
     fewest: int
     most: int
     is_contact_adapted: bool
+    has_all_families: bool
 
     def _read(self, *parts: str | None) -> None:
         kind, number, *_ = parts
-        self.is_contact_adapted = kind != "free"
+        self.is_contact_adapted = kind not in ("free", "all")
+        self.has_all_families = kind == "all"
         self.vectors = int(number) if number else "auto"
         self.fewest, self.most = (
             (int(number), int(number)) if number else (FEWEST_AUTOMATIC, MOST_MODES)

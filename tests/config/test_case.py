@@ -190,3 +190,37 @@ def test_a_dump_of_a_case_is_the_same_case():
     again = Case.model_validate(case.model_dump())
     assert again.model_dump() == case.model_dump()
     assert again.structural_damping == case.structural_damping
+
+
+def test_friction_in_both_directions_is_refused_where_its_methods_end():
+    contact = {
+        "law": "coupled-constant",
+        "tangential_stiffness_N_per_m": 1e8,
+        "friction_coefficient": 0.1,
+    }
+    joints = ["node-to-node", "regions=4", "clusters=auto", "hyper=20", "regions=4/table"]
+    with pytest.raises(ValidationError) as caught:
+        changed(
+            contact=contact,
+            modes=["free-4", "enriched-8"],
+            solve=[{"resonance": 1, "joints": joints}],
+        )
+    (error,) = caught.value.errors()
+    said = {path: sentence for path, sentence in error["ctx"]["problems"]}
+    assert set(said) == {
+        ("verification_forces_N",),
+        ("modes", 1),
+        *(("solve", 0, "joints", place) for place in (2, 3, 4)),
+    }
+    assert "move in the plane" in said["verification_forces_N",]
+    assert "must be all-N or free-N" in said["modes", 1]
+    assert "needs a closed form" in said["solve", 0, "joints", 3]
+
+
+def test_a_circular_limit_needs_aft():
+    study = {"study": "config/lateral.yaml"}
+    assert load_study(ROOT, study).case("three_bolt_lateral_coupled").bases == ("all-16",)
+    with pytest.raises(
+        ValueError, match=r"contact\.law: .*coupled-constant, which has no closed form"
+    ):
+        load_study(ROOT, study | {"solver": {"friction_force": "analytic"}})

@@ -289,8 +289,8 @@ def test_a_problem_is_said_of_the_place_that_gives_the_value(study, text, change
 def test_a_basis_has_a_bound(study):
     edit(study, CASE, "modes: [free-4]", "modes: [free-301]")
     assert problems_of(study) == [
-        f'{CASE}: modes[0]: "free-301" must be free-N, enriched-N or enriched-auto, N being the '
-        f"number of modes, at most {names.MOST_MODES}"
+        f'{CASE}: modes[0]: "free-301" must be free-N, all-N, enriched-N or enriched-auto, N being '
+        f"the number of modes, at most {names.MOST_MODES}"
     ]
     edit(study, CASE, "modes: [free-301]", "modes: [free-300]")
     load_study(study)

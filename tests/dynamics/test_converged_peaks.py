@@ -108,11 +108,16 @@ def test_what_is_sampled_already_has_the_same_converged_peaks(either):
         np.testing.assert_allclose(found[name], expected[name], rtol=2e-3)
 
 
-def test_what_does_not_converge_is_not_a_number(either):
+def test_what_does_not_converge_has_a_larger_truncation_error(either, caplog):
     joint, response = either
     few = HarmonicConvergence(harmonics=(3, 5), amplitude_tolerance=1e-9)
     found = converge_peaks(joint, response, few)
-    assert np.isnan(found["peak_harmonics"][1:]).all()
+    assert (found["peak_harmonics"] == 5).all()
+    assert (found["peak_amplitude_truncation_error"][1:] > 1e-9).all()
+    assert caplog.text.count("5 harmonics do not suffice") >= 2
+    # two peaks beside that of the response tell an error
+    one = converge_peaks(joint, response, HarmonicConvergence(harmonics=(3,)))
+    assert np.isnan(one["peak_harmonics"]).all()
     lost = response.assign(peak_frequency=np.nan * response["peak_frequency"])
     assert np.isnan(converge_peaks(joint, lost)["peak_amplitude_converged"]).all()
 

@@ -83,6 +83,20 @@ def test_halves_have_the_modes_of_the_whole(assembly, modes):
         np.testing.assert_allclose(ours, sign * theirs, atol=1e-6)
 
 
+def test_all_families_are_the_lowest_modes_of_both_halves(assembly, modes):
+    found = find_modes(assembly, "all-8")
+    frequency = found["natural_frequency"].to_numpy()
+    assert np.all(np.diff(frequency) > 0)
+    family = found["candidate_family"].to_numpy()
+    assert {"bending", "lateral"} < set(family)
+    # those that bend are the same, and none is left out below the last
+    bending = frequency[family == "bending"][: modes.sizes["mode"]]
+    np.testing.assert_allclose(bending, modes["natural_frequency"][: bending.size], rtol=1e-9)
+    beside = modes["candidate_frequency"][modes["candidate_family"] != "bending"]
+    for other in beside[beside < frequency[-1]].to_numpy():
+        assert np.isclose(frequency, other, rtol=1e-9).any()
+
+
 def test_of_many_only_symmetric_ones_are_sought(assembly):
     many = find_modes(assembly, "free-13")
     np.testing.assert_allclose(many["symmetric_share"], 1, rtol=1e-12)

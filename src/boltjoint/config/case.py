@@ -98,7 +98,8 @@ class Case(Entry):
     ``free-N`` it is also integrated in time, and solved with up to 201 harmonics."""
     modes: Several[ModalBasis]
     """Bases of all blocks that give none: ``free-N``, the first N bending modes without contact, as
-    in the source; ``enriched-N``, the first N vectors of the contact-adapted basis, which also hold
+    in the source; ``all-N``, the first N of all families, which also hold lateral and torsional
+    motion; ``enriched-N``, the first N vectors of the contact-adapted basis, which also hold
     the motion of the contact in stick, slip and separation; ``enriched-auto``, as many of them as
     the tolerances of ``contact_adapted_basis`` ask for, at least 8. N is at most
     ``contact_adapted_basis.maximum_vectors`` there, and at most ``free_modes`` and two for each
@@ -221,6 +222,10 @@ class Case(Entry):
         if getattr(self, other) is not None:
             yield (other,), f"must not be given with this excitation: its levels are {level}"
         there = ", ".join(f"{each:g}" for each in self.levels)
+        law = self.contact.declaration
+        if self.verification_forces_N and not law.has_closed_form:
+            sentence = f"must be left out with {law.name}: time integration of a joint knows no "
+            yield ("verification_forces_N",), f"{sentence}sliders that move in the plane"
         for index, force in enumerate(self.verification_forces_N):
             if self.levels and force not in self.levels:
                 yield ("verification_forces_N", index), f"must be one of {level}: {there}"
@@ -245,6 +250,15 @@ class Case(Entry):
             if missing := name.missing(law.capabilities):
                 sentence = f"must not have /{name.reduction}, which needs {' and '.join(missing)}"
                 yield (*above, "joints", place), sentence
+            if not law.has_closed_form and (name.count == "auto" or name.pairs is not None):
+                sentence = f"must not be {name}, which needs a closed form of the law {law.name}"
+                yield (*above, "joints", place), sentence
+        if "lateral" in law.directions:
+            for place, basis in enumerate(block.modes):
+                if basis.is_contact_adapted:
+                    sentence = "must be all-N or free-N: contact-adapted bases hold no motion of "
+                    path = (*self.place_of("modes", index), place)
+                    yield path, f"{sentence}the contact along its width, which {law.name} needs"
 
     def _conflicts_between_blocks(self, index: int) -> Problems:
         block, above = self.blocks[index], ("solve", index)

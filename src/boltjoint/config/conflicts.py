@@ -151,6 +151,10 @@ def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
 def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
     """Resonances and coordinates that the numerical options do not allow."""
     most, harmonics = settings.contact_adapted_basis.resonances, settings.solver.harmonics
+    law = case.contact.declaration
+    if not law.has_closed_form and settings.solver.sampling is None:
+        sentence = "has no closed form: it needs solver.friction_force: aft"
+        yield ("contact", "law"), f"must not be {law.name}, which {sentence} in {CONFIG_FILE}"
     for index, block in enumerate(case.blocks):
         enriched = [basis for basis in block.modes if basis.is_contact_adapted]
         if enriched and block.resonance > most:

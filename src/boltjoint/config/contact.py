@@ -68,7 +68,7 @@ def _entry(law: LawDeclaration) -> type[ContactEntry]:
         {"oneOf": [_has(form.key) for form in each.forms]} for each in law.keys if each.per_area
     ]
     return create_model(
-        f"{law.name.capitalize()}Contact",
+        f"{''.join(part.capitalize() for part in law.name.split('-'))}Contact",
         __base__=ContactEntry,
         __doc__=law.meaning,
         __module__=__name__,

@@ -28,7 +28,7 @@ class Settings(Entry):
     and further harmonics at ``verification_forces_N``."""
     converged_peaks: Annotated[bool, Field(strict=True)] = False
     """Whether each response also has its peaks with as many harmonics as change them by less than
-    0.2 %, and error bars from them: seconds to minutes for each joint."""
+    0.5 %, and error bars from them: seconds to minutes for each joint."""
     contact_adapted_basis: ContactAdaptedBasis = ContactAdaptedBasis()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()

@@ -72,8 +72,8 @@ class StabilityOptions(Options):
 class Stability(NamedTuple):
     """Stability of the solutions of a branch, shape (solutions,).
 
-    ``stable``: 1 or 0, -1 where it was not found; ``largest_multiplier``: modulus of the largest
-    Floquet multiplier, there NaN.
+    ``stable``: 1 or 0, -1 where it was not found, as with friction that has a circular limit;
+    ``largest_multiplier``: modulus of the largest Floquet multiplier, there NaN.
     """
 
     stable: NDArray[np.int8]
@@ -151,6 +151,9 @@ def find_stability(
     folded = np.flatnonzero((frequency >= low) & (frequency <= high))
     around = np.arange(-options.further_solutions, options.further_solutions + 1)
     multiplier = np.full(frequency.size, np.nan)
+    if not by_samples(balance.joint.law, options.delay_samples).sums_in_modal_coordinates:
+        # sliders in the plane have no delay of their own
+        folded = folded[:0]
     for i in np.intersect1d(folded[:, None] + around, np.flatnonzero(np.isfinite(x).all(axis=1))):
         multiplier[i] = largest_multiplier(balance, x[i], 2 * np.pi * frequency[i], options)
     stable = np.where(np.isnan(multiplier), -1, multiplier < 1)

@@ -13,14 +13,12 @@ steady-state response of nonlinear dynamic systems. Journal of Applied Mechanics
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.aft_kernels import add_forces
-from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
 from boltjoint.friction.modal_aft import (
     HarmonicBasis,
@@ -55,8 +53,6 @@ class AlternatingFrequencyTime(FrictionLaw):
     harmonics: int = 1
     samples: int = 256
 
-    sums_in_modal_coordinates: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         """Refuse impossible harmonics and samples."""
         checks.instance("elements", self.elements, ElementLaw)
@@ -67,6 +63,11 @@ class AlternatingFrequencyTime(FrictionLaw):
     def name(self) -> str:
         """The law of the elements."""
         return self.elements.name
+
+    @property
+    def sums_in_modal_coordinates(self) -> bool:
+        """Whether it has ``modal_force_and_tangent``: for elements of sliders on lines."""
+        return self.elements.has_sliders
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -105,12 +106,13 @@ class AlternatingFrequencyTime(FrictionLaw):
 
     def evaluate(self, motion: Array) -> Array:
         """Harmonic forces of all elements on each point, as ``force``."""
-        return self._force(motion, np.zeros((0, 0, 0)))
+        none = np.zeros((0, motion.shape[1], motion.shape[1]))
+        return self.elements.evaluate_at_samples(motion, self._tables, none)
 
     def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
         """Harmonic forces on each point and their derivative, as ``force_and_tangent``."""
         tangent = np.zeros((*motion.shape, motion.shape[1]))
-        return self._force(motion, tangent), tangent
+        return self.elements.evaluate_at_samples(motion, self._tables, tangent), tangent
 
     def modal_force_and_tangent(
         self, rows: tuple[Array, ...], amplitude: Array
@@ -177,42 +179,22 @@ class AlternatingFrequencyTime(FrictionLaw):
         rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
         if min(map(len, rows)) < self._points:
             raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
-        on, k_u, k_v, normal_load, mu = self._arrays
-        R = rows[0][on]
-        N = rows[1][on] if "normal" in self.directions else None
-        V = None if N is None else k_v[:, None] * N
-        return amplitude, ModalElements(R, N, k_u[:, None] * R, V, normal_load, mu)
+        sliders = self.elements.cached_sliders
+        on, lateral = sliders.point, sliders.lateral
+        R = rows[0][on] if lateral is None else np.where(lateral[:, None], rows[1][on], rows[0][on])
+        N = V = None
+        if sliders.normal_stiffness is not None:
+            N = rows[-1][on]
+            V = sliders.normal_stiffness[:, None] * N
+            if lateral is not None:
+                # two sliders have a normal load in common, and it acts once
+                N = np.where(lateral[:, None], 0.0, N)
+        X = sliders.tangential_stiffness[:, None] * R
+        of_sliders = sliders.normal_load, sliders.friction_coefficient
+        return amplitude, ModalElements(R, N, X, V, *of_sliders)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
-        on, k_u, k_v, normal_load, mu = self._arrays
-        displacement = self._displacement(motion)[on]
-        x = k_u[:, None] * displacement[:, 0]
-        n = np.broadcast_to(normal_load[:, None], x.shape)
-        if "normal" in self.directions:
-            n = n + k_v[:, None] * displacement[:, 1]
-        bound = mu[:, None] * np.maximum(n, 0)
-        # no constant slider position lies between the bounds
-        slips = (x - bound).max(axis=1) > (x + bound).min(axis=1)
-        state = np.where(slips, STICK_SLIP, STICK)
-        state[n.min(axis=1) <= 0] = STICK_SLIP_SEPARATION
-        state[n.max(axis=1) <= 0] = SEPARATION
-        # an element of several sliders slips with the first of them
-        of_element = np.full(self.point_of_element.size, STICK, dtype=np.int8)
-        np.maximum.at(of_element, self.elements.sliders().element, state.astype(np.int8))
-        return of_element
-
-    @cached_property
-    def _arrays(self) -> tuple[NDArray, ...]:
-        """Point, k_u, k_v, n0 and mu of each slider."""
-        found = self.elements.sliders()
-        k_v = found.normal_stiffness
-        return (
-            found.point,
-            found.tangential_stiffness,
-            np.zeros_like(found.tangential_stiffness) if k_v is None else k_v,
-            found.normal_load,
-            found.friction_coefficient,
-        )
+        return self.elements.states_at_samples(self._displacement(motion))
 
     @cached_property
     def _synthesis(self) -> Array:
@@ -245,28 +227,16 @@ class AlternatingFrequencyTime(FrictionLaw):
         return _sums(self._synthesis.T * self._weight)
 
     @cached_property
-    def _tables(self) -> tuple[Array, Array, Array]:
-        """The synthesis, the sums of contributions, and those of their derivatives.
-
-        The last by each component of the motion, shape (samples + 1, components, components).
-        """
+    def _tables(self) -> SampleTables:
+        """The components at the samples, as the elements take them."""
         contribution = self._synthesis.T * self._weight
         square = _sums(contribution[:, :, None] * self._synthesis.T[:, None, :])
-        return self._synthesis, self._mean, square
+        return SampleTables(self._synthesis, self._weight, self._mean, square)
 
     def _displacement(self, motion: Array) -> Array:
         """Displacement of the points at the samples [m], shape (points, directions, samples)."""
         components = motion.reshape(-1, len(self.components))
         return (components @ self._synthesis).reshape(len(motion), -1, self.samples)
-
-    def _force(self, motion: Array, tangent: Array) -> Array:
-        """Force, and tangent where its array is not empty."""
-        on, *of_element = self._arrays
-        order = np.argsort(on, kind="stable")
-        first = np.searchsorted(on[order], np.arange(len(motion) + 1))
-        motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
-        add_forces(order, first, tuple(of_element), motion, self._tables, force, tangent)
-        return force * np.tile(self._weight, len(self.directions))
 
 
 def by_samples(law: FrictionLaw, samples: int) -> AlternatingFrequencyTime:

@@ -1,10 +1,28 @@
 """Compiled loops of AFT: friction elements integrated through the samples of a period."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from boltjoint.friction.law import Array
+Array = NDArray[np.float64]
+
+
+class SampleTables(NamedTuple):
+    """Components of motion and force at the samples of a period.
+
+    ``synthesis`` has their values, shape (components, samples), and ``weight`` the weight of a
+    sample in each; ``mean`` the sums of the weighted values up to a sample, (samples + 1,
+    components), and ``square`` those of their products with each component of the motion, (samples
+    + 1, components, components).
+    """
+
+    synthesis: Array
+    weight: Array
+    mean: Array
+    square: Array
+
 
 #: contact state at a sample: slip by the sign of its force, stick, separation, or stick after the
 #: contact has closed since the sample before
@@ -55,13 +73,13 @@ def add_forces(
     first: NDArray[np.int64],
     elements: tuple[Array, ...],
     motion: Array,
-    tables: tuple[Array, ...],
+    tables: SampleTables,
     force: Array,
     tangent: Array,
 ) -> None:
     """Add the harmonic forces, and the tangents where their array is not empty, by point."""
     k_u, k_v, normal_load, friction_coefficient = elements
-    synthesis = tables[0]
+    synthesis = tables.synthesis
     count, samples = synthesis.shape
     directions = motion.shape[1] // count
     displacement, total = np.empty((directions, samples)), np.empty((directions, samples))
@@ -98,7 +116,7 @@ def _add_tangent(
     state: NDArray[np.int8],
     slider_sample: int,
     slider_state: int,
-    tables: tuple[Array, ...],
+    tables: SampleTables,
     tangent: Array,
 ) -> None:
     """Add the harmonic tangent of one element.
@@ -107,7 +125,7 @@ def _add_tangent(
     ``x - z``, with z determined at one sample.
     """
     k_u, k_v, mu = springs
-    synthesis, mean, square = tables
+    synthesis, mean, square = tables.synthesis, tables.mean, tables.square
     count = len(synthesis)
     has_normal = len(tangent) > count
     begin = 0

@@ -109,7 +109,7 @@ class ConstantLoad(ElementLaw):
     @property
     def kernel(self) -> Callable:
         """The compiled function that adds the forces."""
-        return _add_forces
+        return add_forces
 
 
 @loop
@@ -131,7 +131,7 @@ def _describing_function(k: float, slip: float, amplitude: float) -> tuple[float
 
 
 @kept_loop
-def _add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) -> None:
+def add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) -> None:
     """Add the forces of all elements, and the tangents where their array is not empty."""
     point_of_element, quantities, _ = elements
     stiffness, slip_force = quantities[0], quantities[1]

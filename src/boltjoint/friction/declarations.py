@@ -5,13 +5,17 @@ the workflow, so it imports none of them.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+#: axis of each direction of motion in the contact, in their order: along the bar, along its width,
+#: and across the contact
+AXES = {"tangential": "x", "lateral": "y", "normal": "z"}
 
 #: end of the name of a quantity that is given per unit of contact area
 _PER_AREA = "_per_area"
@@ -100,6 +104,8 @@ class LawDeclaration:
         Quantities without unit that shape the loops of an element, for tables.
     relative_time
         Time of a force with its tangent, over that of an element under constant normal load.
+    has_closed_form
+        Whether its forces of one harmonic are known without AFT.
     """
 
     name: str
@@ -111,6 +117,7 @@ class LawDeclaration:
     capabilities: tuple[str, ...] = (CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS)
     shape_parameters: tuple[str, ...] = ()
     relative_time: float = 1.0
+    has_closed_form: bool = True
 
     def components_of(self, harmonics: int) -> int:
         """Number of harmonic coefficients; without bias the force has no even harmonics."""
@@ -184,5 +191,58 @@ IWAN = LawDeclaration(
     relative_time=4.0,
 )
 
+_ALONG_AND_ACROSS = "along the bar and along its width"
+UNCOUPLED_CONSTANT = replace(
+    CONSTANT,
+    name="uncoupled-constant",
+    label="uncoupled friction under constant normal load",
+    meaning=f"Two friction elements of each pair under load, {_ALONG_AND_ACROSS}, that slip on "
+    "their own; the normal load stays that of the preload.",
+    directions=("tangential", "lateral"),
+    capabilities=(CONSTANT_NORMAL_LOAD,),
+    relative_time=2.0,
+)
+UNCOUPLED_VARIABLE = replace(
+    VARIABLE,
+    name="uncoupled-variable",
+    label="uncoupled friction under variable normal load",
+    meaning=f"Two friction elements of each pair, {_ALONG_AND_ACROSS}, that slip on their own "
+    "under one normal load, which changes as the pair closes and opens.",
+    directions=("tangential", "lateral", "normal"),
+    capabilities=(),
+    relative_time=2.0,
+)
+COUPLED_CONSTANT = replace(
+    UNCOUPLED_CONSTANT,
+    name="coupled-constant",
+    label="coupled friction under constant normal load",
+    meaning=f"Friction elements of the pairs under load whose force {_ALONG_AND_ACROSS} has a "
+    "circular limit; the normal load stays that of the preload. Needs ``solver.friction_force: "
+    "aft``.",
+    relative_time=10.0,
+    has_closed_form=False,
+)
+COUPLED_VARIABLE = replace(
+    UNCOUPLED_VARIABLE,
+    name="coupled-variable",
+    label="coupled friction under variable normal load",
+    meaning=f"Friction elements of all pairs whose force {_ALONG_AND_ACROSS} has a circular limit; "
+    "the normal load changes as they close and open. Needs ``solver.friction_force: aft``.",
+    relative_time=10.0,
+    has_closed_form=False,
+)
+
 #: by name
-DECLARATIONS = {each.name: each for each in (CONSTANT, VARIABLE, IWAN, TABULATED)}
+DECLARATIONS = {
+    each.name: each
+    for each in (
+        CONSTANT,
+        VARIABLE,
+        IWAN,
+        TABULATED,
+        UNCOUPLED_CONSTANT,
+        UNCOUPLED_VARIABLE,
+        COUPLED_CONSTANT,
+        COUPLED_VARIABLE,
+    )
+}

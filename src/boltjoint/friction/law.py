@@ -14,8 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.friction.aft_kernels import SampleTables
+from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.declarations import LawDeclaration
 from boltjoint.friction.kernels import Elements
+from boltjoint.friction.sliders_at_samples import slider_forces
 from boltjoint.friction.sliders_in_time import integrate_friction
 
 Array = NDArray[np.float64]
@@ -50,7 +53,8 @@ class Sliders:
     They follow any motion, so they are what AFT and time integration know of a law. Each belongs to
     an ``element``, acts on a ``point``, both counted from 0, and slips at the friction coefficient
     times the normal load [N], which is constant where ``normal_stiffness`` is None; all have the
-    shape (sliders,).
+    shape (sliders,). Those that are ``lateral`` slide along the width of the bar, and have the
+    normal spring in common with another slider of their element; None where all slide along it.
     """
 
     element: NDArray[np.int64]
@@ -59,6 +63,7 @@ class Sliders:
     normal_stiffness: Array | None
     normal_load: Array
     friction_coefficient: Array
+    lateral: NDArray[np.bool_] | None = None
 
 
 class FrictionLaw(ABC):
@@ -190,6 +195,8 @@ class ElementLaw(FrictionLaw):
     #: k of each element in stick, and the force at which all of it slips in the assembled state
     tangential_stiffness: Array
     slip_force: Array
+    #: whether its forces are sums of those of its ``sliders``, each of which moves on a line
+    has_sliders: ClassVar[bool] = True
 
     @property
     def name(self) -> str:
@@ -202,9 +209,19 @@ class ElementLaw(FrictionLaw):
         return self.declaration.directions
 
     @property
+    def directions_in_time(self) -> tuple[str, ...]:
+        """Directions of motion that ``forces_in_time`` takes: the normal one always."""
+        return (*(each for each in self.directions if each != "normal"), "normal")
+
+    @property
     def components(self) -> tuple[str, ...]:
         """Harmonic coefficients of the motion that the law needs; one harmonic."""
         return self.declaration.components
+
+    @property
+    def lateral_stiffness(self) -> Array:
+        """Stiffness of each element in stick along the width [N/m], of a law with it."""
+        return self.tangential_stiffness
 
     @classmethod
     @abstractmethod
@@ -253,6 +270,48 @@ class ElementLaw(FrictionLaw):
     def sliders(self) -> Sliders:
         """The elements as springs with sliders; a continuous distribution by a number of them."""
 
+    @cached_property
+    def cached_sliders(self) -> Sliders:
+        """The ``sliders``, made once."""
+        return self.sliders()
+
+    def evaluate_at_samples(self, motion: Array, tables: SampleTables, tangent: Array) -> Array:
+        """Harmonic forces by samples of a period, for AFT; here by the ``sliders`` of the law.
+
+        Parameters
+        ----------
+        motion
+            As for ``force``, of any number of harmonics.
+        tables
+            Components of motion and force at the samples.
+        tangent
+            To which the tangents are added, or empty.
+        """
+        return slider_forces(self.cached_sliders, motion, tables, tangent)
+
+    def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
+        """State of each element over a period of samples; here by the ``sliders`` of the law.
+
+        Parameters
+        ----------
+        displacement
+            Of the points [m], shape (points, directions, samples).
+        """
+        found = self.cached_sliders
+        along = 0 if found.lateral is None else found.lateral.astype(int)
+        x = found.tangential_stiffness[:, None] * displacement[found.point, along]
+        n = np.broadcast_to(found.normal_load[:, None], x.shape)
+        if found.normal_stiffness is not None:
+            n = n + found.normal_stiffness[:, None] * displacement[found.point, -1]
+        bound = found.friction_coefficient[:, None] * np.maximum(n, 0)
+        # no constant slider position lies between the bounds
+        slips = (x - bound).max(axis=1) > (x + bound).min(axis=1)
+        state = states_of_period(slips, n)
+        # an element of several sliders slips with the first of them
+        of_element = np.full(self.point_of_element.size, STICK, dtype=np.int8)
+        np.maximum.at(of_element, found.element, state)
+        return of_element
+
     def forces_in_time(self, motion: Array, samples: int) -> Array:
         """Harmonic forces on points by following all elements from rest, sample by sample.
 
@@ -262,16 +321,17 @@ class ElementLaw(FrictionLaw):
         Parameters
         ----------
         motion
-            Bias, sine and cosine coefficients of the points' tangential displacement, then of the
-            normal one, positive when closing [m], shape (points, 6).
+            Bias, sine and cosine coefficients of the points' displacement [m] in each direction of
+            ``directions_in_time``, the normal one last and positive when closing, shape (points, 3
+            * directions).
         samples
             Steps a period.
 
         Returns
         -------
         ndarray
-            Coefficients of the friction force, then of the change of the normal load from the
-            assembled state [N], shape (points, 6).
+            Coefficients of the friction force in each direction, then of the change of the normal
+            load from the assembled state [N], shape of the motion.
 
         Raises
         ------
@@ -279,20 +339,39 @@ class ElementLaw(FrictionLaw):
             As for ``force``, or if there are fewer than three samples.
         """
         samples = checks.whole("samples", samples, at_least=3)
-        return self.evaluate_in_time(self._checked(motion, 6), samples)
+        columns = 3 * len(self.directions_in_time)
+        return self.evaluate_in_time(self._checked(motion, columns), samples)
 
     def evaluate_in_time(self, motion: Array, samples: int) -> Array:
         """As ``forces_in_time``, without checks; here by the ``sliders`` of the law."""
-        found = self.sliders()
-        return integrate_friction(
-            found.point,
-            found.tangential_stiffness,
-            found.normal_stiffness,
-            found.normal_load,
-            found.friction_coefficient,
-            motion,
-            samples,
-        )
+        found = self.cached_sliders
+        force = np.zeros_like(motion)
+        normal = np.arange(motion.shape[1])[-3:]
+        lateral = np.zeros(found.point.size, bool) if found.lateral is None else found.lateral
+        for d in range(len(self.directions_in_time) - 1):
+            mine = lateral == bool(d)
+            of_direction = np.arange(3 * d, 3 * d + 3)
+            at = np.concatenate([of_direction, normal])
+            of_sliders = integrate_friction(
+                found.point[mine],
+                found.tangential_stiffness[mine],
+                None if found.normal_stiffness is None else found.normal_stiffness[mine],
+                found.normal_load[mine],
+                found.friction_coefficient[mine],
+                motion[:, at],
+                samples,
+            )
+            acting = slice(None) if d == 0 else slice(3)
+            force[:, at[acting]] += of_sliders[:, acting]
+        return force
+
+
+def states_of_period(slips: NDArray[np.bool_], n: Array) -> NDArray[np.int8]:
+    """Contact states by whether each element slips, and its normal load at samples (``n < 0``)."""
+    state = np.where(slips, STICK_SLIP, STICK)
+    state[n.min(axis=1) <= 0] = STICK_SLIP_SEPARATION
+    state[n.max(axis=1) <= 0] = SEPARATION
+    return state.astype(np.int8)
 
 
 def check_elements(

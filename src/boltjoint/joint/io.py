@@ -12,7 +12,14 @@ from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
-from boltjoint.joint.model import Joint, optional_fields
+from boltjoint.joint.model import MODES, Joint, optional_fields
+
+#: relative mode in each direction of motion
+_RELATIVE_MODES = {
+    "tangential": "relative mode along the bar, side A minus side B",
+    "lateral": "relative mode along the width, side A minus side B",
+    "normal": "relative mode across the contact, positive when closing",
+}
 
 
 def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr.Dataset:
@@ -54,12 +61,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
             "mode", joint.natural_frequency, "Hz", "natural frequency without contact"
         ),
         **_excitation_and_sensors(joint),
-        "tangential_mode": quantity(
-            ("point", "mode"),
-            joint.tangential_mode,
-            "kg^-1/2",
-            "relative mode along the bar, side A minus side B",
-        ),
+        "tangential_mode": _relative_mode(joint, "tangential"),
         "position": quantity(("point", "axis"), joint.position, "m", "contact point"),
         "point_of_element": quantity(
             "element", law.point_of_element, "1", "contact point of the element, from 0"
@@ -68,9 +70,8 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
             ("element", "axis"), joint.element_position, "m", "position of the element"
         ),
     }
-    if joint.normal_mode is not None:
-        meaning = "relative mode across the contact, positive when closing"
-        stored["normal_mode"] = quantity(("point", "mode"), joint.normal_mode, "kg^-1/2", meaning)
+    further = [direction for direction in law.directions if direction != "tangential"]
+    stored |= {MODES[direction]: _relative_mode(joint, direction) for direction in further}
     if joint.free_participation is not None:
         stored |= free_mode_quantities(joint.free_frequency, joint.free_participation)
     meaning = "slip force of the element in the assembled state"
@@ -78,6 +79,12 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", getattr(law, name), unit, meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
+
+
+def _relative_mode(joint: Joint, direction: str) -> xr.Variable:
+    """The relative modes of the contact points in a direction."""
+    mode = getattr(joint, MODES[direction])
+    return quantity(("point", "mode"), mode, "kg^-1/2", _RELATIVE_MODES[direction])
 
 
 def free_mode_quantities(
@@ -165,7 +172,7 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
     values = partial(checks.variable, "stored", stored)
     law = LAWS[checks.choice("law", stored.attrs.get("law"), LAWS)]
     on = checks.index_variable("stored", stored, "point_of_element", ("element",))
-    of_points = ("tangential_mode", *(["normal_mode"] if "normal_mode" in stored else []))
+    of_points = [name for name in MODES.values() if name in stored or name == "tangential_mode"]
     dims = {
         **dict.fromkeys(("natural_frequency", "excitation_mode", "response_mode"), ("mode",)),
         **dict.fromkeys(of_points, ("point", "mode")),

@@ -9,6 +9,7 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University: eq. 3.1 and 3.2.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import ModalStructure
+from boltjoint.friction.declarations import AXES
 from boltjoint.friction.law import ElementLaw, FrictionLaw
 
 if TYPE_CHECKING:
@@ -27,6 +29,9 @@ Array = NDArray[np.float64]
 
 #: of the excitation level: a force, or an acceleration of the clamp
 EXCITATION_UNITS = ("N", "m/s2")
+
+#: field with the relative modes in each direction that a law may need
+MODES = {direction: f"{direction}_mode" for direction in AXES}
 
 #: name of the output point where no sensors are named
 OUTPUT_POINT = "output"
@@ -77,6 +82,8 @@ class Joint:
         Where the vectors of the basis are no modes without contact: natural frequencies of such
         modes [Hz], shape (free modes,), and ``phi_r^T M`` of them times the vectors [-], shape
         (free modes, modes).
+    lateral_mode
+        As ``tangential_mode``, along the width of the bar, where the law needs it.
 
     Raises
     ------
@@ -99,6 +106,7 @@ class Joint:
     sensor_name: tuple[str, ...] = ()
     free_frequency: Array | None = None
     free_participation: Array | None = None
+    lateral_mode: Array | None = None
 
     def __post_init__(self) -> None:
         """Check the shapes and convert all entries to arrays."""
@@ -113,18 +121,18 @@ class Joint:
             "natural_frequency": (modes,),
             "excitation_mode": (modes,),
             "response_mode": (modes,),
-            "tangential_mode": (points, modes),
             "position": (points, 3),
             "element_position": (elements, 3),
         }
         if modes == 0:
             raise ValueError("natural_frequency is empty: a structure has at least one mode")
-        needs_normal = "normal" in self.law.directions
-        if needs_normal != (self.normal_mode is not None):
-            verb = "needs" if needs_normal else "has no use for"
-            raise ValueError(f"the law {self.law.name!r} {verb} a normal mode")
-        if needs_normal:
-            expected["normal_mode"] = (points, modes)
+        for direction, name in MODES.items():
+            is_needed = direction in self.law.directions
+            if is_needed != (getattr(self, name) is not None):
+                verb = "needs" if is_needed else "has no use for"
+                raise ValueError(f"the law {self.law.name!r} {verb} a {direction} mode")
+            if is_needed:
+                expected[name] = (points, modes)
         if self.excitation_mode_cos is not None:
             expected["excitation_mode_cos"] = (modes,)
         checks.choice("excitation_unit", self.excitation_unit, EXCITATION_UNITS)
@@ -173,9 +181,17 @@ class Joint:
     @property
     def rows(self) -> tuple[Array, ...]:
         """Modal rows of each direction the law needs, each (points, modes)."""
-        if self.normal_mode is None:
-            return (self.tangential_mode,)
-        return self.tangential_mode, self.normal_mode
+        return tuple(getattr(self, MODES[direction]) for direction in self.law.directions)
+
+    @property
+    def rows_in_plane(self) -> tuple[Array, ...]:
+        """``rows`` of the directions in the plane of contact, along which friction acts."""
+        return self.rows[:-1] if self.law.directions[-1] == "normal" else self.rows
+
+    def moved_as(self, transform: Callable[[Array], Array]) -> dict[str, Array]:
+        """The fields of ``rows``, each transformed in the same way, for ``dataclasses.replace``."""
+        names = [MODES[direction] for direction in self.law.directions]
+        return {name: transform(B) for name, B in zip(names, self.rows, strict=True)}
 
     @cached_property
     def distinct(self) -> "Joint":
@@ -298,8 +314,7 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
     mean[region, np.arange(joint.points)] = share
     return replace(
         joint,
-        tangential_mode=mean @ joint.tangential_mode,
-        normal_mode=None if joint.normal_mode is None else mean @ joint.normal_mode,
+        **joint.moved_as(lambda B: mean @ B),
         position=mean @ joint.position,
         law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
     )
@@ -338,8 +353,7 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
     return replace(
         joint,
         law=type(law)(point_of_element=on, **scaled),
-        tangential_mode=joint.tangential_mode[points],
-        normal_mode=None if joint.normal_mode is None else joint.normal_mode[points],
+        **joint.moved_as(lambda B: B[points]),
         position=joint.position[points],
         element_position=joint.element_position[kept],
     )

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.declarations import is_per_area, keys_of_pairs
+from boltjoint.friction.declarations import AXES, is_per_area, keys_of_pairs
 from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.model import Joint, optional_fields
+from boltjoint.joint.model import MODES, Joint, optional_fields
 
 
 def connect_nodes(
@@ -95,8 +95,6 @@ def connect_pairs(
         raise ValueError("no contact pair carries load")
     checks.variable("modes", modes, "relative_mode", ("axis", "pair", "mode"))
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
-    # bar A lies below bar B: A minus B along z closes
-    along_bar, closing = (relative.sel(axis=axis).to_numpy() for axis in ("x", "z"))
     if any(map(is_per_area, keys)):
         keys = keys_of_pairs(keys, checks.variable("preload", preload, "area", ("pair",), above=0))
     elements, pairs = law.from_contact(ContactPairs(normal_load, gap, position), **keys)
@@ -106,9 +104,12 @@ def connect_pairs(
             for name in ("natural_frequency", "excitation_mode", "response_mode")
         },
         **optional_fields("modes", modes),
-        tangential_mode=along_bar[pairs],
+        # bar A lies below bar B: A minus B along z closes
+        **{
+            MODES[direction]: relative.sel(axis=AXES[direction]).to_numpy()[pairs]
+            for direction in elements.directions
+        },
         position=position[pairs],
         law=elements,
         element_position=position[pairs],
-        normal_mode=closing[pairs] if "normal" in elements.directions else None,
     )

@@ -246,14 +246,16 @@ class _Partition:
 
 def _on_lines(joint: Joint, region: Labels) -> Joint:
     """All points, each moving on the straight line along the bar nearest to its region."""
-    moved = [np.empty_like(B) for B in joint.rows]
-    for mine in (region == each for each in range(region.max() + 1)):
-        x = joint.position[mine, 0]
-        line = np.column_stack([np.ones(x.size), x - x.mean()])
-        for B, on_line in zip(joint.rows, moved, strict=True):
-            on_line[mine] = line @ np.linalg.lstsq(line, B[mine], rcond=None)[0]
-    names = ("tangential_mode", "normal_mode")
-    return replace(joint, **dict(zip(names, moved, strict=False)))
+
+    def on_lines(B: Array) -> Array:
+        moved = np.empty_like(B)
+        for mine in (region == each for each in range(region.max() + 1)):
+            x = joint.position[mine, 0]
+            line = np.column_stack([np.ones(x.size), x - x.mean()])
+            moved[mine] = line @ np.linalg.lstsq(line, B[mine], rcond=None)[0]
+        return moved
+
+    return replace(joint, **joint.moved_as(on_lines))
 
 
 def _largest_error(states: SlipStates, joint: Joint, regions: Joint) -> float:

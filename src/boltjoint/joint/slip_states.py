@@ -100,7 +100,8 @@ def find_slip_states(
         )
         frequency[i], mode[i] = np.sqrt(square), vectors.T
         for r in range(resonances):
-            moved = np.abs(joint.tangential_mode @ mode[i, r])[on]
+            in_plane = [B @ mode[i, r] for B in joint.rows_in_plane]
+            moved = np.linalg.norm(in_plane, axis=0)[on]
             onset = limit / np.maximum(moved, np.finfo(float).tiny)
             by_onset = np.argsort(onset, kind="stable")
             slip_fraction = np.cumsum(load[loaded][by_onset]) / load.sum()

@@ -1,4 +1,4 @@
-"""Modal bases of an assembly: bending modes without contact, or a contact-adapted basis.
+"""Modal bases of an assembly: modes without contact, or a contact-adapted basis.
 
 The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
 together. Families of modes are distinguished by kinetic energy. A contact-adapted basis
@@ -41,7 +41,7 @@ _POINTS = {
 _MOST_BESIDE_OTHERS = 12
 
 #: families of bases
-_FAMILIES = ("free", "enriched")
+_FAMILIES = ("free", "all", "enriched")
 
 
 # one thread: sums in another order would change the last digits from machine to machine
@@ -56,12 +56,13 @@ def find_modes(
     assembly
         As from ``build_assembly``.
     family
-        ``free-N``: the first N bending modes with the contact removed. ``enriched-N``: the
-        contact-adapted basis of N vectors, orthonormal in mass and diagonal in stiffness.
-        ``enriched-auto``: as many vectors as reach the tolerances of the POD modes.
+        ``free-N``: the first N bending modes with the contact removed. ``all-N``: the first N of
+        any family, bending, lateral, torsional or axial. ``enriched-N``: the contact-adapted basis
+        of N vectors, orthonormal in mass and diagonal in stiffness. ``enriched-auto``: as many
+        vectors as reach the tolerances of the POD modes.
     pod_modes
         As from ``find_pod_modes``, for the same assembly; ``enriched-N`` takes the first N of them,
-        ``free-N`` needs none.
+        ``free-N`` and ``all-N`` need none.
 
     Returns
     -------
@@ -70,14 +71,15 @@ def find_modes(
         mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
         (mode), positive where it does not vanish, ``excitation_mode`` (mode), both where a
         case gives no point; ``base_excitation_mode`` (axis, mode) [kg^1/2]; ``position`` (pair,
-        axis) [m]; ``area`` (pair) [m2]. With ``free-N``, of every mode that was solved for, for
-        large N symmetric ones only: ``candidate_frequency`` (candidate) [Hz], ``candidate_family``
-        (candidate), and the shares of kinetic energy that decided it, ``energy_share`` (candidate,
-        axis) and ``symmetric_share`` (candidate). With ``enriched-N``, of bending modes without
-        contact, ``free_frequency`` (free_mode) [Hz] and ``free_participation`` (free_mode, mode),
-        phi^T M of them times the vectors [-]. With ``enriched-auto``, and where they are known
-        with ``enriched-N``, the attributes ``estimated_frequency_error`` and
-        ``estimated_amplitude_error``: largest relative errors of peaks that are due to the basis.
+        axis) [m]; ``area`` (pair) [m2]. With ``free-N`` and ``all-N``, of every mode that was
+        solved for, for large N of ``free-N`` symmetric ones only: ``candidate_frequency``
+        (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
+        decided it, ``energy_share`` (candidate, axis) and ``symmetric_share`` (candidate). With
+        ``enriched-N``, of bending modes without contact, ``free_frequency`` (free_mode) [Hz] and
+        ``free_participation`` (free_mode, mode), phi^T M of them times the vectors [-]. With
+        ``enriched-auto``, and where they are known with ``enriched-N``, the attributes
+        ``estimated_frequency_error`` and ``estimated_amplitude_error``: largest relative errors of
+        peaks that are due to the basis.
 
     Raises
     ------
@@ -92,9 +94,9 @@ def find_modes(
     checks.instance("assembly", assembly, xr.Dataset)
     kind, number = _parse(family)
     attributes: dict[str, str | float] = {"modes": family}
-    if kind == "free":
-        modes, bending = _free_bending(assembly, number)
-        frequency, shape = modes.frequency[bending], modes.shape[..., bending]
+    if kind in _WITHOUT_CONTACT:
+        modes, chosen = _WITHOUT_CONTACT[kind](assembly, number)
+        frequency, shape = modes.frequency[chosen], modes.shape[..., chosen]
     else:
         if pod_modes is None:
             raise ValueError(f"{family} needs POD modes of the assembly, from find_pod_modes")
@@ -112,7 +114,7 @@ def find_modes(
             )
     sign = _signs(response, shape)
     shape = shape * sign
-    if kind == "free":
+    if kind in _WITHOUT_CONTACT:
         of_family = _candidates(modes)
     else:
         of_family = free_mode_quantities(basis.free_frequency, basis.free_participation * sign)
@@ -178,6 +180,26 @@ def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.
         squared, shape = squared[order], shape[..., order]
     modes = classify_modes(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
     return modes, np.flatnonzero(modes.family == "bending")[:number]
+
+
+def _free_of_any_family(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
+    """The first modes with the contact removed, and which of them: all."""
+    _, M = assemble_assembly(assembly)
+    halves = [
+        _modes_until(half(assembly), number, lambda found, _: found.size >= number)
+        for half in (symmetric_half, antisymmetric_half)
+    ]
+    squared = np.concatenate([found for found, _ in halves])
+    if squared.size < number:
+        raise ValueError(f"all-{number}: the mesh has not as many modes")
+    order = np.argsort(squared)[:number]
+    shape = np.concatenate([found for _, found in halves], axis=-1)[..., order]
+    modes = classify_modes(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
+    return modes, np.arange(number)
+
+
+#: modes with the contact removed, by the family of bases
+_WITHOUT_CONTACT = {"free": _free_bending, "all": _free_of_any_family}
 
 
 def _modes_until(

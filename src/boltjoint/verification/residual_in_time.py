@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.joint.io import joint_from_dataset
+from boltjoint.joint.model import MODES
 
 
 def residuals_in_time(
@@ -93,8 +94,9 @@ class _ModalEquations:
         model = joint_from_dataset(joint).distinct
         self.L = (2 * np.pi * model.natural_frequency[:, None]) ** 2
         self.phi, self.phi_cos = model.excitation.real, model.excitation.imag
-        self.R = model.tangential_mode
-        self.N = np.zeros_like(self.R) if model.normal_mode is None else model.normal_mode
+        # forces in time are those of the normal direction too, whether the law needs it or not
+        modes = (getattr(model, MODES[each]) for each in model.law.directions_in_time)
+        self.rows = [np.zeros_like(model.rows[0]) if B is None else B for B in modes]
         self.law, self.damping = model.law, damping.matrix(model.structure())
 
     def extrapolated(
@@ -110,7 +112,7 @@ class _ModalEquations:
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int
     ) -> NDArray[np.float64]:
         """Residual over the norm of the largest term, shape (modes, 3)."""
-        point_motion = np.hstack([self.R @ motion, self.N @ motion])
+        point_motion = np.hstack([B @ motion for B in self.rows])
         contact = self.law.evaluate_in_time(point_motion, samples)
         bias, sine, cosine = motion.T
         zero = np.zeros_like(bias)
@@ -118,7 +120,7 @@ class _ModalEquations:
             self.L * motion,
             -((2 * np.pi * frequency) ** 2) * np.column_stack([zero, sine, cosine]),
             self.damping.at(2 * np.pi * frequency) @ np.column_stack([zero, -cosine, sine]),
-            self.R.T @ contact[:, :3] + self.N.T @ contact[:, 3:],
+            sum(B.T @ contact[:, 3 * d : 3 * d + 3] for d, B in enumerate(self.rows)),
             -np.column_stack([zero, self.phi * excitation, self.phi_cos * excitation]),
         )
         return sum(terms) / max(np.linalg.norm(term) for term in terms)

@@ -187,14 +187,21 @@ class Integration:
         sliders = joint.law.sliders()
         on, k_u, k_v = sliders.point, sliders.tangential_stiffness, sliders.normal_stiffness
         w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency) ** 2
-        R = np.ascontiguousarray(joint.tangential_mode[on])
+        lateral = sliders.lateral
+        R = np.ascontiguousarray(joint.rows[0][on])
+        if lateral is not None:
+            R[lateral] = joint.rows[1][on[lateral]]
         X = k_u[:, None] * R
         N, normal_load, mu = np.zeros((0, L.size)), np.zeros(0), sliders.friction_coefficient
         if k_v is None:
             elements = X, N, R, N, normal_load, mu * sliders.normal_load
         else:
             N = np.ascontiguousarray(joint.normal_mode[on])
-            elements = X, k_v[:, None] * N, R, N, sliders.normal_load, mu
+            V = k_v[:, None] * N
+            if lateral is not None:
+                # two sliders have a normal load in common, and it acts once
+                N[lateral] = 0.0
+            elements = X, V, R, N, sliders.normal_load, mu
         C = np.ascontiguousarray(damping.matrix(joint.structure()).at(w) / w)
         structure = L, C, joint.excitation * (force + 0j)
         motion, z, history = np.zeros((2, 2, L.size)), np.zeros(on.size), np.zeros((steps, L.size))

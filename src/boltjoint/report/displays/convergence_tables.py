@@ -37,8 +37,12 @@ def divided_cases(contents: Contents) -> Iterator[dict[str, object]]:
 
 
 def _references(contents: Contents) -> dict[str, Response]:
-    """By case, the first response of the node-to-node joint in linear modes."""
-    found = {case: contents.references(case) for case in contents.study.cases}
+    """By case with a closed form, the first response of the node-to-node joint in linear modes."""
+    found = {
+        name: contents.references(name)
+        for name, case in contents.study.cases.items()
+        if case.contact.declaration.has_closed_form
+    }
     return {case: responses[0] for case, responses in found.items() if responses}
 
 

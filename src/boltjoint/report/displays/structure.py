@@ -1,6 +1,6 @@
 """Figures and tables of the assemblies: meshes, modes, contact under preload."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -23,15 +23,41 @@ def _preloads(contents: Contents) -> list[dict[str, object]]:
     return [{"assembly": name, "preload_N": preload} for name, preload in contents.preloads()]
 
 
-def _free_bases(contents: Contents) -> list[dict[str, object]]:
-    """Bases whose vectors are modes of the structure."""
-    return [{"basis": basis} for basis in contents.bases() if not basis.is_contact_adapted]
+def _free_bases(contents: Contents, all_families: bool = False) -> list[dict[str, object]]:
+    """Bases whose vectors are modes of the structure: bending ones, or those of all families."""
+    return [
+        {"basis": basis}
+        for basis in contents.bases()
+        if not basis.is_contact_adapted and basis.has_all_families == all_families
+    ]
 
 
-def _assemblies_in_free_bases(contents: Contents) -> Iterator[dict[str, object]]:
-    for of_basis in _free_bases(contents):
-        for of_assembly in _assemblies(contents):
-            yield of_assembly | of_basis
+def _bases_of_all_families(contents: Contents) -> list[dict[str, object]]:
+    return _free_bases(contents, all_families=True)
+
+
+def _assemblies_in(
+    bases: Callable[[Contents], list[dict[str, object]]],
+) -> Callable[[Contents], list[dict[str, object]]]:
+    """All assemblies in each of the bases."""
+
+    def found(contents: Contents) -> list[dict[str, object]]:
+        return [
+            of_assembly | of_basis
+            for of_basis in bases(contents)
+            for of_assembly in _assemblies(contents)
+        ]
+
+    return found
+
+
+_MODES = {
+    "reads": (data_of("assembly", by=["assembly"]), data_of("modes", by=["assembly", "basis"])),
+    "job": "structure_{assembly}",
+    "page": "structure",
+    "section": "modes",
+    "printed_by": ("assembly",),
+}
 
 
 @figure(
@@ -53,19 +79,7 @@ def mesh(artefact: Artefact, results: "Results") -> "Figure":
     return plot_mesh(results.dataset("assembly", **artefact.which))
 
 
-@figure(
-    "modes",
-    of=_assemblies_in_free_bases,
-    reads=(data_of("assembly", by=["assembly"]), data_of("modes", by=["assembly", "basis"])),
-    job="structure_{assembly}",
-    page="structure",
-    section="modes",
-    title="Bending modes of {assembly}",
-    caption="Cut along the middle of the width; displacements are enlarged.",
-    printed_by=("assembly",),
-)
-def modes(artefact: Artefact, results: "Results") -> "Figure":
-    """The modes of an assembly without contact."""
+def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.structure import plot_modes
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
@@ -93,6 +107,31 @@ def initial_gap(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.initial_gap import plot_initial_gap
 
     return plot_initial_gap(results.dataset("assembly", **artefact.which))
+
+
+@figure(
+    "modes",
+    of=_assemblies_in(_free_bases),
+    title="Bending modes of {assembly}",
+    caption="Cut along the middle of the width; displacements are enlarged.",
+    **_MODES,
+)
+def modes(artefact: Artefact, results: "Results") -> "Figure":
+    """The modes of an assembly without contact."""
+    return _draw_modes(artefact, results)
+
+
+@figure(
+    "all_modes",
+    of=_assemblies_in(_bases_of_all_families),
+    title="Modes of {assembly} of all families",
+    caption="Cut along the middle of the width, or, where that moves across itself, along the "
+    "contact and seen from above; displacements are enlarged.",
+    **_MODES,
+)
+def all_modes(artefact: Artefact, results: "Results") -> "Figure":
+    """The modes of an assembly without contact, of all families."""
+    return _draw_modes(artefact, results)
 
 
 _OF_PRELOAD = {
@@ -137,6 +176,27 @@ def deformation(artefact: Artefact, results: "Results") -> "Figure":
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
     return plot_deformation(assembly, results.dataset("preload", **artefact.which))
+
+
+@table(
+    "all_frequencies",
+    of=_bases_of_all_families,
+    reads=(data_of("modes", by=["basis"]),),
+    job="structure",
+    page="structure",
+    section="modes",
+    title="natural frequencies of the basis {basis}",
+    options=lambda contents, _: {"assemblies": list(contents.study.assemblies)},
+)
+def all_frequencies(
+    artefact: Artefact, results: "Results", assemblies: list[str]
+) -> "pd.DataFrame":
+    """Natural frequencies of all assemblies without contact, with their families."""
+    from boltjoint.study.tables.structure import tabulate_families
+
+    return tabulate_families(
+        {name: results.dataset("modes", assembly=name, basis=artefact.basis) for name in assemblies}
+    )
 
 
 @table(

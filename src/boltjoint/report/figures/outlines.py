@@ -43,14 +43,14 @@ def faces_among_nodes(
 
 
 def section_outlines(
-    assembly: xr.Dataset, side_view: NDArray[np.float64]
+    assembly: xr.Dataset, view: NDArray[np.float64], across: str = "y"
 ) -> dict[int, list[NDArray[np.int64]]]:
-    """Outlines, as loops of nodes, of every part where the plane y = 0 cuts the assembly."""
-    on_plane = np.abs(assembly["coordinate"].sel(axis="y").to_numpy()) < SAME_POINT
+    """Outlines, as loops of nodes, of every part where the plane y = 0, or z = 0, cuts it."""
+    on_plane = np.abs(assembly["coordinate"].sel(axis=across).to_numpy()) < SAME_POINT
     faces, part = faces_among_nodes(assembly, on_plane)
     if len(faces) == 0:
-        raise ValueError("the mesh has no faces in the plane y = 0")
-    faces = counter_clockwise(faces, side_view)
+        raise ValueError(f"the mesh has no faces in the plane {across} = 0")
+    faces = counter_clockwise(faces, view)
     return {int(p): outline_loops(faces[part == p]) for p in np.unique(part)}
 
 

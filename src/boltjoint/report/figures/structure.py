@@ -84,6 +84,8 @@ def plot_mesh(assembly: xr.Dataset) -> Figure:
 def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     """Mode shapes of an assembly seen from the side, cut along the middle of its width.
 
+    Those in which this plane moves across itself are seen from above, cut along the contact.
+
     Parameters
     ----------
     assembly
@@ -96,9 +98,14 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     ValueError
         If the mesh has no faces in the plane y = 0.
     """
-    at_rest = assembly["coordinate"].sel(axis=["x", "z"]).transpose("node", "axis").to_numpy()
-    shape = modes["mode_shape"].sel(axis=["x", "z"]).transpose("mode", "node", "axis").to_numpy()
+    coordinate = assembly["coordinate"].transpose("node", "axis").to_numpy()
+    shape = modes["mode_shape"].transpose("mode", "node", "axis").to_numpy()
+    at_rest = coordinate[:, [0, 2]]
     section = section_outlines(assembly, at_rest)
+    middle = np.unique(np.concatenate([loop for loops in section.values() for loop in loops]))
+    largest = np.abs(shape[:, middle]).max(axis=1)
+    from_above = largest[:, 1] > np.maximum(largest[:, 0], largest[:, 2])
+    plan = section_outlines(assembly, coordinate[:, :2], "z") if from_above.any() else {}
     (length, height), left = np.ptp(at_rest, axis=0), at_rest[:, 0].min()
     columns = 1 if len(shape) <= 5 else 2
     rows = -(-len(shape) // columns)
@@ -108,15 +115,21 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
         axes.set_axis_off()
     for index, displacement in enumerate(shape):
         axes = panels.flat[index]
-        moved = at_rest + _DEFLECTION * length * displacement / np.abs(displacement).max()
-        _draw_section(axes, section, moved, at_rest)
-        axes.set_title(f"mode {index + 1}: {modes['natural_frequency'][index].item():.1f} Hz")
+        cut, view, note = section, [0, 2], ""
+        if from_above[index]:
+            cut, view, note = plan, [0, 1], ", from above"
+        seen, displacement = coordinate[:, view], displacement[:, view]
+        moved = seen + _DEFLECTION * length * displacement / np.abs(displacement).max()
+        _draw_section(axes, cut, moved, seen)
+        frequency = modes["natural_frequency"][index].item()
+        axes.set_title(f"mode {index + 1}: {frequency:.1f} Hz{note}")
         axes.set_aspect("equal")
         beyond = _DEFLECTION * length * MM
         axes.set_xlim(left * MM - beyond / 2, (left + length) * MM + beyond)
         axes.set_ylim(-height / 2 * MM - beyond, height / 2 * MM + beyond)
     figure.supxlabel("x (mm)", fontsize=9)
-    figure.supylabel("z (mm), displacements enlarged", fontsize=9)
+    height_or_width = "z, or from above y (mm)" if from_above.any() else "z (mm)"
+    figure.supylabel(f"{height_or_width}, displacements enlarged", fontsize=9)
     _add_legend_of_parts(figure, at_rest=True)
     return figure
 

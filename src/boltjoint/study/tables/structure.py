@@ -38,6 +38,27 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
     return table
 
 
+def tabulate_families(modes: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Natural frequencies of the modes of all families without contact, by assembly.
+
+    Parameters
+    ----------
+    modes
+        ``modes.nc`` of a basis ``all-N`` of each assembly by its name.
+    """
+    return pd.concat(
+        pd.DataFrame(
+            {
+                "assembly": name,
+                "mode": np.arange(1, dataset.sizes["mode"] + 1),
+                "family": dataset["candidate_family"].to_numpy(),
+                "frequency_Hz": dataset["natural_frequency"].to_numpy(),
+            }
+        )
+        for name, dataset in modes.items()
+    )
+
+
 def tabulate_contact(
     preloads: Mapping[tuple[str, str], xr.Dataset], published: Published
 ) -> pd.DataFrame:

@@ -1,0 +1,60 @@
+"""Forces of sliders at the samples of a period, for each direction of motion on its own (AFT)."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from boltjoint.friction.aft_kernels import Array, SampleTables, add_forces
+
+if TYPE_CHECKING:
+    from boltjoint.friction.law import Sliders
+
+
+def slider_forces(sliders: "Sliders", motion: Array, tables: SampleTables, tangent: Array) -> Array:
+    """Harmonic forces of sliders on their points, and their tangents.
+
+    Parameters
+    ----------
+    sliders
+        The springs with sliders of a law.
+    motion
+        As for ``FrictionLaw.force``.
+    tables
+        Components of motion and force at the samples.
+    tangent
+        To which the tangents are added, or empty.
+    """
+    if sliders.lateral is None:
+        return _forces(sliders, slice(None), motion, tables, tangent)
+    count = tables.weight.size
+    blocks = np.arange(motion.shape[1]).reshape(-1, count)
+    normal = blocks[2:].ravel()
+    force = np.zeros_like(motion)
+    for own, mine in zip(blocks[:2], (~sliders.lateral, sliders.lateral), strict=True):
+        at = np.concatenate([own, normal])
+        of_direction = np.zeros((len(tangent), at.size, at.size))
+        found = _forces(sliders, mine, motion[:, at], tables, of_direction)
+        # both directions have the normal load in common, and it acts once
+        acting = slice(None) if own[0] == 0 else slice(count)
+        force[:, at[acting]] += found[:, acting]
+        tangent[:, at[acting, None], at] += of_direction[:, acting]
+    return force
+
+
+def _forces(
+    sliders: "Sliders",
+    mine: Array | slice,
+    motion: Array,
+    tables: SampleTables,
+    tangent: Array,
+) -> Array:
+    """Forces of some sliders along one direction, and across the contact."""
+    on, k_u = sliders.point[mine], sliders.tangential_stiffness[mine]
+    k_v = sliders.normal_stiffness
+    k_v = np.zeros_like(k_u) if k_v is None else k_v[mine]
+    of_element = k_u, k_v, sliders.normal_load[mine], sliders.friction_coefficient[mine]
+    order = np.argsort(on, kind="stable")
+    first = np.searchsorted(on[order], np.arange(len(motion) + 1))
+    motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
+    add_forces(order, first, of_element, motion, tables, force, tangent)
+    return force * np.tile(tables.weight, motion.shape[1] // tables.weight.size)
