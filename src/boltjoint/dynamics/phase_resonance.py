@@ -57,7 +57,7 @@ class PeakSearch(Options):
     largest_step: float = 0.2
     largest_turn: float = 1.4
     largest_distance: float = 0.1
-    width: float = 5e-3
+    width: float = 1e-3
     tolerance: float = 1e-6
     iterations: int = 25
 
