@@ -97,6 +97,7 @@ SWEEP = {
 }
 SETTINGS = {
     "cases": ["small"],
+    "converged_peaks": True,
     "contact_adapted_basis": {
         "resonances": 1,
         "states": 6,
@@ -110,6 +111,7 @@ SETTINGS = {
         "bases": ["free-2", "enriched-8"],
         "regions": [2],
         "reductions": ["clusters=3", "clusters=2/table"],
+        "time_integration_N": [20],
     },
 }
 

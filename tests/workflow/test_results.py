@@ -22,6 +22,7 @@ def test_every_result_is_there(finished):
         "elements_small_free-2_clusters=2_harmonic=2.csv",
         "harmonic_peaks_small_enriched-8.csv",
         "harmonics_small_free-2.csv",
+        "steady_states_small_enriched-8.csv",
         "patterns_two_bolt.csv",
         "bases_variable.csv",
         "divisions_small_enriched-8.csv",

@@ -299,5 +299,5 @@ def _dataset(found: Sequence[_Converged]) -> xr.Dataset:
                 ("force", "harmonics"), by_harmonics[1], "m", f"amplitude of the peak {what}"
             ),
         },
-        coords={"harmonics": tried},
+        coords={"harmonics": quantity("harmonics", tried, "1", "highest harmonic")},
     )

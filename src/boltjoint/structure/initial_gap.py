@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from boltjoint import checks
 
@@ -82,6 +81,8 @@ def symmetric_gap(assembly: xr.Dataset) -> Array:
         return np.zeros(assembly.sizes["pair"])
     gap = checks.variable("assembly", assembly, "initial_gap", ("pair",), at_least=0)
     position = checks.variable("assembly", assembly, "position", ("pair", "axis"))
+    from scipy.spatial import KDTree  # slow to import, and only surfaces with a form error need it
+
     _, mirrored = KDTree(position).query(position * [1, -1, 1])
     if abs(gap - gap[mirrored]).max() > _ROUNDING * gap.max():
         raise ValueError(
