@@ -108,10 +108,12 @@ class Tables:
         """Errors of frequency and amplitude [%], as text, by force and number of harmonics."""
         frame = pd.read_csv(self._path("harmonic_peaks", case))
         errors = frame[["peak_frequency_error_percent", "peak_amplitude_error_percent"]]
+        errors = errors.round(5) + 0.0  # below that is the tolerance of the solver
         frame["errors"] = errors.apply(
             lambda row: "–" if row.isna().any() else " / ".join(_digits(e, 2) for e in row), axis=1
         )
-        return frame.pivot(index="force_N", columns="harmonics", values="errors")  # noqa: PD010
+        by_force = frame.pivot(index="force_N", columns="harmonics", values="errors")  # noqa: PD010
+        return by_force.fillna("–")
 
     def one_harmonic(self, what: str, sign: int) -> float:
         """The largest error of this sign of a peak [%] with one harmonic, of any case and force."""
