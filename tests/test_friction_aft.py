@@ -152,6 +152,11 @@ def test_modal_forces_are_projections_of_those_of_the_points(population, harmoni
     np.testing.assert_allclose(
         found_tangent(), expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()
     )
+    change = random.normal(size=amplitude.shape)
+    expected_change = np.einsum("irjs,js", expected_tangent, change)
+    np.testing.assert_allclose(
+        found_tangent.along(change), expected_change, atol=1e-12 * np.abs(expected_change).max()
+    )
 
 
 @both_laws

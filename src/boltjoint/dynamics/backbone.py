@@ -17,6 +17,7 @@ from boltjoint import checks
 from boltjoint.damping import Damping, choose_damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.compiled_epmc import epmc_system
+from boltjoint.dynamics.energy import energy_per_period
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
 from boltjoint.dynamics.harmonic_balance import parse_component
 from boltjoint.dynamics.isolated_branches import find_isolated_branches
@@ -140,10 +141,10 @@ class Backbone:
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
         # of the forces of the contact, not the total less the structure's: exact where little slips
-        energy = self.equations.balance.energy_per_period
+        balance = self.equations.balance
         friction = [
-            energy(state.amplitude * state.unknown[:-2], 2 * np.pi * state.frequency)[2]
-            for state in states
+            energy_per_period(balance, state.amplitude * state.unknown[:-2], w)[2]
+            for state, w in zip(states, 2 * np.pi * np.array(frequency), strict=True)
         ]
         response = amplitude * abs(mode @ joint.response_mode)
         shape = np.stack([mode.real, mode.imag], axis=-1)

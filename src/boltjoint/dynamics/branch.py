@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.energy import energy_per_period
 from boltjoint.dynamics.folds import Folds, find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_contact import ModalContact
@@ -364,5 +365,5 @@ def _modal_coordinates(
 
 def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
     """Input energy less dissipation, over the larger of both."""
-    supplied, structural, friction = balance.energy_per_period(x, w)
+    supplied, structural, friction = energy_per_period(balance, x, w)
     return (supplied - structural - friction) / max(abs(supplied), abs(structural + friction))

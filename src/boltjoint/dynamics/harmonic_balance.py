@@ -17,7 +17,7 @@ from boltjoint import checks
 from boltjoint.damping import Damping, DampingMatrix, ModalStructure, as_damping
 from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import LazyJacobian
+from boltjoint.solvers.equations import Derivative, LazyJacobian
 
 
 @dataclass(frozen=True)
@@ -123,20 +123,33 @@ class HarmonicBalance:
         matrix = self._static_stiffness.copy()
         np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
         if self.damping_matrix.varying is not None:
-            self._add_damping(matrix, lambda h: self._varying_damping(h, w))
+            varying = self.damping_matrix.varying
+            self._add_damping(matrix, lambda h: self._damping(varying, h, w))
         return matrix
+
+    def linear_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
+        """``dynamic_stiffness(w) @ x``, harmonic by harmonic."""
+        stiffness = x.reshape(len(self.components), -1) @ self.stiffness
+        return stiffness.ravel() - (w * self._harmonic) ** 2 * x + self.damping_force(x, w)
+
+    def damping_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
+        """Force of the damping of the structure at w, shape of x."""
+        return self._turned(x, lambda h: self._damping(self.damping_matrix, h, w))
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Residual of the equations at x and w, shape of x."""
-        return self.contact.force(x) + self.dynamic_stiffness(w) @ x - self.modal_force
+        return self.contact.force(x) + self.linear_force(x, w) - self.modal_force
 
     def residual_and_jacobian(
         self, x: NDArray[np.float64], w: float
-    ) -> tuple[NDArray[np.float64], LazyJacobian]:
+    ) -> tuple[NDArray[np.float64], Derivative]:
         """Residual and its lazily evaluated Jacobian, from one pass over the friction elements."""
         force, tangent = self.contact.force_and_tangent(x)
-        linear = self.dynamic_stiffness(w)
-        return linear @ x + force - self.modal_force, lambda: linear + tangent()
+        residual = self.linear_force(x, w) + force - self.modal_force
+        return residual, Derivative(
+            lambda: self.dynamic_stiffness(w) + tangent(),
+            lambda dx: self.linear_force(dx, w) + tangent.along(dx),
+        )
 
     def assemble(
         self,
@@ -154,35 +167,16 @@ class HarmonicBalance:
         self, dx: NDArray[np.float64], w: float, tangent: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Derivative of the residual along dx from the tangents of the points by the law."""
-        along = (tangent @ self.motion(dx)[:, :, None])[:, :, 0]
-        return self.dynamic_stiffness(w) @ dx + self.contact.modal_force(along)
-
-    def energy_per_period(self, x: NDArray[np.float64], w: float) -> tuple[float, float, float]:
-        """Input energy, structural dissipation and friction dissipation in a period at w [J].
-
-        The work of a force f on a displacement q is ``pi sum_h h (f_ch s_h - f_sh c_h)``. Input and
-        dissipation balance where the equations hold in a space that holds q.
-        """
-        q = x.reshape(len(self.components), -1)
-        parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        contact = self.contact.force(x).reshape(q.shape)
-        excitation = self.modal_force.reshape(q.shape)
-        supplied, structural, friction = 0.0, 0.0, 0.0
-        for h in (harmonic for part, harmonic in parts if part == "sin"):
-            s, c = parts["sin", h], parts["cos", h]
-            supplied += h * (excitation[c] @ q[s] - excitation[s] @ q[c])
-            friction += h * (contact[c] @ q[s] - contact[s] @ q[c])
-            factor, frequency = self._damping_of_harmonic(h, w)
-            structural += h * factor * self.damping_matrix.work(frequency, q[s], q[c])
-        return np.pi * supplied, np.pi * structural, np.pi * friction
+        return self.linear_force(dx, w) + self.contact.change(dx, tangent)
 
     def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Derivative of the residual by w, shape of x."""
         derivative = -2.0 * w * self._harmonic**2 * x
-        if self.damping_matrix.varying is not None:
-            matrix = np.zeros((x.size, x.size))
-            self._add_damping(matrix, lambda h: self._varying_damping_derivative(h, w))
-            derivative += matrix @ x
+        varying = self.damping_matrix.varying
+        if varying is not None:
+            # either the factor or the frequency is the number of the harmonic, the other 1 or w
+            change = self._turned(x, lambda h: h * varying.derivative(self._damping_of(h, w)[1]))
+            derivative += change
         return derivative
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
@@ -215,6 +209,12 @@ class HarmonicBalance:
         return self._static_stiffness, self._harmonic, power, varying
 
     @cached_property
+    def _oscillating(self) -> tuple[tuple[int, int, int], ...]:
+        """Number of each harmonic, and the places of its sine and cosine in the components."""
+        places = {parse_component(name): i for i, name in enumerate(self.components)}
+        return tuple((h, i, places["cos", h]) for (part, h), i in places.items() if part == "sin")
+
+    @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
         """Harmonic number of every entry of the unknown."""
         numbers = [harmonic for _, harmonic in map(parse_component, self.components)]
@@ -234,12 +234,7 @@ class HarmonicBalance:
         """Elasticity and constant damping: the linear part of the equations at zero frequency."""
         matrix = np.kron(np.eye(len(self.components)), self.stiffness)
         constant = self.damping_matrix.constant
-
-        def damping(harmonic: int) -> NDArray[np.float64] | float:
-            factor, frequency = self._damping_of_harmonic(harmonic, 0.0)
-            return factor * constant.at(frequency)
-
-        self._add_damping(matrix, damping)
+        self._add_damping(matrix, lambda h: self._damping(constant, h, 0.0))
         return matrix
 
     def _add_damping(
@@ -250,25 +245,30 @@ class HarmonicBalance:
         """Add the H of each harmonic to the linear part of the equations."""
         n, modes = len(self.components), len(self.stiffness)
         blocks = matrix.reshape(n, modes, n, modes)
-        parts = {parse_component(name): i for i, name in enumerate(self.components)}
-        for (part, harmonic), sin in parts.items():
-            if part == "sin":
-                cos, H = parts["cos", harmonic], damping(harmonic)
-                blocks[sin, :, cos, :] -= H
-                blocks[cos, :, sin, :] += H
+        for harmonic, sin, cos in self._oscillating:
+            H = damping(harmonic)
+            blocks[sin, :, cos, :] -= H
+            blocks[cos, :, sin, :] += H
 
-    def _varying_damping(self, harmonic: int, w: float) -> NDArray[np.float64]:
-        """The part of H of a harmonic that depends on the frequency."""
-        factor, frequency = self._damping_of_harmonic(harmonic, w)
-        return factor * self.damping_matrix.varying.at(frequency)
+    def _turned(
+        self, x: NDArray[np.float64], damping: Callable[[int], NDArray[np.float64] | float]
+    ) -> NDArray[np.float64]:
+        """Force of the H of each harmonic on a motion x."""
+        q = x.reshape(len(self.components), -1)
+        force = np.zeros_like(q)
+        for harmonic, sin, cos in self._oscillating:
+            H = damping(harmonic)
+            force[sin], force[cos] = -np.dot(H, q[cos]), np.dot(H, q[sin])
+        return force.ravel()
 
-    def _varying_damping_derivative(self, harmonic: int, w: float) -> NDArray[np.float64]:
-        """Derivative of H of a harmonic by w."""
-        frequency = self._damping_of_harmonic(harmonic, w)[1]
-        # either the factor or the frequency is the number of the harmonic, the other 1 or w
-        return harmonic * self.damping_matrix.varying.derivative(frequency)
+    def _damping(
+        self, matrix: DampingMatrix, harmonic: int, w: float
+    ) -> NDArray[np.float64] | float:
+        """H of a harmonic [rad^2/s^2]."""
+        factor, frequency = self._damping_of(harmonic, w)
+        return factor * matrix.at(frequency)
 
-    def _damping_of_harmonic(self, harmonic: int, w: float) -> tuple[int, float]:
+    def _damping_of(self, harmonic: int, w: float) -> tuple[int, float]:
         """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of a harmonic."""
         return 1, harmonic * w
 

@@ -1,6 +1,5 @@
 """Friction elements of a joint in modal coordinates: forces, tangents, describing functions."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.joint.model import Joint
+from boltjoint.solvers.equations import Derivative
 
 #: with more modes, products of two at every point take more time to read than to form
 _LARGEST_PRODUCTS = 16
@@ -71,17 +71,26 @@ class ModalContact:
             return self.force_and_tangent(x)[0]
         return self.modal_force(self.joint.law.evaluate(self.motion(x)))
 
-    def force_and_tangent(
-        self, x: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], Callable[[], NDArray[np.float64]]]:
+    def force_and_tangent(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], Derivative]:
         """Forces on the modes at x [kg^-1/2 N], and their lazily evaluated derivative [s^-2]."""
         law = self.joint.law
         if not law.sums_in_modal_coordinates:
             force, tangent = law.evaluate_with_tangent(self.motion(x))
-            return self.modal_force(force), lambda: self.modal_tangent(tangent)
-        amplitudes = x.reshape(len(self.components), -1)
-        force, of_modes = law.modal_force_and_tangent(self.rows, amplitudes)
-        return force.ravel(), lambda: of_modes().reshape(x.size, x.size)
+            derivative = Derivative(
+                lambda: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
+            )
+            return self.modal_force(force), derivative
+        shape = len(self.components), self.modes
+        force, of_modes = law.modal_force_and_tangent(self.rows, x.reshape(shape))
+        derivative = Derivative(
+            lambda: of_modes().reshape(x.size, x.size),
+            lambda dx: of_modes.along(dx.reshape(shape)).ravel(),
+        )
+        return force.ravel(), derivative
+
+    def change(self, dx: NDArray[np.float64], tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the forces on the modes along dx, from the tangents of the points."""
+        return self.modal_force((tangent @ self.motion(dx)[:, :, None])[:, :, 0])
 
     def modal_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
         """Forces of the points on the modes [kg^-1/2 N], shape (components * modes,)."""

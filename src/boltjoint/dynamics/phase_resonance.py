@@ -25,8 +25,8 @@ from boltjoint.dynamics.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
-from boltjoint.solvers.equations import Equations, LazyJacobian, StepControl
-from boltjoint.solvers.newton import newton, solve
+from boltjoint.solvers.equations import Derivative, Equations, StepControl
+from boltjoint.solvers.newton_krylov import NewtonKrylov
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class PeakSearch(Options):
     largest_distance: float = 0.1
     width: float = 1e-3
     tolerance: float = 1e-6
-    iterations: int = 25
+    iterations: int = 50
 
 
 class PhaseEquations(Equations):
@@ -98,17 +98,21 @@ class PhaseEquations(Equations):
         """Motion and frequency [rad/s] of an unknown."""
         return y[:-1], float(np.exp(y[-1] / self._size))
 
-    def evaluate(self, x: Array, p: float) -> tuple[Array, LazyJacobian]:
+    def evaluate(self, x: Array, p: float) -> tuple[Array, Derivative]:
         """Residual and Jacobian at the phase p [rad]."""
         q, w = self.solution(x)
-        residual, jacobian = self.balance.residual_and_jacobian(q, w)
+        residual, by_motion = self.balance.residual_and_jacobian(q, w)
         across = self._weight * (np.cos(p) * self._cos - np.sin(p) * self._sin).ravel()
+        by_frequency = w / self._size * self.balance.frequency_derivative(q, w)
 
-        def bordered() -> Array:
-            by_frequency = w / self._size * self.balance.frequency_derivative(q, w)
-            return np.block([[jacobian(), by_frequency[:, None]], [across, np.zeros(1)]])
+        def jacobian() -> Array:
+            return np.block([[by_motion(), by_frequency[:, None]], [across, np.zeros(1)]])
 
-        return np.append(residual, across @ q), bordered
+        def along(dy: Array) -> Array:
+            dq, dw = dy[:-1], dy[-1]
+            return np.append(by_motion.along(dq) + dw * by_frequency, across @ dq)
+
+        return np.append(residual, across @ q), Derivative(jacobian, along)
 
     def parameter_derivative(self, x: Array, p: float) -> Array:
         """Derivative of the residual by the phase."""
@@ -206,9 +210,8 @@ class _Resonance:
         self.solutions: dict[float, tuple[Array, Array]] = {}
         self._slopes: dict[float, float] = {}
         self._equations, self._start, self._search = equations, start, search
-        self._control = StepControl(
-            tolerance=search.tolerance, maximum_iterations=search.iterations
-        )
+        control = StepControl(tolerance=search.tolerance, maximum_iterations=search.iterations)
+        self._solver = NewtonKrylov(equations, control)
 
     def slope(self, phase: float) -> float:
         """Half the derivative of the squared amplitude by the phase."""
@@ -226,13 +229,10 @@ class _Resonance:
             y, change = self.solutions[nearest]
             guesses = [y + (phase - nearest) * change, y]
         for guess in guesses:
-            found, _ = newton(self._equations, guess, phase, self._control, chords=True)
-            if found.converged:
-                jacobian = self._equations.evaluate(found.x, phase)[1]()
-                by_phase = self._equations.parameter_derivative(found.x, phase)
-                change = solve(jacobian, -by_phase)
-                if change is not None:
-                    return found.x, change
+            found = self._solver.solve(guess, phase)
+            change = self._solver.derivative(found.x, phase) if found.converged else None
+            if change is not None:
+                return found.x, change
         if not self.solutions or abs(phase - nearest) < self._search.smallest_step:
             raise _NotConverged
         # by a solution between

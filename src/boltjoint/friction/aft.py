@@ -22,8 +22,8 @@ from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
 from boltjoint.friction.modal_aft import (
     HarmonicBasis,
-    LazyTangent,
     ModalElements,
+    ModalTangent,
     modal_force_and_tangent,
     slider_delay,
 )
@@ -116,7 +116,7 @@ class AlternatingFrequencyTime(FrictionLaw):
 
     def modal_force_and_tangent(
         self, rows: tuple[Array, ...], amplitude: Array
-    ) -> tuple[Array, LazyTangent]:
+    ) -> tuple[Array, ModalTangent]:
         """Harmonic forces in modal coordinates and their derivative, for any number of harmonics.
 
         The projection of ``force_and_tangent`` onto the modes, of amplitudes that need not be
@@ -133,9 +133,9 @@ class AlternatingFrequencyTime(FrictionLaw):
         -------
         force : ndarray
             Shape (components, modes) [kg^-1/2 N].
-        tangent : callable
-            Gives d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)
-            [s^-2].
+        tangent : ModalTangent
+            Called, d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)
+            [s^-2]; or the derivative along a change of the amplitudes.
 
         Raises
         ------

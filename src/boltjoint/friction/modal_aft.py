@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.linalg.blas import dgemm
 
 from boltjoint.friction.aft_kernels import (
     CLOSING,
@@ -25,10 +26,8 @@ from boltjoint.friction.aft_kernels import (
 )
 from boltjoint.friction.law import Array
 
-LazyTangent = Callable[[], Array]
-
 #: samples whose derivatives are transformed to harmonics at once, so that they stay small
-_SAMPLES_AT_ONCE = 32
+_SAMPLES_AT_ONCE = 64
 #: elements followed at once where their derivatives are not needed together, for the same reason
 _ELEMENTS_AT_ONCE = 4096
 
@@ -66,21 +65,43 @@ class HarmonicBasis(NamedTuple):
 
 
 class _Changes(NamedTuple):
-    """Derivatives of the elements that begin at a sample, an array for each column.
+    """Derivatives of the elements that begin at a sample, a row for each.
 
-    ``of_state`` by the displacement at the same time: sample, element, and changes of the
-    derivative of the friction by x and by n, and of the load by n. ``of_slider`` by the
-    displacement at the sample that determined the slider: sample, element, the derivatives of its
-    position by x and by n, and the samples between which it stays.
+    ``of_state`` by the displacement at the same time, while in contact: sample, element,
+    derivatives of the friction by x and by n, and the sample at which they end. ``of_slider`` by
+    the displacement at the sample that determined the slider: sample, element, the derivatives of
+    its position by x and by n, and the samples between which it stays.
     """
 
     of_state: Array
     of_slider: Array
 
 
+class ModalTangent(NamedTuple):
+    """Derivative of harmonic forces in modal coordinates, evaluated when it is called."""
+
+    elements: ModalElements
+    basis: HarmonicBasis
+    changes: _Changes
+
+    def __call__(self) -> Array:
+        """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
+        return _tangent(*self)
+
+    def along(self, change: Array) -> Array:
+        """Derivative of the forces along a change of the amplitudes, both (components, modes)."""
+        x = self.elements.X @ (change.T @ self.basis.synthesis)
+        n = np.zeros_like(x)
+        if self.elements.V is not None:
+            n = self.elements.V @ (change.T @ self.basis.synthesis)
+        friction, load = np.zeros_like(x), np.zeros_like(x)
+        _follow_change(x, n, *self.changes, friction, load)
+        return _in_modes(self.elements, self.basis, friction, load)
+
+
 def modal_force_and_tangent(
     elements: ModalElements, basis: HarmonicBasis, amplitude: Array
-) -> tuple[Array, LazyTangent]:
+) -> tuple[Array, ModalTangent]:
     """Harmonic forces in modal coordinates, and their lazily evaluated derivative.
 
     Parameters
@@ -94,17 +115,15 @@ def modal_force_and_tangent(
     -------
     force : ndarray
         Shape (components, modes) [kg^-1/2 N].
-    tangent : callable
-        Gives d force[i, r] / d amplitude[j, s], shape (components, modes, components, modes).
+    tangent : ModalTangent
+        Derivative of the forces by the amplitudes.
     """
     x, n = _spring_forces(elements, amplitude.T @ basis.synthesis)
     friction = np.empty_like(x)
     changes = _Changes(*_follow(x, n, elements.friction_coefficient, friction))
-    force = (friction @ basis.synthesis.T).T @ elements.R
-    if elements.N is not None:
-        load = np.maximum(n, 0.0) - np.maximum(elements.normal_load, 0.0)[:, None]
-        force += (load @ basis.synthesis.T).T @ elements.N
-    return force * basis.weight[:, None], lambda: _tangent(elements, basis, changes)
+    load = np.maximum(n, 0.0) - np.maximum(elements.normal_load, 0.0)[:, None]
+    force = _in_modes(elements, basis, friction, load)
+    return force, ModalTangent(elements, basis, changes)
 
 
 def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array) -> Array:
@@ -147,6 +166,14 @@ def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array
     return found.transpose(2, 0, 3, 1) / samples
 
 
+def _in_modes(elements: ModalElements, basis: HarmonicBasis, friction: Array, load: Array) -> Array:
+    """Harmonic forces on the modes of forces at the samples, shape (components, modes)."""
+    force = (friction @ basis.synthesis.T).T @ elements.R
+    if elements.N is not None:
+        force += (load @ basis.synthesis.T).T @ elements.N
+    return force * basis.weight[:, None]
+
+
 def _spring_forces(elements: ModalElements, motion: Array) -> tuple[Array, Array]:
     """Forces of the springs of the elements, (elements, samples), along a motion of the modes."""
     x = elements.X @ motion
@@ -175,7 +202,11 @@ def _by_state(elements: ModalElements, basis: HarmonicBasis, of_state: Array) ->
     """
     modes, samples = elements.R.shape[1], basis.synthesis.shape[1]
     G = np.zeros((samples, modes, modes))
-    for sample, on, (by_x, by_n, load_by_n) in _by_sample(of_state):
+    sample, element, by_x, by_n, end = of_state.T
+    begins = np.stack([sample, element, by_x, by_n, np.ones_like(end)], axis=1)
+    ends = np.stack([end, element, -by_x, -by_n, -np.ones_like(end)], axis=1)
+    changes = np.concatenate([begins, ends[end < samples]])
+    for sample, on, (by_x, by_n, load_by_n) in _by_sample(changes):
         X = by_x[:, None] * elements.X[on]
         if elements.V is not None:
             V = elements.V[on]
@@ -212,9 +243,10 @@ def _by_slider(
     modes, count = elements.R.shape[1], basis.harmonic.size
     tangent = np.zeros((modes * modes * count, count))
     groups = list(_by_sample(of_slider))
+    rows = np.empty((min(len(groups), _SAMPLES_AT_ONCE), modes * modes * count))
     for first in range(0, len(groups), _SAMPLES_AT_ONCE):
         together = groups[first : first + _SAMPLES_AT_ONCE]
-        derivative = np.empty((len(together), modes * modes * count))
+        derivative = rows[: len(together)]
         for row, (sample, on, columns) in zip(derivative, together, strict=True):
             by_x, by_n, begin, end = columns
             position = by_x[:, None] * elements.X[on]
@@ -222,9 +254,10 @@ def _by_slider(
                 position += by_n[:, None] * elements.V[on]
             parts = during(sample, begin.astype(np.int64), end.astype(np.int64))
             both = (position[:, :, None] * parts[:, None, :]).reshape(on.size, -1)
-            row[:] = (elements.R[on].T @ both).ravel()
-        samples = [sample for sample, *_ in together]
-        tangent += derivative.T @ basis.synthesis[:, samples].T
+            np.matmul(elements.R[on].T, both, out=row.reshape(modes, -1))
+        at = basis.synthesis[:, [sample for sample, *_ in together]]
+        # tangent += derivative.T @ at.T, in place: a new array of its size costs as much
+        dgemm(1.0, at, derivative.T, beta=1.0, c=tangent.T, trans_b=True, overwrite_c=True)
     return tangent.reshape(modes, modes, count, count)
 
 
@@ -265,7 +298,7 @@ def _follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) ->
             current = state[begin]
             if end < samples and state[end] == current:
                 continue
-            if states + 2 > len(of_state):
+            if states + 1 > len(of_state):
                 of_state = np.concatenate((of_state, np.empty_like(of_state)))
             if sliders + 2 > len(of_slider):
                 of_slider = np.concatenate((of_slider, np.empty_like(of_slider)))
@@ -274,11 +307,8 @@ def _follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) ->
                 slider_sample, slider_state = begin, current
             if current != SEPARATION:
                 by_x, by_n = (0.0, current * mu) if slips else (1.0, 0.0)
-                _set(of_state[states], (float(begin), float(e), by_x, by_n, 1.0))
+                _set(of_state[states], (float(begin), float(e), by_x, by_n, float(end)))
                 states += 1
-                if end < samples:
-                    _set(of_state[states], (float(end), float(e), -by_x, -by_n, -1.0))
-                    states += 1
                 if not slips and slider_state != STICK:
                     part, by_n_before, by_n = slider_derivative(
                         x[e], n[e], mu, slider_sample, slider_state
@@ -295,3 +325,20 @@ def _follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) ->
                 slider_sample, slider_state = end - 1, current
             begin = end
     return of_state[:states], of_slider[:sliders]
+
+
+@njit(cache=True)
+def _follow_change(
+    x: Array, n: Array, of_state: Array, of_slider: Array, friction: Array, load: Array
+) -> None:
+    """Add the changes of friction and load by those of x and n, (elements, samples)."""
+    for row in range(len(of_state)):
+        e, by_x, by_n = int(of_state[row, 1]), of_state[row, 2], of_state[row, 3]
+        for i in range(int(of_state[row, 0]), int(of_state[row, 4])):
+            friction[e, i] += by_x * x[e, i] + by_n * n[e, i]
+            load[e, i] += n[e, i]
+    for row in range(len(of_slider)):
+        sample, e = int(of_slider[row, 0]), int(of_slider[row, 1])
+        position = of_slider[row, 2] * x[e, sample] + of_slider[row, 3] * n[e, sample]
+        for i in range(int(of_slider[row, 4]), int(of_slider[row, 5])):
+            friction[e, i] -= position

@@ -20,6 +20,17 @@ LazyJacobian = Callable[[], Matrix]
 """Lazily evaluated Jacobian: called where a correction needs the derivative of a residual."""
 
 
+class Derivative(NamedTuple):
+    """Derivative of a residual: called, its Jacobian; or its product with a change, without it."""
+
+    jacobian: LazyJacobian
+    along: Callable[[Vector], Vector]
+
+    def __call__(self) -> Matrix:
+        """The Jacobian."""
+        return self.jacobian()
+
+
 class Equations(Protocol):
     """A system of equations r(x, p) = 0 with one parameter."""
 

@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 class ViscousBalance(HarmonicBalance):
     """``HarmonicBalance`` of sampled friction with viscous damping ``h H(w)`` of the harmonic h."""
 
-    def _damping_of_harmonic(self, harmonic: int, w: float) -> tuple[int, float]:
+    def _damping_of(self, harmonic: int, w: float) -> tuple[int, float]:
         """``h H(w)``: the damping of the harmonic h under ``C = H(w) / w``."""
         return harmonic, w
 

@@ -21,6 +21,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint.dynamics.energy import energy_per_period
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.periodic_motion import motion_at_peak
 from boltjoint.joint.model import Joint
@@ -103,7 +104,7 @@ def peak_dissipation(
     for force in at["force_level"].to_numpy():
         frequency, motion = motion_at_peak(response, force)
         x = motion.in_components(balance.components).ravel()
-        friction.append(balance.energy_per_period(x, 2 * np.pi * frequency)[2])
+        friction.append(energy_per_period(balance, x, 2 * np.pi * frequency)[2])
     return at["peak_amplitude"].to_numpy(), at["peak_frequency"].to_numpy(), np.array(friction)
 
 

@@ -1,0 +1,102 @@
+"""Newton's method for large systems, with few Jacobians: GMRES with the factors of an earlier one.
+
+Where a Jacobian costs as much as a hundred residuals, one is factorized and then preconditions
+GMRES at the solutions near it, which needs products with the derivative alone. Differences of
+residuals will not do for these: with changes from 1e-10 to 1e-3 of the unknown, corners of the
+friction law or rounding kept GMRES from converging.
+
+References
+----------
+D. A. Knoll, D. E. Keyes: Jacobian-free Newton-Krylov methods: a survey of approaches and
+applications. Journal of Computational Physics 193 (2004) 357-397.
+"""
+
+import numpy as np
+from scipy.linalg import LinAlgError, lu_factor, lu_solve
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from boltjoint.solvers.equations import Derivative, Equations, Solution, StepControl, Vector
+
+#: residual of the linear equations of a correction, and of a derivative, over their right side
+_CORRECTION, _DERIVATIVE = 0.02, 1e-3
+#: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
+_ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
+
+
+class NewtonKrylov:
+    """Solutions of equations near each other, whose corrections share the factors of a Jacobian.
+
+    Parameters
+    ----------
+    equations, control
+        The system, whose ``evaluate`` gives a ``Derivative``, tolerance and number of iterations.
+    """
+
+    def __init__(self, equations: Equations, control: StepControl) -> None:
+        self._equations, self._control = equations, control
+        self._factors: tuple | None = None
+
+    def solve(self, x: Vector, p: float) -> Solution:
+        """Solve the equations at a fixed parameter, halving corrections that do not help.
+
+        Parameters
+        ----------
+        x, p
+            Initial guess, and the parameter.
+
+        Returns
+        -------
+        Solution
+            ``converged`` is false where ``maximum_iterations`` did not suffice.
+        """
+        limit = self._control.tolerance * self._equations.residual_scale
+        residual, derivative = self._equations.evaluate(x, p)
+        iteration = 0
+        while np.linalg.norm(residual) > limit and iteration < self._control.maximum_iterations:
+            correction = self._solve(derivative, residual, _CORRECTION)
+            if correction is None:
+                return Solution(x, p, iteration, converged=False)
+            size = np.linalg.norm(residual)
+            for damping in (1.0, 0.5, 0.25, 0.125):
+                trial = x - damping * correction
+                residual, derivative = self._equations.evaluate(trial, p)
+                if np.linalg.norm(residual) < size:
+                    break
+            # a correction that does not help at any length may still lead out of a corner
+            x, iteration = trial, iteration + 1
+        return Solution(x, p, iteration, bool(np.linalg.norm(residual) <= limit))
+
+    def derivative(self, x: Vector, p: float) -> Vector | None:
+        """Derivative of the solution x at p by the parameter; None where it has none."""
+        right = -self._equations.parameter_derivative(x, p)
+        return self._solve(self._equations.evaluate(x, p)[1], right, _DERIVATIVE)
+
+    def _solve(self, derivative: Derivative, right: Vector, tolerance: float) -> Vector | None:
+        """Solution of the linear equations with a right side; None if they are singular.
+
+        With the factors there are, if GMRES converges; otherwise with new ones.
+        """
+        if self._factors is not None:
+            found = self._precondition(derivative, right, tolerance)
+            if found is not None:
+                return found
+        try:
+            self._factors = lu_factor(derivative(), overwrite_a=True)
+        except (LinAlgError, ValueError):
+            return None
+        found = lu_solve(self._factors, right)
+        return found if np.all(np.isfinite(found)) else None
+
+    def _precondition(
+        self, derivative: Derivative, right: Vector, tolerance: float
+    ) -> Vector | None:
+        """Solution by GMRES; None if it does not converge."""
+
+        def earlier(y: Vector) -> Vector:
+            return lu_solve(self._factors, y, check_finite=False)
+
+        n = right.size
+        most = max(_ITERATIONS, round(_ITERATIONS_BY_UNKNOWNS * n))
+        operator = LinearOperator((n, n), lambda y: derivative.along(earlier(y)), dtype=float)
+        found, failed = gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)
+        return None if failed else earlier(found)

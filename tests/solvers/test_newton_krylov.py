@@ -1,0 +1,74 @@
+"""Newton's method with the factors of an earlier Jacobian."""
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from boltjoint.solvers.equations import Derivative, Equations, StepControl
+from boltjoint.solvers.newton_krylov import NewtonKrylov
+
+SIZE = 400
+CONTROL = StepControl(tolerance=1e-8, maximum_iterations=30)
+
+
+class Combustion(Equations):
+    """Bratu's equation ``u'' + p exp(u) = 0`` by differences, counting its Jacobians."""
+
+    residual_scale = 1.0
+
+    def __init__(self):
+        step = 1 / (SIZE + 1)
+        neighbours = np.eye(SIZE, k=1) + np.eye(SIZE, k=-1)
+        self._second = (neighbours - 2 * np.eye(SIZE)) / step**2
+        self.jacobians = 0
+
+    def evaluate(self, x, p):
+        def jacobian():
+            self.jacobians += 1
+            return self._second + np.diag(p * np.exp(x))
+
+        def along(dx):
+            return self._second @ dx + p * np.exp(x) * dx
+
+        return self._second @ x + p * np.exp(x), Derivative(jacobian, along)
+
+    def parameter_derivative(self, x, p):
+        return np.exp(x)
+
+
+def test_one_jacobian_serves_solutions_near_each_other():
+    equations = Combustion()
+    solver, x = NewtonKrylov(equations, CONTROL), np.zeros(SIZE)
+    for p in np.linspace(1.0, 3.0, 9):
+        found = solver.solve(x, p)
+        assert found.converged
+        x = found.x
+        expected = root(lambda u, p=p: equations.evaluate(u, p)[0], x + 0.01, tol=1e-12).x
+        np.testing.assert_allclose(x, expected, rtol=1e-9)
+    assert equations.jacobians < 4
+
+
+def test_the_derivative_is_that_of_the_solution():
+    solver = NewtonKrylov(Combustion(), CONTROL)
+    middle, low, high = (solver.solve(np.zeros(SIZE), p).x for p in (2.0, 1.99, 2.01))
+    difference = (high - low) / 0.02
+    found = solver.derivative(middle, 2.0)
+    np.testing.assert_allclose(found, difference, atol=2e-3 * abs(difference).max())
+
+
+def test_what_has_no_solution_does_not_converge():
+    # beyond p = 3.514 there is none
+    assert not NewtonKrylov(Combustion(), CONTROL).solve(np.zeros(SIZE), 4.0).converged
+
+
+@pytest.mark.filterwarnings("ignore::scipy.linalg.LinAlgWarning")
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_a_singular_jacobian_gives_no_correction(value):
+    class Singular(Combustion):
+        def evaluate(self, x, p):
+            matrix = np.full((SIZE, SIZE), value)
+            return np.ones(SIZE), Derivative(lambda: matrix.copy(), lambda dx: matrix @ dx)
+
+    solver = NewtonKrylov(Singular(), CONTROL)
+    assert not solver.solve(np.zeros(SIZE), 1.0).converged
+    assert solver.derivative(np.zeros(SIZE), 1.0) is None
