@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from boltjoint.config.fitting import Fitting
 from boltjoint.config.solver import Solver
+from boltjoint.dynamics.converged_peaks import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl
@@ -30,6 +31,7 @@ def test_defaults_are_those_of_the_library():
         assert key in ("count", "reduction") or fit[key].default == value
     samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
     assert Solver().time_samples == samples
+    assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
 
 
 def test_friction_forces_by_aft_may_have_more_harmonics():
@@ -37,5 +39,6 @@ def test_friction_forces_by_aft_may_have_more_harmonics():
     assert solver.sampling == {"harmonics": 3, "samples": 256}
     assert solver.steps == Solver().steps
     assert Solver().sampling is None
+    assert Solver(friction_force="aft", harmonics="auto").sampling["harmonics"] == "auto"
     with pytest.raises(ValidationError, match="must be at least 264, 8 for each harmonic"):
         Solver(friction_force="aft", harmonics=33)

@@ -188,6 +188,20 @@ def test_a_problem_of_the_case_in_several_blocks_is_reported_once(study):
     ]
 
 
+def test_chosen_harmonics_are_for_responses_alone(study):
+    solver = {"friction_force": "aft", "harmonics": "auto"}
+    settings = {"cases": ["three_bolt_constant"], "solver": solver, "sweeps": []}
+    (timed,) = problems_of(study, settings)
+    assert timed == "config/config.yaml: omit: must hold timing with solver.harmonics: auto"
+    settings |= {"omit": ["timing"], "sweeps": ["three_bolt_uncertainty"]}
+    assert [each.partition(" must ")[2] for each in problems_of(study, settings)] == [
+        "be empty with solver.harmonics: auto"
+    ]
+    found = problems_of(study, settings | {"sweeps": []})
+    assert f"{CASE}: solve[2].coordinates[0]: " in found[0]
+    assert found[0].endswith("must be linear or rdnm-N with solver.harmonics: auto")
+
+
 def test_more_harmonics_need_coordinates_that_have_them(study):
     edit(study, CASE, "[linear, rdnm-1]", "[linear, complex-rdnm-2]")
     settings = {

@@ -120,6 +120,19 @@ def test_peaks_have_all_harmonics_where_these_are_asked_for(copied):
         np.testing.assert_array_equal(found[name], before[name])
 
 
+def test_responses_have_as_many_harmonics_as_their_peaks_need(copied):
+    where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
+    chosen = "{friction_force: aft, harmonics: auto, harmonic_tolerance: 0.2, time_samples: 64}"
+    options = ["cases=[variable]", "sweeps=[]", "omit=[timing, checks]", f"solver={chosen}"]
+    run(copied, where, "--config", *options)
+    found = dataset.load(copied / where)
+    np.testing.assert_array_equal(found["response_harmonics"], found["peak_harmonics"])
+    np.testing.assert_allclose(found["peak_amplitude"], found["peak_amplitude_converged"], rtol=0.01)
+    highest = int(found["response_harmonics"].max())
+    assert highest > 9
+    assert found["component"].to_numpy()[-1] == f"cos{highest}"
+
+
 def test_sampled_friction_has_as_many_harmonics_as_are_asked_for(copied, finished):
     where = "results/cases/variable/free-2/regions=2/linear/resonance=1/response.nc"
     # the backbone and the complex mode of the other case have one harmonic

@@ -27,7 +27,7 @@ for case, basis in contents.cases_and_bases():
                 for each in contents.responses(case, basis)
                 if each.coordinates.kind == "backbone"
             ],
-            converge_peaks=study.converged_peaks,
+            harmonics=study.harmonic_convergence,
             options={
                 "jacobian": study.solver.jacobian,
                 "basis_update": study.solver.basis_update,

@@ -12,7 +12,7 @@ traced = zip(params.backbones, case.trace_backbones(params.backbones), strict=Tr
 for path, (response, (backbone, parameters)) in zip(output.backbones, traced, strict=True):
     dataset.save(backbone, path, parameters)
     backbones[response] = backbone
-harmonics = HarmonicConvergence() if params.converge_peaks else None
+harmonics = HarmonicConvergence(**params.harmonics) if params.harmonics else None
 solved = case.solve(params.responses, backbones, harmonics=harmonics, **params.options)
 for path, (response, parameters) in zip(output.responses, solved, strict=True):
     dataset.save(response, path, parameters)

@@ -161,9 +161,13 @@ def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
             sentence = f"must be at most {most}, contact_adapted_basis.resonances, in {enriched[0]}"
             yield ("solve", index, "resonance"), sentence
         for place, name in enumerate(block.coordinates):
-            if harmonics > 1 and name.kind == "complex":
+            kinds = {"complex", "backbone"} if harmonics == "auto" else {"complex"}
+            if harmonics != 1 and name.kind in kinds:
                 path = (*case.place_of("coordinates", index), place)
-                yield path, f"must be linear, rdnm-N or backbone with solver.harmonics: {harmonics}"
+                allowed = (
+                    "linear or rdnm-N" if harmonics == "auto" else "linear, rdnm-N or backbone"
+                )
+                yield path, f"must be {allowed} with solver.harmonics: {harmonics}"
 
 
 def _conflicts_of_bases(

@@ -120,7 +120,9 @@ def _without_tags(location: KeyPath, content: Mapping[str, Any]) -> KeyPath:
             continue
         path.append(part)
         value = value[part]
-    return (*path, *location[-1:])
+    of_scalar = not isinstance(value, Mapping | Sequence) or isinstance(value, str)
+    # the member of a union that is a number is named after it
+    return tuple(path) if of_scalar and location[-1] else (*path, *location[-1:])
 
 
 def _owners(model: type[Entry], location: KeyPath) -> list[type[Entry]]:

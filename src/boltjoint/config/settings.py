@@ -11,7 +11,7 @@ from boltjoint.config.fitting import Fitting
 from boltjoint.config.hyper_reduction import HyperReduction
 from boltjoint.config.solver import Solver
 from boltjoint.config.timing import Timing
-from boltjoint.config.types import CaseName, Distinct, Name, Several
+from boltjoint.config.types import CaseName, Distinct, Name, Problems, Several
 
 
 class Settings(Entry):
@@ -28,10 +28,23 @@ class Settings(Entry):
     and further harmonics at ``verification_forces_N``."""
     converged_peaks: Annotated[bool, Field(strict=True)] = False
     """Whether each response also has its peaks with as many harmonics as change them by less than
-    0.5 %, and error bars from them: seconds to minutes for each joint."""
+    ``solver.harmonic_tolerance``, and error bars from them: seconds to minutes for each joint."""
     contact_adapted_basis: ContactAdaptedBasis = ContactAdaptedBasis()
     solver: Solver = Solver()
     fitting: Fitting = Fitting()
     hyper_reduction: HyperReduction = HyperReduction()
     timing: Timing = Timing()
     convergence: Convergence = Convergence()
+
+    @property
+    def harmonic_convergence(self) -> dict[str, float] | None:
+        """Options of ``HarmonicConvergence``; None where peaks are not converged."""
+        needed = self.converged_peaks or self.solver.harmonics == "auto"
+        return self.solver.harmonic_convergence if needed else None
+
+    def conflicts(self) -> Problems:
+        if self.solver.harmonics == "auto":
+            if self.sweeps:
+                yield ("sweeps",), "must be empty with solver.harmonics: auto"
+            if "timing" not in self.omit:
+                yield ("omit",), "must hold timing with solver.harmonics: auto"

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, StrictBool
+from pydantic import Discriminator, Field, StrictBool, Tag
 
 from boltjoint.config.entries import Entry
 from boltjoint.config.types import INTEGRAL, Count, Fraction, Positive, Problems
@@ -10,6 +10,18 @@ from boltjoint.solvers.equations import StepControl
 
 #: with fewer time samples for each harmonic AFT cannot tell the harmonics of a force apart
 LEAST_SAMPLES = 8
+#: frequencies of peaks move less than amplitudes
+_OF_FREQUENCY = 0.1
+
+
+Harmonics = Annotated[
+    Annotated[Count, Tag("number")] | Annotated[Literal["auto"], Tag("auto")],
+    Discriminator(
+        lambda value: "auto" if value == "auto" else None if isinstance(value, str) else "number",
+        custom_error_type="no_values",
+        custom_error_message="must be a whole number or auto",
+    ),
+]
 
 
 class Solver(Entry):
@@ -18,9 +30,14 @@ class Solver(Entry):
     friction_force: Literal["analytic", "aft"] = "analytic"
     """Forces of the friction elements: analytic describing functions of one harmonic, or AFT
     (alternating frequency/time) with any number of harmonics."""
-    harmonics: Count = 1
+    harmonics: Harmonics = 1
     """Number of harmonics of the response; under constant load the odd ones up to it, since no
-    others arise. Must be 1 with ``friction_force: analytic``, and with ``complex-rdnm-N``."""
+    others arise. Must be 1 with ``friction_force: analytic``, and with ``complex-rdnm-N``. With
+    ``auto`` each response has as many as its peak needs, up to 33: not for ``backbone``, sweeps and
+    timing."""
+    harmonic_tolerance: Fraction = 0.005
+    """Relative change of the amplitude of a peak by more harmonics, and ten times that of its
+    frequency, below which there are enough: for ``harmonics: auto`` and ``converged_peaks``."""
     time_samples: Annotated[int, Field(strict=True, ge=LEAST_SAMPLES), INTEGRAL] = 256
     """Time samples of a period with ``friction_force: aft``, at least 8 for each harmonic. The
     error of the forces falls with their square."""
@@ -62,17 +79,29 @@ class Solver(Entry):
         return self.model_dump(include=set(StepControl.__dataclass_fields__))
 
     @property
-    def sampling(self) -> dict[str, int] | None:
-        """Harmonics and time samples of AFT, None with analytic friction forces."""
+    def sampling(self) -> dict[str, int | str] | None:
+        """Harmonics, or auto, and time samples of AFT; None with analytic friction forces."""
         if self.friction_force == "analytic":
             return None
         return {"harmonics": self.harmonics, "samples": self.time_samples}
 
+    @property
+    def harmonic_convergence(self) -> dict[str, float]:
+        """Options of ``dynamics.converged_peaks.HarmonicConvergence``."""
+        amplitude = self.harmonic_tolerance
+        return {
+            "amplitude_tolerance": amplitude,
+            "frequency_tolerance": _OF_FREQUENCY * amplitude,
+            "samples": self.time_samples,
+        }
+
     def conflicts(self) -> Problems:
-        if self.friction_force == "analytic" and self.harmonics > 1:
+        if self.friction_force == "analytic" and self.harmonics != 1:
             sentence = "must be 1 with friction_force: analytic; more need friction_force: aft"
             yield ("harmonics",), sentence
-        elif self.time_samples < (least := LEAST_SAMPLES * self.harmonics):
+        elif self.harmonics != "auto" and self.time_samples < (
+            least := LEAST_SAMPLES * self.harmonics
+        ):
             yield ("time_samples",), f"must be at least {least}, {LEAST_SAMPLES} for each harmonic"
         if self.smallest_step >= self.largest_step:
             yield ("smallest_step",), f"must be less than largest_step, {self.largest_step:g}"

@@ -54,6 +54,8 @@ _VECTORS_PER_MODE = 6
 _CANDIDATES, _SQUARES = 1.3, 14
 #: tangents of the contact points, and Jacobians, that a correction of the balance holds
 _TANGENTS, _JACOBIANS = 3, 4
+#: harmonics where a study leaves their number open
+_MOST_CHOSEN = 33
 #: harmonics at the peaks that are integrated in time, and samples of their balance
 _MANY, _SAMPLES = 201, 1024
 
@@ -336,7 +338,8 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     study = contents.study
     case, solver = study.cases[name], study.solver
     pairs = min(study.assembly(case.assembly).contact_pairs, _COUNTLESS)
-    harmonics, samples = (min(n, _COUNTLESS) for n in (solver.harmonics, solver.time_samples))
+    most = _MOST_CHOSEN if solver.harmonics == "auto" else solver.harmonics
+    harmonics, samples = (min(n, _COUNTLESS) for n in (most, solver.time_samples))
     law = case.contact.declaration
     directions, components = len(law.directions), law.components_of(harmonics)
     effort = 1.0

@@ -16,6 +16,7 @@ from boltjoint.dynamics.converged_peaks import (
     add_converged_peaks,
     converge_peaks,
 )
+from boltjoint.dynamics.converged_response import solve_converged_response
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import window_around
 from boltjoint.joint.io import joint_from_dataset
@@ -43,7 +44,8 @@ class CaseInBasis:
     windows
         Frequencies [Hz] by resonance, None where they are chosen.
     sampling
-        Harmonics and time samples of AFT, None for analytic forces.
+        Harmonics and time samples of AFT, None for analytic forces. With the harmonics ``auto``
+        each response has as many as its peak needs.
     steps
         Fields of ``StepControl``.
     """
@@ -53,7 +55,7 @@ class CaseInBasis:
     forces: Sequence[float]
     damping: Damping
     windows: Mapping[int, tuple[float, float] | None]
-    sampling: Mapping[str, int] | None
+    sampling: Mapping[str, int | str] | None
     steps: Mapping[str, float]
 
     def solve(
@@ -68,6 +70,7 @@ class CaseInBasis:
 
         With ``harmonics`` each has its peaks with all harmonics too. They are those of the joint in
         all linear modes, found from the first response of it, whatever coordinates others have.
+        Where the harmonics are chosen, these are the options of that.
         """
         converged: dict[tuple[str, int], xr.Dataset] = {}
         for response, joint, how in self._problems(responses):
@@ -76,12 +79,17 @@ class CaseInBasis:
                 **self._excitation(response),
                 **options,
             }
-            found = solve_response(joint, **how, **given, backbone=backbones.get(response))
+            if self._chooses_harmonics:
+                harmonics = harmonics or HarmonicConvergence()
+                found = solve_converged_response(joint, **how, **given, harmonics=harmonics)
+            else:
+                found = solve_response(joint, **how, **given, backbone=backbones.get(response))
+                if harmonics is not None:
+                    peaks = response.joint, response.resonance
+                    if peaks not in converged:
+                        converged[peaks] = converge_peaks(joint, found, harmonics)
+                    found = add_converged_peaks(found, converged[peaks])
             if harmonics is not None:
-                peaks = response.joint, response.resonance
-                if peaks not in converged:
-                    converged[peaks] = converge_peaks(joint, found, harmonics)
-                found = add_converged_peaks(found, converged[peaks])
                 found.attrs["harmonic_convergence"] = harmonics.stored()
             yield found, self._parameters(response, given)
 
@@ -126,7 +134,12 @@ class CaseInBasis:
         path = layout.path("joint", case=self.case, basis=self.basis, joint=name)
         stored = dataset.load(path)
         ranges = stored["resonance_range"].to_numpy().tolist()
-        return joint_from_dataset(stored, self.sampling), ranges
+        sampling = None if self._chooses_harmonics else self.sampling
+        return joint_from_dataset(stored, sampling), ranges
+
+    @property
+    def _chooses_harmonics(self) -> bool:
+        return self.sampling is not None and self.sampling["harmonics"] == "auto"
 
     def _excitation(self, response: "Response") -> dict[str, object]:
         """Resonance, forces and damping of a response."""

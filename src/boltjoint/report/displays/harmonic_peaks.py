@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def _bases(contents: Contents) -> Iterator[dict[str, object]]:
-    for case in contents.study.cases if contents.study.converged_peaks else ():
+    for case in contents.study.cases if contents.study.harmonic_convergence else ():
         for basis in contents.lowest_references(case):
             yield {"case": case, "basis": basis}
 

@@ -93,7 +93,9 @@ def _quantities(
         yield "sensors", ", ".join(sensor.name for sensor in case.sensors), None
     friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
     yield "friction forces", friction, None
-    yield "harmonics of the response", str(solver.harmonics), None
+    chosen = f"as many as change a peak by less than {100 * solver.harmonic_tolerance:g} %"
+    harmonics = chosen if solver.harmonics == "auto" else str(solver.harmonics)
+    yield "harmonics of the response", harmonics, None
     if solver.sampling is not None:
         yield "time samples per period", str(solver.time_samples), None
     yield "basis", ", ".join(case.bases), None
