@@ -69,6 +69,10 @@ def test_facts_tell_how_friction_is_solved(artefacts):
     assert "friction forces AFT, sampled in time – harmonics of the response 3" in facts
     assert "time samples per period 128" in facts
     assert "those of its first-harmonic amplitude" in plain(sampled)
+    chosen = write(artefacts, Solver(friction_force="aft", harmonics="auto"))
+    facts = figure(chosen, "case-table")
+    assert "harmonics of the response as many as change a peak by less than 0.5 %" in facts
+    assert "as many harmonics as its peak needs" in plain(chosen)
 
 
 def test_regions_whose_number_a_tolerance_decides_stand_after_numbers(artefacts):
