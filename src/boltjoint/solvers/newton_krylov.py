@@ -16,6 +16,7 @@ from scipy.linalg import LinAlgError, lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from boltjoint.solvers.equations import Derivative, Equations, Solution, StepControl, Vector
+from boltjoint.solvers.newton import ROUNDING
 
 #: residual of the linear equations of a correction, and of a derivative, over their right side
 _CORRECTION, _DERIVATIVE = 0.02, 1e-3
@@ -35,6 +36,7 @@ class NewtonKrylov:
     def __init__(self, equations: Equations, control: StepControl) -> None:
         self._equations, self._control = equations, control
         self._factors: tuple | None = None
+        self._rounding = 0.0
 
     def solve(self, x: Vector, p: float) -> Solution:
         """Solve the equations at a fixed parameter, halving corrections that do not help.
@@ -49,29 +51,37 @@ class NewtonKrylov:
         Solution
             ``converged`` is false where ``maximum_iterations`` did not suffice.
         """
-        limit = self._control.tolerance * self._equations.residual_scale
         residual, derivative = self._equations.evaluate(x, p)
-        iteration = 0
-        while np.linalg.norm(residual) > limit and iteration < self._control.maximum_iterations:
-            correction = self._solve(derivative, residual, _CORRECTION)
+        for iteration in range(self._control.maximum_iterations):
+            size = np.linalg.norm(residual)
+            if size <= self._limit:
+                return Solution(x, p, iteration, converged=True)
+            correction = self._solve(x, derivative, residual, _CORRECTION)
             if correction is None:
                 return Solution(x, p, iteration, converged=False)
-            size = np.linalg.norm(residual)
             for damping in (1.0, 0.5, 0.25, 0.125):
                 trial = x - damping * correction
                 residual, derivative = self._equations.evaluate(trial, p)
                 if np.linalg.norm(residual) < size:
                     break
             # a correction that does not help at any length may still lead out of a corner
-            x, iteration = trial, iteration + 1
-        return Solution(x, p, iteration, bool(np.linalg.norm(residual) <= limit))
+            x = trial
+        converged = bool(np.linalg.norm(residual) <= self._limit)
+        return Solution(x, p, self._control.maximum_iterations, converged)
 
     def derivative(self, x: Vector, p: float) -> Vector | None:
         """Derivative of the solution x at p by the parameter; None where it has none."""
         right = -self._equations.parameter_derivative(x, p)
-        return self._solve(self._equations.evaluate(x, p)[1], right, _DERIVATIVE)
+        return self._solve(x, self._equations.evaluate(x, p)[1], right, _DERIVATIVE)
 
-    def _solve(self, derivative: Derivative, right: Vector, tolerance: float) -> Vector | None:
+    @property
+    def _limit(self) -> float:
+        """The residual that counts as zero: by the tolerance, or the rounding of its own terms."""
+        return max(self._control.tolerance * self._equations.residual_scale, self._rounding)
+
+    def _solve(
+        self, x: Vector, derivative: Derivative, right: Vector, tolerance: float
+    ) -> Vector | None:
         """Solution of the linear equations with a right side; None if they are singular.
 
         With the factors there are, if GMRES converges; otherwise with new ones.
@@ -80,8 +90,10 @@ class NewtonKrylov:
             found = self._precondition(derivative, right, tolerance)
             if found is not None:
                 return found
+        jacobian = derivative()
+        self._rounding = ROUNDING * float(np.linalg.norm(abs(jacobian) @ abs(x)))
         try:
-            self._factors = lu_factor(derivative(), overwrite_a=True)
+            self._factors = lu_factor(jacobian, overwrite_a=True)
         except (LinAlgError, ValueError):
             return None
         found = lu_solve(self._factors, right)

@@ -18,7 +18,7 @@ from boltjoint.dynamics.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.newton import newton
+from boltjoint.solvers.newton_krylov import NewtonKrylov
 
 logger = logging.getLogger(__name__)
 
@@ -83,6 +83,6 @@ def solve_periodic(
         checks.instance("start", start, PeriodicMotion)
         shape = "components", joint.natural_frequency.size
         x = checks.array("start", start.in_components(law.components), shape).ravel()
-    solution, _ = newton(LinearModes(balance), x, w, control)
+    solution = NewtonKrylov(LinearModes(balance), control).solve(x, w)
     amplitude = solution.x.reshape(len(law.components), -1)
     return PeriodicMotion(law.components, amplitude, solution.converged)
