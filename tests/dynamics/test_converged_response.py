@@ -47,7 +47,7 @@ def test_its_peaks_are_the_converged_ones(either):
     for what, tolerance in (("amplitude", 1e-4), ("frequency", 1e-3)):
         own, best = response[f"peak_{what}"], response[f"peak_{what}_converged"]
         np.testing.assert_allclose(own, best, rtol=tolerance)
-        assert (response[f"peak_{what}_error"] < 0.02).all()
+        assert (response[f"peak_{what}_error"] < 0.05).all()
     assert response["complete"].all()
     assert (response["excitation_force"].to_numpy() == np.sort(response["excitation_force"])).all()
 

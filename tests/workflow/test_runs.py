@@ -127,7 +127,9 @@ def test_responses_have_as_many_harmonics_as_their_peaks_need(copied):
     run(copied, where, "--config", *options)
     found = dataset.load(copied / where)
     np.testing.assert_array_equal(found["response_harmonics"], found["peak_harmonics"])
-    np.testing.assert_allclose(found["peak_amplitude"], found["peak_amplitude_converged"], rtol=0.01)
+    np.testing.assert_allclose(
+        found["peak_amplitude"], found["peak_amplitude_converged"], rtol=0.01
+    )
     highest = int(found["response_harmonics"].max())
     assert highest > 9
     assert found["component"].to_numpy()[-1] == f"cos{highest}"

@@ -2,6 +2,11 @@
 
 From a peak of one harmonic, peaks with more are sought one after another, each from the one before,
 until two successive changes are below a tolerance.
+
+References
+----------
+P. J. Roache: Perspective: a method for uniform reporting of grid refinement studies. Journal of
+Fluids Engineering 116 (1994) 405-413.
 """
 
 import logging
@@ -28,6 +33,9 @@ from boltjoint.joint.model import Joint
 from boltjoint.options import Options
 
 logger = logging.getLogger(__name__)
+
+#: factor of truncation errors without an order of convergence
+_SAFETY = 3.0
 
 
 @dataclass(frozen=True)
@@ -119,13 +127,14 @@ class PeakSequence(NamedTuple):
         """Estimated relative error of frequency and amplitude of the last peak.
 
         Harmonics of forces with corners fall with the square of their number, so that the sum of
-        those beyond h falls with h: it is a change times ``h_before / (h - h_before)``, here the
-        larger of the last two, since one may be small by chance. Between the time samples of a
+        those beyond h falls with h: it is a change times ``h_before / (h - h_before)``, here three
+        times the larger of the last two, as for an order that is not established (Roache 1994):
+        further harmonics come near modes of the contact. Between the time samples of a
         period, motion is taken as straight: ``(2 pi / samples)^2 / 12`` of it on average. Near a
         peak of the damping ratio zeta the amplitude falls by ``(dw / (w zeta))^2 / 2`` of itself:
         within an error e of the amplitude the peak may be anywhere in ``w zeta sqrt(2 e)``.
         """
-        frequency, amplitude = np.max(
+        frequency, amplitude = _SAFETY * np.max(
             [
                 before.harmonics / (after.harmonics - before.harmonics) * after.change_from(before)
                 for before, after in self._last_changes
