@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.linalg import multi_dot
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
@@ -78,23 +79,29 @@ class _Changes(NamedTuple):
 
 
 class ModalTangent(NamedTuple):
-    """Derivative of harmonic forces in modal coordinates, evaluated when it is called."""
+    """Derivative of harmonic forces in modal coordinates, evaluated when it is called.
+
+    ``work`` has arrays for x, n, friction and load, each (elements, samples): new ones cost as much
+    as what is done with them.
+    """
 
     elements: ModalElements
     basis: HarmonicBasis
     changes: _Changes
+    work: tuple[Array, Array, Array, Array]
 
     def __call__(self) -> Array:
         """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
-        return _tangent(*self)
+        return _tangent(self.elements, self.basis, self.changes)
 
     def along(self, change: Array) -> Array:
         """Derivative of the forces along a change of the amplitudes, both (components, modes)."""
-        x = self.elements.X @ (change.T @ self.basis.synthesis)
-        n = np.zeros_like(x)
-        if self.elements.V is not None:
-            n = self.elements.V @ (change.T @ self.basis.synthesis)
-        friction, load = np.zeros_like(x), np.zeros_like(x)
+        x, n, friction, load = self.work
+        n[:] = 0.0
+        for rows, found in ((self.elements.X, x), (self.elements.V, n)):
+            if rows is not None:
+                multi_dot([rows, change.T, self.basis.synthesis], out=found)
+        friction[:] = load[:] = 0.0
         _follow_change(x, n, *self.changes, friction, load)
         return _in_modes(self.elements, self.basis, friction, load)
 
@@ -118,12 +125,12 @@ def modal_force_and_tangent(
     tangent : ModalTangent
         Derivative of the forces by the amplitudes.
     """
-    x, n = _spring_forces(elements, amplitude.T @ basis.synthesis)
+    x, n = _spring_forces(elements, amplitude, basis)
     friction = np.empty_like(x)
     changes = _Changes(*_follow(x, n, elements.friction_coefficient, friction))
     load = np.maximum(n, 0.0) - np.maximum(elements.normal_load, 0.0)[:, None]
     force = _in_modes(elements, basis, friction, load)
-    return force, ModalTangent(elements, basis, changes)
+    return force, ModalTangent(elements, basis, changes, (x, n, friction, load))
 
 
 def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array) -> Array:
@@ -144,7 +151,7 @@ def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array
         By the derivative of the forces [s^-2], shape (components, modes, components, modes).
         Sliders that rest for the whole period have no part in it.
     """
-    motion, samples = amplitude.T @ basis.synthesis, basis.synthesis.shape[1]
+    samples = basis.synthesis.shape[1]
     # sums of the contributions of samples times their number, for the mean delay of an interval
     contribution = basis.synthesis.T * basis.weight
     moment = np.zeros_like(basis.mean)
@@ -159,7 +166,7 @@ def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array
     for first in range(0, len(elements.R), _ELEMENTS_AT_ONCE):
         at = slice(first, first + _ELEMENTS_AT_ONCE)
         block = ModalElements(*(None if each is None else each[at] for each in elements))
-        x, n = _spring_forces(block, motion)
+        x, n = _spring_forces(block, amplitude, basis)
         of_slider = _follow(x, n, block.friction_coefficient, np.empty_like(x))[1]
         moving = of_slider[:, 5] - of_slider[:, 4] < samples
         found += _by_slider(block, basis, of_slider[moving], delayed)
@@ -168,18 +175,20 @@ def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array
 
 def _in_modes(elements: ModalElements, basis: HarmonicBasis, friction: Array, load: Array) -> Array:
     """Harmonic forces on the modes of forces at the samples, shape (components, modes)."""
-    force = (friction @ basis.synthesis.T).T @ elements.R
+    force = multi_dot([basis.synthesis, friction.T, elements.R])
     if elements.N is not None:
-        force += (load @ basis.synthesis.T).T @ elements.N
+        force += multi_dot([basis.synthesis, load.T, elements.N])
     return force * basis.weight[:, None]
 
 
-def _spring_forces(elements: ModalElements, motion: Array) -> tuple[Array, Array]:
-    """Forces of the springs of the elements, (elements, samples), along a motion of the modes."""
-    x = elements.X @ motion
+def _spring_forces(
+    elements: ModalElements, amplitude: Array, basis: HarmonicBasis
+) -> tuple[Array, Array]:
+    """Forces of the springs of the elements at the samples, each (elements, samples)."""
+    x = multi_dot([elements.X, amplitude.T, basis.synthesis])
     n = np.repeat(elements.normal_load[:, None], x.shape[1], axis=1)
     if elements.V is not None:
-        n += elements.V @ motion
+        n += multi_dot([elements.V, amplitude.T, basis.synthesis])
     return x, n
 
 
