@@ -100,7 +100,7 @@ def tabulate_steady_states(
     response: xr.Dataset,
     *,
     forces: Sequence[float],
-    harmonics: Sequence[int] = (17, 33),
+    harmonics: Sequence[int] = (17, 33, 65),
     samples: int = 1024,
     steps: int = 500,
     tolerance: float = 1e-6,
