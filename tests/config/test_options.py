@@ -11,6 +11,7 @@ from boltjoint.dynamics.converged_peaks import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl
+from boltjoint.study import estimate
 
 
 def test_how_elements_are_fitted():
@@ -32,6 +33,7 @@ def test_defaults_are_those_of_the_library():
     samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
     assert Solver().time_samples == samples
     assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
+    assert max(HarmonicConvergence().harmonics) == estimate._MOST_CHOSEN
 
 
 def test_friction_forces_by_aft_may_have_more_harmonics():

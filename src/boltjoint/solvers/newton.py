@@ -8,7 +8,14 @@ chord method.
 
 import numpy as np
 
-from boltjoint.solvers.equations import Equations, Matrix, Solution, StepControl, Vector
+from boltjoint.solvers.equations import (
+    Equations,
+    LazyJacobian,
+    Matrix,
+    Solution,
+    StepControl,
+    Vector,
+)
 
 #: a residual this small against the terms it is the sum of is their rounding
 ROUNDING = 4 * np.finfo(float).eps
@@ -50,17 +57,26 @@ def newton(
         correction = solve(jacobian, residual) if size > limit else None
         if correction is None:
             return Solution(x, p, iteration, bool(size <= limit)), jacobian
-        for damping in (1.0, 0.5, 0.25, 0.125):
-            trial = x - damping * correction
-            residual, jacobian_at = equations.evaluate(trial, p)
-            trial_size = np.linalg.norm(residual)
-            if trial_size < size:
-                break
-        kept = chords and trial_size <= _CHORD_REDUCTION * size
-        # a correction that does not help at any length may still lead out of a corner of the law
-        x, size = trial, trial_size
+        x, residual, jacobian_at = corrected(equations, x, p, correction, size)
+        before, size = size, np.linalg.norm(residual)
+        kept = chords and size <= _CHORD_REDUCTION * before
     limit = smallest_residual(equations, control, x, jacobian)
     return Solution(x, p, control.maximum_iterations, bool(size <= limit)), jacobian
+
+
+def corrected(
+    equations: Equations, x: Vector, p: float, correction: Vector, size: float
+) -> tuple[Vector, Vector, LazyJacobian]:
+    """Unknown less its correction, halved until the residual falls below a size; with residual.
+
+    A correction that does not help at any length may still lead out of a corner of the law.
+    """
+    for damping in (1.0, 0.5, 0.25, 0.125):
+        trial = x - damping * correction
+        residual, derivative = equations.evaluate(trial, p)
+        if np.linalg.norm(residual) < size:
+            break
+    return trial, residual, derivative
 
 
 def smallest_residual(

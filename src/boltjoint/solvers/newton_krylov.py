@@ -16,7 +16,7 @@ from scipy.linalg import LinAlgError, lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from boltjoint.solvers.equations import Derivative, Equations, Solution, StepControl, Vector
-from boltjoint.solvers.newton import ROUNDING
+from boltjoint.solvers.newton import ROUNDING, corrected
 
 #: residual of the linear equations of a correction, and of a derivative, over their right side
 _CORRECTION, _DERIVATIVE = 0.02, 1e-3
@@ -59,13 +59,7 @@ class NewtonKrylov:
             correction = self._solve(x, derivative, residual, _CORRECTION)
             if correction is None:
                 return Solution(x, p, iteration, converged=False)
-            for damping in (1.0, 0.5, 0.25, 0.125):
-                trial = x - damping * correction
-                residual, derivative = self._equations.evaluate(trial, p)
-                if np.linalg.norm(residual) < size:
-                    break
-            # a correction that does not help at any length may still lead out of a corner
-            x = trial
+            x, residual, derivative = corrected(self._equations, x, p, correction, size)
         converged = bool(np.linalg.norm(residual) <= self._limit)
         return Solution(x, p, self._control.maximum_iterations, converged)
 
