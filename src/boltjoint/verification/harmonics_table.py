@@ -102,7 +102,7 @@ def tabulate_steady_states(
     forces: Sequence[float],
     harmonics: Sequence[int] = (17, 33, 65),
     samples: int = 1024,
-    steps: int = 500,
+    steps: int = 1000,
     tolerance: float = 1e-6,
     maximum_periods: int = 600,
 ) -> pd.DataFrame:
