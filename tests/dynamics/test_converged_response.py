@@ -7,7 +7,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.converged_peaks import HarmonicConvergence
-from boltjoint.dynamics.converged_response import solve_converged_response
+from boltjoint.dynamics.converged_response import find_converged_peaks, solve_converged_response
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 
@@ -54,9 +54,11 @@ def test_its_peaks_are_the_converged_ones(either):
 
 def test_response_dependent_modes_have_them_too(either):
     joint, expected = either
-    found = solve_converged_response(
-        joint, FORCES[1:2], harmonics=FEW, loss_factor=0.01, coordinates="rdnm-2"
-    )
+    how = {"harmonics": FEW, "loss_factor": 0.01, "coordinates": "rdnm-2"}
+    found = solve_converged_response(joint, FORCES[1:2], **how)
+    peaks = find_converged_peaks(joint, FORCES[1:2], **how)
+    given = solve_converged_response(joint, FORCES[1:2], **how, peaks=peaks)
+    np.testing.assert_array_equal(found["peak_amplitude"], given["peak_amplitude"])
     assert found["response_harmonics"] == expected["response_harmonics"][1]
     np.testing.assert_allclose(found["peak_amplitude"], expected["peak_amplitude"][1], rtol=0.05)
 

@@ -20,27 +20,66 @@ from boltjoint.joint.model import Joint
 logger = logging.getLogger(__name__)
 
 
-def solve_converged_response(
+def find_converged_peaks(
     joint: Joint,
     forces: Sequence[float],
     *,
     harmonics: HarmonicConvergence = HarmonicConvergence(),
     **options: object,
 ) -> xr.Dataset:
-    """Frequency responses at several force levels, each with as many harmonics as its peak needs.
-
-    Responses of one harmonic have peaks, and these are converged (``converge_peaks``); then the
-    response to each force is followed with the harmonics of its converged peak, with the most of
-    them where there is no peak.
+    """The peaks of a joint with as many harmonics as change nothing, from those with one.
 
     Parameters
     ----------
     joint
-        With the law of its elements.
+        With the law of its elements, or AFT of it.
     forces
         Amplitudes of the excitation [N].
     harmonics
         Numbers of harmonics and tolerances.
+    options
+        As for ``solve_response``; coordinates are linear modes whatever they say.
+
+    Returns
+    -------
+    Dataset
+        As of ``converge_peaks``.
+
+    Raises
+    ------
+    ValueError
+        As for ``solve_response``.
+    """
+    joint = _with_elements(joint)
+    # a backbone is not asked for, nor what judges coordinates that are not used here
+    response = solve_response(joint, forces, **options | {"coordinates": "linear"})
+    return converge_peaks(joint, response, harmonics)
+
+
+def solve_converged_response(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    harmonics: HarmonicConvergence = HarmonicConvergence(),
+    peaks: xr.Dataset | None = None,
+    **options: object,
+) -> xr.Dataset:
+    """Frequency responses at several force levels, each with as many harmonics as its peak needs.
+
+    The response to each force is followed with the harmonics of its converged peak, with the most
+    of them where there is no peak.
+
+    Parameters
+    ----------
+    joint
+        With the law of its elements, or AFT of it.
+    forces
+        Amplitudes of the excitation [N].
+    harmonics
+        Numbers of harmonics and tolerances.
+    peaks
+        Of ``find_converged_peaks`` for this joint and resonance and these forces, in whatever
+        coordinates the response is; found by default.
     options
         As for ``solve_response``.
 
@@ -56,16 +95,12 @@ def solve_converged_response(
     ValueError
         As for ``solve_response``; if the coordinates are ``complex-rdnm-N`` or ``backbone``.
     """
-    checks.instance("joint", joint, Joint)
-    forces = checks.numbers("forces", forces)
-    if isinstance(joint.law, AlternatingFrequencyTime):
-        joint = replace(joint, law=joint.law.elements)
+    forces, joint = checks.numbers("forces", forces), _with_elements(joint)
     coordinates = str(options.get("coordinates", "linear"))
     if coordinates.startswith(("complex", "backbone")):
         raise ValueError(f"coordinates is {coordinates}: must be linear or rdnm-N")
-    # a backbone is not asked for again, nor what judges coordinates that are not used here
-    of_peaks = options | {"coordinates": "linear"}
-    peaks = converge_peaks(joint, solve_response(joint, forces, **of_peaks), harmonics)
+    if peaks is None:
+        peaks = find_converged_peaks(joint, forces, harmonics=harmonics, **options)
     most = max(harmonics.harmonics)
     highest = peaks["peak_harmonics"].fillna(most).to_numpy().astype(int)
     found = []
@@ -76,6 +111,14 @@ def solve_converged_response(
     response = _concatenate(found)
     numbers = quantity("force", highest, "1", "highest harmonic of the response")
     return add_converged_peaks(response.assign(response_harmonics=numbers), peaks)
+
+
+def _with_elements(joint: Joint) -> Joint:
+    """The joint with the law of its elements, in place of AFT of it."""
+    checks.instance("joint", joint, Joint)
+    if isinstance(joint.law, AlternatingFrequencyTime):
+        return replace(joint, law=joint.law.elements)
+    return joint
 
 
 def _concatenate(responses: Sequence[xr.Dataset]) -> xr.Dataset:

@@ -16,7 +16,7 @@ from boltjoint.dynamics.converged_peaks import (
     add_converged_peaks,
     converge_peaks,
 )
-from boltjoint.dynamics.converged_response import solve_converged_response
+from boltjoint.dynamics.converged_response import find_converged_peaks, solve_converged_response
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import window_around
 from boltjoint.joint.io import joint_from_dataset
@@ -79,13 +79,15 @@ class CaseInBasis:
                 **self._excitation(response),
                 **options,
             }
+            peaks = response.joint, response.resonance
             if self._chooses_harmonics:
-                harmonics = harmonics or HarmonicConvergence()
-                found = solve_converged_response(joint, **how, **given, harmonics=harmonics)
+                how["harmonics"] = harmonics = harmonics or HarmonicConvergence()
+                if peaks not in converged:
+                    converged[peaks] = find_converged_peaks(joint, **how, **given)
+                found = solve_converged_response(joint, **how, **given, peaks=converged[peaks])
             else:
                 found = solve_response(joint, **how, **given, backbone=backbones.get(response))
                 if harmonics is not None:
-                    peaks = response.joint, response.resonance
                     if peaks not in converged:
                         converged[peaks] = converge_peaks(joint, found, harmonics)
                     found = add_converged_peaks(found, converged[peaks])
