@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from boltjoint.solvers.equations import Equations
+from boltjoint.solvers.equations import Derivative, Equations
+
+#: unknowns of Bratu's equation
+SIZE = 400
 
 
 class Curve(Equations):
@@ -33,3 +36,28 @@ class First:
 
     def slope(self, x, dx):
         return float(dx[0])
+
+
+class Combustion(Equations):
+    """Bratu's equation ``u'' + p exp(u) = 0`` by differences, counting its Jacobians."""
+
+    residual_scale = 1.0
+
+    def __init__(self):
+        step = 1 / (SIZE + 1)
+        neighbours = np.eye(SIZE, k=1) + np.eye(SIZE, k=-1)
+        self._second = (neighbours - 2 * np.eye(SIZE)) / step**2
+        self.jacobians = 0
+
+    def evaluate(self, x, p):
+        def jacobian():
+            self.jacobians += 1
+            return self._second + np.diag(p * np.exp(x))
+
+        def along(dx):
+            return self._second @ dx + p * np.exp(x) * dx
+
+        return self._second @ x + p * np.exp(x), Derivative(jacobian, along)
+
+    def parameter_derivative(self, x, p):
+        return np.exp(x)

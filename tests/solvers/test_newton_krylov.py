@@ -2,38 +2,13 @@
 
 import numpy as np
 import pytest
+from curves import SIZE, Combustion
 from scipy.optimize import root
 
-from boltjoint.solvers.equations import Derivative, Equations, StepControl
+from boltjoint.solvers.equations import Derivative, StepControl
 from boltjoint.solvers.newton_krylov import NewtonKrylov
 
-SIZE = 400
 CONTROL = StepControl(tolerance=1e-8, maximum_iterations=30)
-
-
-class Combustion(Equations):
-    """Bratu's equation ``u'' + p exp(u) = 0`` by differences, counting its Jacobians."""
-
-    residual_scale = 1.0
-
-    def __init__(self):
-        step = 1 / (SIZE + 1)
-        neighbours = np.eye(SIZE, k=1) + np.eye(SIZE, k=-1)
-        self._second = (neighbours - 2 * np.eye(SIZE)) / step**2
-        self.jacobians = 0
-
-    def evaluate(self, x, p):
-        def jacobian():
-            self.jacobians += 1
-            return self._second + np.diag(p * np.exp(x))
-
-        def along(dx):
-            return self._second @ dx + p * np.exp(x) * dx
-
-        return self._second @ x + p * np.exp(x), Derivative(jacobian, along)
-
-    def parameter_derivative(self, x, p):
-        return np.exp(x)
 
 
 def test_one_jacobian_serves_solutions_near_each_other():

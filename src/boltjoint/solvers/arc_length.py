@@ -17,13 +17,23 @@ import numpy as np
 
 from boltjoint.solvers import corners
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
-from boltjoint.solvers.equations import Equations, Quantity, SolutionBranch, StepControl, Vector
+from boltjoint.solvers.equations import (
+    Derivative,
+    Equations,
+    Quantity,
+    SolutionBranch,
+    StepControl,
+    Vector,
+)
+from boltjoint.solvers.krylov_corrector import KrylovCorrector
 from boltjoint.solvers.maxima import Maxima
-from boltjoint.solvers.newton import newton
 
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
 #: is as short as this: then the branch has a corner there; peaks are the same with half or twice
 CORNER = 1e-3
+
+#: number of unknowns from which a Jacobian costs more than the products that stand for it
+LARGE = 1000
 
 #: longest step with which the branch is continued beyond a corner; likewise
 CORNER_STEP = 1e-4
@@ -65,16 +75,25 @@ def trace(
         With all solutions up to where the branch ended. ``complete`` is false, and ``reason`` says
         why, where that is not the end of the window; nothing is raised.
     """
-    corrector = Corrector(equations, control, scale if callable(scale) else lambda _: scale)
+    begin = window[0] if begin is None else begin
+    scale = scale if callable(scale) else lambda _, constant=scale: constant
+    corrector = _choose_corrector(equations, start, begin)(equations, control, scale)
     branch, maxima = SolutionBranch(), None
     if maximise is not None:
         arc = partial(corrector.arc, maximise)
         maxima = Maxima(branch, maximise, lambda at, _: arc(at), control.peak_tolerance)
     tracer = Tracer(corrector, window, branch, maxima)
-    if tracer.start(start, window[0] if begin is None else begin):
+    if tracer.start(start, begin):
         while tracer.advance():
             pass
     return branch
+
+
+def _choose_corrector(equations: Equations, x: Vector, p: float) -> type[Corrector]:
+    """That with few Jacobians for many unknowns, if the equations give products with them."""
+    if x.size < LARGE or not isinstance(equations.evaluate(x, p)[1], Derivative):
+        return Corrector
+    return KrylovCorrector
 
 
 class _Alternative(NamedTuple):
@@ -123,7 +142,7 @@ class Tracer:
 
     def start(self, x: Vector, p: float) -> bool:
         """Solve at the start by Newton's method; whether it converged."""
-        solution, jacobian = newton(self.corrector.equations, x, p, self.corrector.control)
+        solution, jacobian = self.corrector.newton(x, p)
         if not solution.converged:
             self.branch.solutions.append(solution)
             return self._stop("no solution found at the start of the window")
@@ -218,7 +237,7 @@ class Tracer:
         last, beyond, end = self.predictor, step.solution, self.window[1]
         fraction = (end - last.p) / (beyond.p - last.p)
         guess = last.x + fraction * (beyond.x - last.x)
-        solution, _ = newton(self.corrector.equations, guess, end, self.corrector.control)
+        solution, _ = self.corrector.newton(guess, end)
         self.branch.solutions.append(solution)
         if not solution.converged:
             return self._stop("no solution found at the end of the window")

@@ -61,7 +61,8 @@ def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> 
         point = queue.pop(0)
         x, p = predictor.at(radius * point)
         residual, jacobian_at = corrector.equations.evaluate(x, p)
-        derivative = corrector.derivative(x, p, jacobian_at(), predictor.weights)
+        jacobian = corrector.linearise(jacobian_at)
+        derivative = corrector.derivative(x, p, jacobian, predictor.weights)
         if not np.all(np.isfinite(derivative)):
             continue
         if orientation is None:

@@ -19,9 +19,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, StepControl, Vector
+from boltjoint.solvers.equations import (
+    Equations,
+    LazyJacobian,
+    Matrix,
+    Quantity,
+    Solution,
+    StepControl,
+    Vector,
+)
 from boltjoint.solvers.maxima import Arc, Observation
-from boltjoint.solvers.newton import smallest_residual, solve
+from boltjoint.solvers.newton import newton, smallest_residual, solve
 
 #: distances from a solution below this share of the largest are relative to the latter: only where
 #: the response vanishes, so that peaks are the same with half or twice
@@ -76,6 +84,18 @@ class Corrector:
         weights = np.append(np.full_like(x, 1 / size), 1 / self.scale(p))
         return Predictor(x, p, weights, self.tangent(x, p, jacobian, weights, direction))
 
+    def linearise(self, derivative: LazyJacobian) -> Matrix:
+        """What the linear equations of corrections and tangents are made of."""
+        return derivative()
+
+    def newton(self, x: Vector, p: float) -> tuple[Solution, Matrix]:
+        """Solution at a fixed parameter, and the linearisation at its last correction."""
+        return newton(self.equations, x, p, self.control)
+
+    def smallest_residual(self, x: Vector, jacobian: Matrix) -> float:
+        """The residual that counts as zero."""
+        return smallest_residual(self.equations, self.control, x, jacobian)
+
     def tangent(
         self, x: Vector, p: float, jacobian: Matrix, weights: Vector, direction: Vector
     ) -> Vector:
@@ -98,6 +118,19 @@ class Corrector:
         """Derivative of the residual by unknown and parameter, in weighted coordinates."""
         by_parameter = self.equations.parameter_derivative(x, p)
         return np.column_stack([jacobian, by_parameter]) / weights
+
+    def solve_bordered(
+        self,
+        x: Vector,
+        p: float,
+        jacobian: Matrix,
+        weights: Vector,
+        border: Vector,
+        right: Vector,
+    ) -> Vector | None:
+        """Weighted solution of the derivative bordered by a row; None where it is singular."""
+        derivative = self.derivative(x, p, jacobian, weights)
+        return solve(np.vstack([derivative, border]), right)
 
     def correct(
         self,
@@ -131,22 +164,21 @@ class Corrector:
             x, p = predictor.at(offset)
             residual, jacobian_at = self.equations.evaluate(x, p)
             if jacobian is None:
-                jacobian = jacobian_at()
+                jacobian = self.linearise(jacobian_at)
             sphere = offset @ offset / radius - radius
-            limit = smallest_residual(self.equations, self.control, x, jacobian)
+            limit = self.smallest_residual(x, jacobian)
             if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * radius:
                 smallest = self.control.smallest_cosine * radius
                 if direction is None and offset @ predictor.tangent < smallest:
                     return None
                 solution = Solution(x, p, iteration, True)
-                jacobian = jacobian_at() if update_jacobian else jacobian
+                jacobian = self.linearise(jacobian_at) if update_jacobian else jacobian
                 return Step(solution, jacobian, offset / predictor.weights)
             if iteration > 0:
-                jacobian = jacobian_at()
-            derivative = self.derivative(x, p, jacobian, predictor.weights)
-            correction = solve(
-                np.vstack([derivative, 2 * offset / radius]), np.append(residual, sphere)
-            )
+                jacobian = self.linearise(jacobian_at)
+            border, right = 2 * offset / radius, np.append(residual, sphere)
+            weights = predictor.weights
+            correction = self.solve_bordered(x, p, jacobian, weights, border, right)
             if correction is None or np.linalg.norm(correction) > 2 * radius:
                 return None
             offset = offset - correction
@@ -156,7 +188,8 @@ class Corrector:
         """The predictor with the tangent of the Jacobian at its own solution."""
         _, jacobian_at = self.equations.evaluate(predictor.x, predictor.p)
         x, p, weights, tangent = predictor
-        tangent = self.tangent(x, p, jacobian_at(), weights, tangent / weights)
+        jacobian = self.linearise(jacobian_at)
+        tangent = self.tangent(x, p, jacobian, weights, tangent / weights)
         return predictor._replace(tangent=tangent)
 
     def observation(self, quantity: Quantity, predictor: Predictor, step: Step) -> Observation:

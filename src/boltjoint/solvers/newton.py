@@ -86,8 +86,12 @@ def smallest_residual(
 
     At a sharp resonance the terms are orders of magnitude larger than what they balance.
     """
-    terms = float(np.linalg.norm(abs(jacobian) @ abs(x)))
-    return max(control.tolerance * equations.residual_scale, ROUNDING * terms)
+    return max(control.tolerance * equations.residual_scale, rounding(jacobian, x))
+
+
+def rounding(jacobian: Matrix, x: Vector) -> float:
+    """Rounding of a residual by that of the terms it is the sum of."""
+    return ROUNDING * float(np.linalg.norm(abs(jacobian) @ abs(x)))
 
 
 def solve(matrix: Matrix, right: Vector) -> Vector | None:

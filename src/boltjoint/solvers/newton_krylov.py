@@ -11,15 +11,24 @@ D. A. Knoll, D. E. Keyes: Jacobian-free Newton-Krylov methods: a survey of appro
 applications. Journal of Computational Physics 193 (2004) 357-397.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from boltjoint.solvers.equations import Derivative, Equations, Solution, StepControl, Vector
-from boltjoint.solvers.newton import ROUNDING, corrected
+from boltjoint.solvers.equations import (
+    Derivative,
+    Equations,
+    Matrix,
+    Solution,
+    StepControl,
+    Vector,
+)
+from boltjoint.solvers.newton import corrected, rounding
 
 #: residual of the linear equations of a correction, and of a derivative, over their right side
-_CORRECTION, _DERIVATIVE = 0.02, 1e-3
+_CORRECTION, _DERIVATIVE = 0.1, 1e-2
 #: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
 _ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
 
@@ -35,8 +44,7 @@ class NewtonKrylov:
 
     def __init__(self, equations: Equations, control: StepControl) -> None:
         self._equations, self._control = equations, control
-        self._factors: tuple | None = None
-        self._rounding = 0.0
+        self._factors, self._rounding = KeptFactors(), 0.0
 
     def solve(self, x: Vector, p: float) -> Solution:
         """Solve the equations at a fixed parameter, halving corrections that do not help.
@@ -76,25 +84,58 @@ class NewtonKrylov:
     def _solve(
         self, x: Vector, derivative: Derivative, right: Vector, tolerance: float
     ) -> Vector | None:
-        """Solution of the linear equations with a right side; None if they are singular.
+        """Solution of the linear equations with a right side; None if they are singular."""
 
-        With the factors there are, if GMRES converges; otherwise with new ones.
+        def jacobian() -> Matrix:
+            matrix = derivative()
+            self._rounding = rounding(matrix, x)
+            return matrix
+
+        return self._factors.solve(derivative.along, jacobian, right, tolerance)
+
+
+class KeptFactors:
+    """Linear equations near each other, by GMRES with the factors of the matrix of one of them."""
+
+    def __init__(self) -> None:
+        self._factors: tuple | None = None
+
+    def solve(
+        self,
+        along: Callable[[Vector], Vector],
+        matrix: Callable[[], Matrix],
+        right: Vector,
+        tolerance: float,
+    ) -> Vector | None:
+        """Solve with the factors there are if GMRES converges, and otherwise with new ones.
+
+        Parameters
+        ----------
+        along, matrix
+            Product of the matrix with a vector, and the matrix where it is factorized.
+        right
+            Right side.
+        tolerance
+            Residual of GMRES over the right side.
+
+        Returns
+        -------
+        ndarray or None
+            None where the matrix is singular or not finite.
         """
         if self._factors is not None:
-            found = self._precondition(derivative, right, tolerance)
+            found = self._precondition(along, right, tolerance)
             if found is not None:
                 return found
-        jacobian = derivative()
-        self._rounding = ROUNDING * float(np.linalg.norm(abs(jacobian) @ abs(x)))
         try:
-            self._factors = lu_factor(jacobian, overwrite_a=True)
+            self._factors = lu_factor(matrix(), overwrite_a=True)
         except (LinAlgError, ValueError):
             return None
         found = lu_solve(self._factors, right)
         return found if np.all(np.isfinite(found)) else None
 
     def _precondition(
-        self, derivative: Derivative, right: Vector, tolerance: float
+        self, along: Callable[[Vector], Vector], right: Vector, tolerance: float
     ) -> Vector | None:
         """Solution by GMRES; None if it does not converge."""
 
@@ -103,6 +144,6 @@ class NewtonKrylov:
 
         n = right.size
         most = max(_ITERATIONS, round(_ITERATIONS_BY_UNKNOWNS * n))
-        operator = LinearOperator((n, n), lambda y: derivative.along(earlier(y)), dtype=float)
+        operator = LinearOperator((n, n), lambda y: along(earlier(y)), dtype=float)
         found, failed = gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)
         return None if failed else earlier(found)
