@@ -37,7 +37,9 @@ class PeakSearch(Options):
 
     Parameters
     ----------
-    first_step, smallest_step, largest_step
+    overshoot
+        First step of the phase over the distance at which a linear resonance has its peak.
+    smallest_step, largest_step
         Steps of the phase [rad] in which the peak is bracketed, doubled while it lies beyond.
     largest_turn
         Of the phase [rad] from that of the peak with fewer harmonics: there is no peak beyond.
@@ -45,19 +47,20 @@ class PeakSearch(Options):
         From the frequency of the peak with fewer harmonics, over it: beyond it lies another
         resonance.
     width
-        Within which the phase of the peak is located [rad]; the amplitude is off by the square.
+        Within which the phase of the peak is located [rad]: the amplitude is off by half of its
+        square, the frequency by it times the damping ratio, both less than truncation errors.
     tolerance
         Residual of the equations, over the force. The error of 256 samples is 1e-5 and more.
     iterations
         Corrections after which a solution is given up, and a smaller step tried.
     """
 
-    first_step: float = 0.02
+    overshoot: float = 1.5
     smallest_step: float = 1e-4
     largest_step: float = 0.2
     largest_turn: float = 1.4
     largest_distance: float = 0.1
-    width: float = 1e-3
+    width: float = 3e-3
     tolerance: float = 1e-6
     iterations: int = 50
 
@@ -185,9 +188,10 @@ def find_peak(
 
 def _locate(resonance: "_Resonance", first: float, search: PeakSearch) -> float | None:
     """The phase of the peak near a first one; None without a peak."""
-    slope = resonance.slope(first)
     low = high = first
-    step = np.copysign(search.first_step, slope)
+    # half the square of an amplitude that is the cosine of the distance falls by distance * square
+    step = search.overshoot * resonance.slope(first) / resonance.square(first)
+    step = np.copysign(np.clip(abs(step), search.width, search.largest_step), step)
     while np.sign(resonance.slope(high)) == np.sign(step):
         if abs(high - first) > search.largest_turn or abs(step) < search.smallest_step:
             return None
@@ -198,6 +202,8 @@ def _locate(resonance: "_Resonance", first: float, search: PeakSearch) -> float 
         else:
             low, high = high, high + step
             step = np.clip(2 * step, -search.largest_step, search.largest_step)
+    if abs(high - low) <= search.width:
+        return min(low, high, key=lambda phase: abs(resonance.slope(phase)))
     peak = float(brentq(resonance.slope, low, high, xtol=search.width))
     resonance.slope(peak)
     return peak
@@ -220,6 +226,10 @@ class _Resonance:
             self.solutions[phase] = y, change
             self._slopes[phase] = self._equations.output.slope(y[:-1], change[:-1])
         return self._slopes[phase]
+
+    def square(self, phase: float) -> float:
+        """Squared amplitude where the slope is known."""
+        return self._equations.output.value(self.solutions[phase][0][:-1]) ** 2
 
     def _solution(self, phase: float) -> tuple[Array, Array]:
         """The solution at a phase, and its derivative by the phase."""
