@@ -99,6 +99,25 @@ class Tables:
         """Largest errors and cost of every model of a case."""
         return accuracy.summary(pd.read_csv(self._path("models", case))).to_dict("records")
 
+    def apart(self, what: str, **model: str) -> float:
+        """Largest difference [%] of a model's peak in the converged basis from the full one's."""
+        found = self._of_converged_basis(**model)
+        full = self._of_converged_basis(joint="node-to-node", coordinates="linear")
+        return (found - full)[f"peak_{what}_error_percent"].abs().max()
+
+    def cost(self, **model: str) -> str:
+        """Least and most time [s] of a model in the converged basis, of any case."""
+        times = self._of_converged_basis(**model)["cpu_s"].groupby("case").sum()
+        return " to ".join(_digits(time, 2) for time in (times.min(), times.max()))
+
+    def _of_converged_basis(self, **model: str) -> pd.DataFrame:
+        """The rows of a model in the converged basis, by case and force."""
+        found = self._of_cases("models")
+        for column, value in {"modes": "enriched-40", **model}.items():
+            found = found[found[column] == value]
+        columns = ["peak_frequency_error_percent", "peak_amplitude_error_percent", "cpu_s"]
+        return found.set_index(["case", "force_N"])[columns]
+
     def harmonics(self, case: str) -> pd.DataFrame:
         """Error of the first harmonic [%] by force and number of harmonics."""
         frame = pd.read_csv(self._path("harmonics", case))
@@ -162,10 +181,10 @@ class Tables:
         """Largest errors of the peaks [%] by basis."""
         return accuracy.largest(pd.read_csv(self._path("bases", case)), ["basis"])
 
-    def doubled(self, basis: str, what: str) -> float:
-        """Largest change of a peak of any case and force [%] in the largest basis."""
-        tables = (pd.read_csv(self._path("bases", case)) for case in self.cases("bases"))
-        found = pd.concat(frame[frame["basis"] == basis] for frame in tables)
+    def doubled(self, basis: str, what: str, least_force: float = 0.0) -> float:
+        """Largest change of a peak of any case, from a force [N] on, in the largest basis [%]."""
+        found = self._of_cases("bases")
+        found = found[(found["basis"] == basis) & (found["force_N"] >= least_force)]
         return found[f"peak_{what}_error_percent"].abs().max()
 
     def divisions(self, case: str) -> pd.DataFrame:
