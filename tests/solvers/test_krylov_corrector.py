@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from curves import SIZE, Combustion
+from scipy.optimize import brentq
 from small_joint import make_joint
 
 from boltjoint.dynamics.frequency_response import solve_branch
@@ -13,9 +14,10 @@ from boltjoint.solvers import arc_length
 from boltjoint.solvers.equations import StepControl
 
 CONTROL = StepControl(tolerance=1e-8)
-#: largest parameter with a solution, and the middle of that (J. Bebernes, D. Eberly: Mathematical
-#: Problems from Combustion Theory, 1989)
-FOLD, MIDDLE = 3.513831, 1.186842
+#: the closed form ``u = 2 ln(cosh(t) / cosh(t (1 - 2 s)))``, ``p = 8 (t / cosh(t))^2`` of Bratu's
+#: equation folds where ``t tanh(t) = 1``: the parameter, and the solution in the middle
+_T = brentq(lambda t: t * np.tanh(t) - 1, 1.0, 2.0)
+FOLD, MIDDLE = 8 * (_T / np.cosh(_T)) ** 2, 2 * np.log(np.cosh(_T))
 
 
 @pytest.fixture(params=["few", "all"])
