@@ -27,7 +27,7 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.dynamics.phase_resonance import find_peak
 from boltjoint.dynamics.superharmonics import Superharmonic, find_superharmonic
-from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -235,8 +235,7 @@ def converge_peaks(
     """
     checks.instance("joint", joint, Joint)
     checks.instance("response", response, xr.Dataset)
-    if isinstance(joint.law, AlternatingFrequencyTime):
-        joint = replace(joint, law=joint.law.elements)
+    joint = replace(joint, law=without_sampling(joint.law))
     found = [_Converged(PeakSequence(()), (np.nan, np.nan), None)]
     found *= response.sizes["force"]
     if isinstance(joint.law, ElementLaw):

@@ -14,7 +14,7 @@ from boltjoint.dynamics.converged_peaks import (
     converge_peaks,
 )
 from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.joint.model import Joint
 
 logger = logging.getLogger(__name__)
@@ -50,7 +50,8 @@ def find_converged_peaks(
     ValueError
         As for ``solve_response``.
     """
-    joint = _with_elements(joint)
+    checks.instance("joint", joint, Joint)
+    joint = replace(joint, law=without_sampling(joint.law))
     # a backbone is not asked for, nor what judges coordinates that are not used here
     response = solve_response(joint, forces, **options | {"coordinates": "linear"})
     return converge_peaks(joint, response, harmonics)
@@ -95,7 +96,9 @@ def solve_converged_response(
     ValueError
         As for ``solve_response``; if the coordinates are ``complex-rdnm-N`` or ``backbone``.
     """
-    forces, joint = checks.numbers("forces", forces), _with_elements(joint)
+    checks.instance("joint", joint, Joint)
+    forces = checks.numbers("forces", forces)
+    joint = replace(joint, law=without_sampling(joint.law))
     coordinates = str(options.get("coordinates", "linear"))
     if coordinates.startswith(("complex", "backbone")):
         raise ValueError(f"coordinates is {coordinates}: must be linear or rdnm-N")
@@ -111,14 +114,6 @@ def solve_converged_response(
     response = _concatenate(found)
     numbers = quantity("force", highest, "1", "highest harmonic of the response")
     return add_converged_peaks(response.assign(response_harmonics=numbers), peaks)
-
-
-def _with_elements(joint: Joint) -> Joint:
-    """The joint with the law of its elements, in place of AFT of it."""
-    checks.instance("joint", joint, Joint)
-    if isinstance(joint.law, AlternatingFrequencyTime):
-        return replace(joint, law=joint.law.elements)
-    return joint
 
 
 def _concatenate(responses: Sequence[xr.Dataset]) -> xr.Dataset:

@@ -246,6 +246,11 @@ def by_samples(law: FrictionLaw, samples: int) -> AlternatingFrequencyTime:
     return AlternatingFrequencyTime(law, samples=samples)
 
 
+def without_sampling(law: FrictionLaw) -> FrictionLaw:
+    """The law of the elements in place of AFT of it; another law as it is."""
+    return law.elements if isinstance(law, AlternatingFrequencyTime) else law
+
+
 def _sums(values: Array) -> Array:
     """Cumulative sums along the first axis, from zero."""
     return np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])

@@ -11,7 +11,7 @@ from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dynamics.converged_peaks import converge_peak
 from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.aft import without_sampling
 from boltjoint.joint.model import Joint
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import SteadyState, steady_state
@@ -168,8 +168,7 @@ def _checked(
     forces = levels if forces is None else checks.numbers("forces", forces)
     if not np.isin(forces, levels).all():
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
-    if isinstance(joint.law, AlternatingFrequencyTime):
-        joint = replace(joint, law=joint.law.elements)
+    joint = replace(joint, law=without_sampling(joint.law))
     return joint.distinct, forces, damping_of_attributes(response.attrs)
 
 
