@@ -12,6 +12,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import estimate
+from boltjoint.verification.harmonics_table import tabulate_steady_states
 
 
 def test_how_elements_are_fitted():
@@ -34,6 +35,8 @@ def test_defaults_are_those_of_the_library():
     assert Solver().time_samples == samples
     assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
     assert max(HarmonicConvergence().harmonics) == estimate._MOST_CHOSEN
+    harmonics = inspect.signature(tabulate_steady_states).parameters["harmonics"].default
+    assert max(harmonics) == estimate._MANY_ENRICHED
 
 
 def test_friction_forces_by_aft_may_have_more_harmonics():

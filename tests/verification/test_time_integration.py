@@ -16,7 +16,10 @@ from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.verification.harmonics_table import tabulate_time_integration
+from boltjoint.verification.harmonics_table import (
+    tabulate_steady_states,
+    tabulate_time_integration,
+)
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state
 
@@ -262,3 +265,15 @@ def test_the_table_knows_sampled_friction_and_some_forces(joint):
     plain = tabulate_time_integration(joint, response, forces=[20.0], harmonics=(3, 9), steps=500)
     pd.testing.assert_frame_equal(table, plain)
     assert list(table["force_N"]) == [20.0, 20.0]
+
+
+def test_converged_peaks_agree_with_time_and_end_after_two_small_changes(either):
+    response = solve_response(either, [20.0], loss_factor=LOSS)
+    table = tabulate_steady_states(either, response, forces=[20.0], harmonics=(33, 65, 97, 129))
+    amplitude = table["amplitude_m"].to_numpy()
+    small = abs(np.diff(amplitude) / amplitude[:-1]) < 5e-4
+    # two in succession, and only at the end
+    assert small[-2:].all() and not (small[:-1] & small[1:])[:-1].any()
+    assert table["settled"].all()
+    assert abs(table["step_error_percent"].iloc[0]) < 0.1
+    assert abs(table["difference_percent"].iloc[-1]) < 0.2

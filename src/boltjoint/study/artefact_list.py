@@ -168,6 +168,13 @@ class Contents:
         wanted = self.study.convergence.time_integration_N
         return [force for force in self.study.case(case).levels if force in wanted]
 
+    def bases_of_integration(self, case: str) -> list[Basis]:
+        """Bases of converged peaks at these forces: the converged one and, if any, a larger one."""
+        if not (self.integrated_levels(case) and (converged := self.converged(case))):
+            return []
+        own, last = converged.basis, self.study.convergence.bases[-1:]
+        return [own, *(each for each in last if each.fewest > own.most)]
+
     def lowest_references(self, case: str) -> dict[str, Response]:
         """By basis, the response of the node-to-node joint of the lowest mode."""
         found: dict[str, Response] = {}
@@ -181,11 +188,8 @@ class Contents:
         A basis of as many vectors as a tolerance asks for counts as the largest.
         Of contact-adapted bases, around the first resonance.
         """
-        found = [
-            one
-            for one in self.references(case)
-            if one.resonance == 1 and one.basis.is_contact_adapted
-        ]
+        first = (one for one in self.references(case) if one.resonance == 1)
+        found = (one for one in first if one.basis.is_contact_adapted)
         return max(found, key=lambda one: one.basis.most, default=None)
 
     def compared(self, case: str) -> list[Response]:

@@ -28,13 +28,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, SWEEP_FOLDER
 from boltjoint.names import JointName
 from boltjoint.structure.bolts import yield_warning
 from boltjoint.study.artefact_list import Contents
+from boltjoint.study.mesh_size import COUNTLESS, mesh_size
 
 _GIB = 2**30
 _NUMBER = 8
@@ -56,8 +56,10 @@ _CANDIDATES, _SQUARES = 1.3, 14
 _TANGENTS, _JACOBIANS = 3, 4
 #: harmonics where a study leaves their number open
 _MOST_CHOSEN = 33
-#: harmonics at the peaks that are integrated in time, and samples of their balance
-_MANY, _SAMPLES = 201, 1024
+#: most harmonics at the peaks that are integrated in time: of free modes, and of enriched bases
+_MANY, _MANY_ENRICHED = 201, 97
+#: samples whose derivatives are transformed to harmonics at once
+_SAMPLES_AT_ONCE = 64
 
 #: time of the finite elements, of nodes^2 [s]; modes: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 0.9e-8, 8e-8, 3.2e-8
@@ -75,16 +77,6 @@ _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 _PER_JOINT = 12.0
 #: of the list of designs, with their values and what is wrong with them [byte]
 _PER_ROW = 1000
-#: more than any machine can count: sizes beyond it would overflow
-_COUNTLESS = 1e30
-
-
-class MeshSize(NamedTuple):
-    """Nodes, elements and contact pairs of the mesh of an assembly."""
-
-    nodes: int
-    elements: int
-    pairs: int
 
 
 @dataclass(frozen=True)
@@ -131,40 +123,6 @@ class _Job(NamedTuple):
     does: str
     #: jobs among which the time is divided
     parts: int = 1
-
-
-def mesh_size(assembly: Assembly) -> MeshSize:
-    """Size of the mesh of an assembly, by counting its divisions."""
-    mesh = assembly.mesh
-    across, along, layers = (
-        mesh.ring_cells_across_width,
-        mesh.ring_cells_along_bar,
-        mesh.layers_per_half_height,
-    )
-    bolts = len(assembly.bolt_positions_mm)
-    around = 2 * (across + along)
-    pairs = assembly.contact_pairs
-    free = sum(int(min(count, _COUNTLESS)) for count in assembly.elements_outside_lap)
-    columns = (bolts - 1) * mesh.columns_between_bolt_cells + 2 * mesh.columns_at_each_lap_end
-    rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
-
-    shank_points = (across + 1) * (along + 1) + mesh.rings_in_shank * around
-    head_points = shank_points + (mesh.rings_under_head + 1) * around
-    shank_quads = across * along + mesh.rings_in_shank * around
-    head_quads = shank_quads + (mesh.rings_under_head + 1) * around
-    in_heads = 2 * mesh.layers_in_head
-
-    # nodes are shared where a free bar meets its half of the lap, and a head its shank and its bar
-    free_nodes = (free + 2) * (across + 1) * (2 * layers + 1) - 2 * (across + 1) * (layers + 1)
-    shank_nodes = 2 * shank_points * (layers + 1)
-    head_nodes = in_heads * head_points
-    return MeshSize(
-        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * (shank_nodes + head_nodes),
-        elements=2 * layers * (bolts * around * rings + columns * across)
-        + 2 * layers * across * free
-        + bolts * (2 * layers * shank_quads + in_heads * head_quads),
-        pairs=pairs,
-    )
 
 
 def estimate(study: Study) -> Estimate:
@@ -295,7 +253,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the finite elements."""
     study = contents.study
     size, key = mesh_size(study.assembly(name)), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
-    nodes = min(size.nodes, _COUNTLESS)
+    nodes = min(size.nodes, COUNTLESS)
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill
     preloads = {each.preload_N for each in contents.select("preload", assembly=name)}
@@ -318,7 +276,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
         yield _Job(str(basis), name, memory, seconds, key, f"to find {number} modes")
     if any(basis.is_contact_adapted for basis in bases):
         # pairs of one half of the width, along x and z
-        candidates = min(size.pairs + study.contact_adapted_basis.free_modes, _COUNTLESS)
+        candidates = min(size.pairs + study.contact_adapted_basis.free_modes, COUNTLESS)
         memory = (
             _PROCESS
             + factors
@@ -337,9 +295,9 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the joints."""
     study = contents.study
     case, solver = study.cases[name], study.solver
-    pairs = min(study.assembly(case.assembly).contact_pairs, _COUNTLESS)
+    pairs = min(study.assembly(case.assembly).contact_pairs, COUNTLESS)
     most = _MOST_CHOSEN if solver.harmonics == "auto" else solver.harmonics
-    harmonics, samples = (min(n, _COUNTLESS) for n in (most, solver.time_samples))
+    harmonics, samples = (min(n, COUNTLESS) for n in (most, solver.time_samples))
     law = case.contact.declaration
     directions, components = len(law.directions), law.components_of(harmonics)
     effort = 1.0
@@ -358,13 +316,25 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
         key = f"{CONFIG_FILE}: solver.harmonics"
         yield _Job("responses", name, memory, seconds, key, f"to solve responses of {name}")
     if response := contents.integrated(name):
-        modes, components = response.basis.vectors, law.components_of(_MANY)
-        memory = _SOLVER + _NUMBER * (
-            _SAMPLES * components * modes**2 + (1 + _JACOBIANS) * (components * modes) ** 2
-        )
+        memory = _memory_of_balance(law.components_of(_MANY), response.basis.vectors)
         seconds = _PER_INTEGRATION * len(case.verification_forces_N) * pairs
         key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
-        yield _Job("harmonics", name, memory, seconds, key, "to balance 201 harmonics")
+        yield _Job("harmonics", name, memory, seconds, key, f"to balance {_MANY} harmonics")
+    bases = contents.bases_of_integration(name)
+    for stage, basis, many in zip(
+        ("steady_states", "larger_basis"), bases, (_MANY_ENRICHED, _MOST_CHOSEN), strict=False
+    ):
+        vectors = min(basis.most, study.contact_adapted_basis.maximum_vectors)
+        memory = _memory_of_balance(law.components_of(many), vectors)
+        seconds = _PER_INTEGRATION * len(contents.integrated_levels(name)) * pairs
+        key = f"{CONFIG_FILE}: convergence.time_integration_N"
+        yield _Job(stage, name, memory, seconds, key, f"to balance {many} harmonics")
+
+
+def _memory_of_balance(components: int, modes: int) -> float:
+    """Of a balance with many harmonics in linear modes [byte]."""
+    at_once = _SAMPLES_AT_ONCE * components * modes**2
+    return _SOLVER + _NUMBER * (at_once + (1 + _JACOBIANS) * (components * modes) ** 2)
 
 
 def _of_sweep(contents: Contents, name: str) -> Iterator[_Job]:

@@ -100,8 +100,8 @@ def tabulate_steady_states(
     response: xr.Dataset,
     *,
     forces: Sequence[float],
-    harmonics: Sequence[int] = (17, 33, 65),
-    samples: int = 1024,
+    harmonics: Sequence[int] = (17, 33, 65, 97),
+    samples: int = 2048,
     steps: int = 1000,
     tolerance: float = 1e-6,
     maximum_periods: int = 600,
@@ -118,8 +118,8 @@ def tabulate_steady_states(
     forces
         Force levels of the response.
     harmonics
-        Numbers of harmonics beyond those of the peak, until the amplitude changes by less than half
-        a thousandth.
+        Numbers of harmonics beyond those of the peak, until two successive changes of the amplitude
+        are below half a thousandth: one may be chance.
     samples, steps
         As for ``tabulate_time_integration``.
     tolerance, maximum_periods
@@ -186,17 +186,17 @@ def _compared(
 ) -> Iterator[tuple]:
     """Rows of a force: balances of more and more harmonics against the time integration.
 
-    No further harmonics are tried once the amplitude has changed by no more than a share of it.
+    No further harmonics are tried once two successive changes of the amplitude are below a share.
     """
     amplitudes: dict[int, float] = {}
     for highest in harmonics:
         how = {"harmonics": highest, "samples": samples}
         solution = solve_periodic(joint, *excitation, **how, start=motion)
         amplitude = abs(solution.amplitude(joint.response_mode))
-        before = list(amplitudes.values())
         amplitudes[highest] = amplitude if solution.converged else np.nan
         motion = solution if solution.converged else motion
-        if before and abs(amplitudes[highest] / before[-1] - 1) < change:
+        last = np.array(list(amplitudes.values())[-3:])
+        if last.size == 3 and np.all(abs(last[1:] / last[:-1] - 1) < change):
             break
     start = motion.in_time(steps)
     integrated = steady_state(joint, *excitation, start=start, steps=steps, **options)

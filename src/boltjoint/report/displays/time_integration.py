@@ -23,9 +23,8 @@ def _in_free_modes(contents: Contents) -> Iterator[dict[str, object]]:
 
 def _reference_models(contents: Contents) -> Iterator[dict[str, object]]:
     for case in contents.study.cases:
-        response = contents.converged(case)
-        if response and contents.integrated_levels(case):
-            yield {"case": case, "basis": response.basis}
+        if bases := contents.bases_of_integration(case):
+            yield {"case": case, "basis": bases[0]}
 
 
 def _response(contents: Contents, artefact: Artefact) -> Response:
@@ -78,6 +77,7 @@ def harmonics(
         "response": _response(contents, artefact)._asdict(),
         "forces": contents.integrated_levels(artefact.case),
     },
+    stage="steady_states",
 )
 def steady_states(
     artefact: Artefact,

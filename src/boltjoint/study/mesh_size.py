@@ -1,0 +1,50 @@
+"""Size of the mesh of an assembly, by counting its divisions: nothing is built."""
+
+from typing import NamedTuple
+
+from boltjoint.config.assembly import Assembly
+
+#: more than any machine can count: sizes beyond it would overflow
+COUNTLESS = 1e30
+
+
+class MeshSize(NamedTuple):
+    """Nodes, elements and contact pairs of the mesh of an assembly."""
+
+    nodes: int
+    elements: int
+    pairs: int
+
+
+def mesh_size(assembly: Assembly) -> MeshSize:
+    """Size of the mesh of an assembly, by counting its divisions."""
+    mesh = assembly.mesh
+    across, along, layers = (
+        mesh.ring_cells_across_width,
+        mesh.ring_cells_along_bar,
+        mesh.layers_per_half_height,
+    )
+    bolts = len(assembly.bolt_positions_mm)
+    around = 2 * (across + along)
+    pairs = assembly.contact_pairs
+    free = sum(int(min(count, COUNTLESS)) for count in assembly.elements_outside_lap)
+    columns = (bolts - 1) * mesh.columns_between_bolt_cells + 2 * mesh.columns_at_each_lap_end
+    rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
+
+    shank_points = (across + 1) * (along + 1) + mesh.rings_in_shank * around
+    head_points = shank_points + (mesh.rings_under_head + 1) * around
+    shank_quads = across * along + mesh.rings_in_shank * around
+    head_quads = shank_quads + (mesh.rings_under_head + 1) * around
+    in_heads = 2 * mesh.layers_in_head
+
+    # nodes are shared where a free bar meets its half of the lap, and a head its shank and its bar
+    free_nodes = (free + 2) * (across + 1) * (2 * layers + 1) - 2 * (across + 1) * (layers + 1)
+    shank_nodes = 2 * shank_points * (layers + 1)
+    head_nodes = in_heads * head_points
+    return MeshSize(
+        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * (shank_nodes + head_nodes),
+        elements=2 * layers * (bolts * around * rings + columns * across)
+        + 2 * layers * across * free
+        + bolts * (2 * layers * shank_quads + in_heads * head_quads),
+        pairs=pairs,
+    )
