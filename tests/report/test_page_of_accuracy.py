@@ -57,6 +57,7 @@ def page_of_accuracy(tmp_path, monkeypatch):
         "bases": {"case": "mine"},
         "divisions": {"case": "mine", "basis": Basis("enriched-8")},
         "reductions": {"case": "mine", "basis": Basis("enriched-8")},
+        "larger_basis": {"case": "mine", "basis": Basis("enriched-8")},
     }
     peak = {"peak_frequency_error_percent": -0.5, "peak_amplitude_error_percent": 2.0}
     rows = {
@@ -103,12 +104,14 @@ def page_of_accuracy(tmp_path, monkeypatch):
             **peak,
         },
     }
+    rows["larger_basis"] = {"force_N": [5.0, 5.0], "harmonics": [1, 9], **peak}
     of_figure = which | {"reductions": {}}
     return accuracy_of(
         [
             save(Artefact(kind, form, **of[kind]), pd.DataFrame(content))
             for form, of in (("figure", of_figure), ("table", which))
             for kind, content in rows.items()
+            if (kind, form) != ("larger_basis", "figure")
         ]
     )
 
@@ -122,7 +125,7 @@ def test_page_of_accuracy_has_structure_models_bases_and_regions(page_of_accurac
         *("case-mine", "models-mine", "bases-mine", "divisions-mine", "reductions-mine"),
     ]
     assert len(re.findall("<svg", page_of_accuracy)) == 5
-    assert page_of_accuracy.count('href="../tables/') == 5
+    assert page_of_accuracy.count('href="../tables/') == 6
     assert not repeated_ids(page_of_accuracy)
 
 

@@ -113,6 +113,23 @@ def test_every_basis_is_found_once_and_for_every_assembly():
         assert f"results/assemblies/{name}/preload=10000/preload.nc" in files
 
 
+def test_converged_peaks_are_found_in_a_larger_basis_if_there_is_one():
+    contents = shipped("convergence")
+    assert contents.bases_of_integration("three_bolt_variable") == ["enriched-40", "enriched-80"]
+    found = contents.select("larger_basis")
+    assert [each.case for each in found] == list(contents.study.cases)
+    (shown,) = contents.select("larger_basis", case="three_bolt_variable")
+    read = [path for each in DISPLAYS.of(shown).reads for path in each(contents, shown)]
+    assert [(each.kind, each.basis) for each in read] == [
+        ("joint", "enriched-80"),
+        ("response", "enriched-40"),
+    ]
+    # the last basis there is the one of the responses
+    contents = shipped("short")
+    assert contents.bases_of_integration("three_bolt_variable") == ["enriched-40"]
+    assert contents.select("steady_states") and not contents.select("larger_basis")
+
+
 def test_what_is_solved_is_shown_in_its_own_basis():
     files = set(Contents(load_study(ROOT), DISPLAYS).files())
     where = "three_bolt_constant_enriched-40"
@@ -183,7 +200,7 @@ def test_the_short_study_has_both_laws_and_all_but_times_and_checks():
         {re.split("[_.]", Path(path).name)[0] for path in contents.files()}
         for contents in (short, whole)
     ]
-    assert kinds[1] - kinds[0] == {"check", "four", "models", "times", "timing"}
+    assert kinds[1] - kinds[0] == {"check", "four", "larger", "models", "times", "timing"}
 
 
 def test_the_residual_in_time_is_found_of_responses_in_all_modes_of_the_basis():

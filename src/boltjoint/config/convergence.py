@@ -29,7 +29,8 @@ class Convergence(Entry):
 
     time_integration_N: Distinct[tuple[Positive, ...]] = ()
     """Forces at which the converged peak of the largest basis ``enriched-N`` is integrated in time,
-    of each case those among its ``forces_N``. It takes a minute or two each. No table if empty."""
+    of each case those among its ``forces_N``, and found in the last of ``bases`` too where that
+    has more vectors. It takes a minute or two each. No table if empty."""
 
     def conflicts(self) -> Problems:
         if self.bases and not self.bases[-1].is_contact_adapted:

@@ -1,8 +1,9 @@
-"""Table of the peaks of a case with more harmonics."""
+"""Tables of the peaks of a case with more harmonics."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import table
 
@@ -43,3 +44,61 @@ def harmonic_peaks(
 
     solved = results.dataset("response", case=artefact.case, **response)
     return tabulate_harmonic_peaks(solved)
+
+
+def _smaller_bases(contents: Contents) -> Iterator[dict[str, object]]:
+    for case in contents.study.cases if contents.study.harmonic_convergence else ():
+        basis, *larger = contents.bases_of_integration(case) or [None]
+        if larger:
+            yield {"case": case, "basis": basis}
+
+
+def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, object]:
+    """The node-to-node joint of a case in the basis larger than its converged one."""
+    basis = contents.bases_of_integration(artefact.case)[1]
+    return {"case": artefact.case, "basis": basis, "joint": REFERENCE[0]}
+
+
+@table(
+    "larger_basis",
+    of=_smaller_bases,
+    reads=(
+        lambda contents, artefact: contents.select("joint", **_in_larger_basis(contents, artefact)),
+        lambda contents, artefact: contents.select(
+            "response",
+            form="data",
+            case=artefact.case,
+            **contents.converged(artefact.case)._asdict(),
+        ),
+    ),
+    job="larger_basis_{case}_{basis}",
+    page="accuracy",
+    section="bases",
+    title="peaks with more harmonics in {basis}, against those in the largest basis",
+    options=lambda contents, artefact: {
+        "response": contents.converged(artefact.case)._asdict(),
+        "joint": _in_larger_basis(contents, artefact),
+        "forces": contents.integrated_levels(artefact.case),
+        "steps": contents.study.solver.steps,
+    },
+    stage="larger_basis",
+)
+def larger_basis(
+    artefact: Artefact,
+    results: "Results",
+    response: Mapping[str, object],
+    joint: Mapping[str, object],
+    forces: Sequence[float],
+    steps: Mapping[str, float],
+) -> "pd.DataFrame":
+    """Converged peaks of the reference model against those in a larger basis."""
+    from boltjoint.joint.io import joint_from_dataset
+    from boltjoint.solvers.equations import StepControl
+    from boltjoint.study.tables.larger_basis import tabulate_larger_basis
+
+    return tabulate_larger_basis(
+        results.dataset("response", case=artefact.case, **response),
+        joint_from_dataset(results.dataset("joint", **joint)),
+        forces,
+        StepControl(**steps),
+    )

@@ -95,6 +95,7 @@ def _bases(content: PageContent, case: str) -> Markup:
         return Markup()
     by = ["basis", "vectors"]
     last = table.frame["basis"].iloc[-1]
+    with_harmonics = content.table("larger_basis", case=case)
     return (
         content.figures(
             "bases",
@@ -103,6 +104,7 @@ def _bases(content: PageContent, case: str) -> Markup:
         )
         + table_with_caption(largest(table.frame, by).reset_index(), _LARGEST)
         + table.html("Every peak", groups=by)
+        + (with_harmonics.html(groups=["force_N"]) if with_harmonics else Markup())
     )
 
 
