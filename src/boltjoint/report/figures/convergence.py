@@ -32,7 +32,7 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
     cases = list(table.groupby(["case", "law"], sort=False))
     columns = max(1, min(2, len(cases)))
     rows = max(1, -(-len(cases) // columns))
-    figure = Figure(figsize=(8, 0.6 + 2.8 * rows), layout="constrained")
+    figure = Figure(figsize=(5 * columns, 0.6 + 2.8 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     panels[0, 0].set(xscale="log", yscale="log")
     for axes, ((case, law), of_case) in zip(panels.flat, cases, strict=False):
@@ -47,7 +47,7 @@ def plot_sampling(table: pd.DataFrame) -> Figure:
         axes.set_xticks(samples, samples)
         axes.minorticks_off()
         axes.set_title(f"{case}, {law} normal load")
-        axes.legend(loc="lower left", ncols=2, fontsize=8, handlelength=1.5)
+        axes.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8, handlelength=1.5)
         axes.grid(True)
     for axes in panels.flat[max(1, len(cases)) :]:
         axes.set_axis_off()
