@@ -156,6 +156,23 @@ class Tables:
             rows.append({"case": case, **first, **most})
         return rows
 
+    def most_harmonics_in_time(self) -> float:
+        """Largest difference from time integration [%] with the most harmonics tried."""
+        return max(abs(row["difference_of_most_percent"]) for row in self.steady_states())
+
+    def larger_basis(self) -> list[dict[str, object]]:
+        """Errors of peaks against a larger basis [%], with one harmonic and the most."""
+        rows = []
+        for (case, _), found in self._of_cases("larger_basis").groupby(["case", "force_N"]):
+            one = found.iloc[0].filter(like="error").add_suffix("_of_one")
+            rows.append({"case": case, **found.iloc[-1], **one})
+        return rows
+
+    def in_larger_basis(self, what: str, law: str = "") -> float:
+        """Largest error against a larger basis [%] with the most harmonics, of cases of a law."""
+        found = [row for row in self.larger_basis() if law in row["case"]]
+        return max(abs(row[f"peak_{what}_error_percent"]) for row in found)
+
     def steps(self) -> str:
         """Steps a period of the coarser and of the finer time integration."""
         (steps,) = self._of_cases("steady_states")["steps_per_period"].unique()
@@ -236,7 +253,8 @@ class Tables:
     @staticmethod
     def _path(kind: str, subject: str) -> Path:
         bases = {"harmonics": "_free-4"} | dict.fromkeys(
-            ("divisions", "harmonic_peaks", "reductions", "steady_states"), "_enriched-40"
+            ("divisions", "harmonic_peaks", "larger_basis", "reductions", "steady_states"),
+            "_enriched-40",
         )
         basis = bases.get(kind, "")
         return RESULTS / f"tables/{kind}_{subject}{basis}.csv"

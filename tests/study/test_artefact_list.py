@@ -124,8 +124,9 @@ def test_converged_peaks_are_found_in_a_larger_basis_if_there_is_one():
         ("joint", "enriched-80"),
         ("response", "enriched-40"),
     ]
-    # the last basis there is the one of the responses
-    contents = shipped("short")
+    # the last basis is the one of the responses
+    bases = {"convergence": {"bases": ["enriched-40"], "time_integration_N": [10]}}
+    contents = Contents(load_study(ROOT, bases), DISPLAYS)
     assert contents.bases_of_integration("three_bolt_variable") == ["enriched-40"]
     assert contents.select("steady_states") and not contents.select("larger_basis")
 
@@ -200,7 +201,7 @@ def test_the_short_study_has_both_laws_and_all_but_times_and_checks():
         {re.split("[_.]", Path(path).name)[0] for path in contents.files()}
         for contents in (short, whole)
     ]
-    assert kinds[1] - kinds[0] == {"check", "four", "larger", "models", "times", "timing"}
+    assert kinds[1] - kinds[0] == {"check", "four", "models", "times", "timing"}
 
 
 def test_the_residual_in_time_is_found_of_responses_in_all_modes_of_the_basis():
