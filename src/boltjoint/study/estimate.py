@@ -311,6 +311,9 @@ def _of_case(contents: Contents, name: str) -> Iterator[_Job]:
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )
+        if study.harmonic_convergence:
+            of_peaks = _memory_of_balance(law.components_of(_MOST_CHOSEN), vectors)
+            memory = max(memory, of_peaks)
         effort_of_law = effort * law.relative_time
         seconds = _PER_RESPONSE + _PER_LEVEL * effort_of_law * len(case.levels) * pairs
         key = f"{CONFIG_FILE}: solver.harmonics"
