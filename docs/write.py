@@ -168,9 +168,10 @@ class Tables:
             rows.append({"case": case, **found.iloc[-1], **one})
         return rows
 
-    def in_larger_basis(self, what: str, law: str = "") -> float:
+    def in_larger_basis(self, what: str, law: str | None = None) -> float:
         """Largest error against a larger basis [%] with the most harmonics, of cases of a law."""
-        found = [row for row in self.larger_basis() if law in row["case"]]
+        laws = {name: case.contact.law for name, case in load_study(HERE.parent).cases.items()}
+        found = [row for row in self.larger_basis() if law in (None, laws[row["case"]])]
         return max(abs(row[f"peak_{what}_error_percent"]) for row in found)
 
     def steps(self) -> str:

@@ -81,7 +81,7 @@ def tabulate_time_integration(
     ValueError
         If a force is not among the levels of the response, or as for ``steady_state``.
     """
-    joint, forces, damping = _checked(joint, response, forces)
+    joint, forces, damping = checked_levels(joint, response, forces)
     harmonics = [checks.whole("harmonics", each, at_least=1) for each in harmonics]
     samples = checks.whole("samples", samples, at_least=2 * max(harmonics) + 1)
     steps = checks.whole("steps", steps, at_least=3)
@@ -136,7 +136,7 @@ def tabulate_steady_states(
     ValueError
         As for ``tabulate_time_integration``.
     """
-    joint, forces, damping = _checked(joint, response, forces)
+    joint, forces, damping = checked_levels(joint, response, forces)
     rows = []
     for force in forces:
         if (peak := motion_at_peak(response, force)) is None:
@@ -158,7 +158,7 @@ def tabulate_steady_states(
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
-def _checked(
+def checked_levels(
     joint: Joint, response: xr.Dataset, forces: Sequence[float] | None
 ) -> tuple[Joint, Sequence[float], Damping]:
     """The joint with the law of its distinct elements, force levels, and damping."""

@@ -23,14 +23,15 @@ def _response(contents: Contents, artefact: Artefact) -> dict[str, object]:
     return contents.lowest_references(artefact.case)[artefact.basis]._asdict()
 
 
+def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    which = _response(contents, artefact)
+    return contents.select("response", form="data", case=artefact.case, **which)
+
+
 @table(
     "harmonic_peaks",
     of=_bases,
-    reads=(
-        lambda contents, artefact: contents.select(
-            "response", form="data", case=artefact.case, **_response(contents, artefact)
-        ),
-    ),
+    reads=(_reads,),
     job="basis_{case}_{basis}",
     section="harmonics",
     title="peaks with more harmonics, in {basis}",
@@ -48,9 +49,9 @@ def harmonic_peaks(
 
 def _smaller_bases(contents: Contents) -> Iterator[dict[str, object]]:
     for case in contents.study.cases if contents.study.harmonic_convergence else ():
-        basis, *larger = contents.bases_of_integration(case) or [None]
-        if larger:
-            yield {"case": case, "basis": basis}
+        bases = contents.bases_of_integration(case)
+        if len(bases) > 1:
+            yield {"case": case, "basis": bases[0]}
 
 
 def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, object]:
@@ -64,19 +65,14 @@ def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, object
     of=_smaller_bases,
     reads=(
         lambda contents, artefact: contents.select("joint", **_in_larger_basis(contents, artefact)),
-        lambda contents, artefact: contents.select(
-            "response",
-            form="data",
-            case=artefact.case,
-            **contents.converged(artefact.case)._asdict(),
-        ),
+        _reads,
     ),
     job="larger_basis_{case}_{basis}",
     page="accuracy",
     section="bases",
     title="peaks with more harmonics in {basis}, against those in the largest basis",
     options=lambda contents, artefact: {
-        "response": contents.converged(artefact.case)._asdict(),
+        "response": _response(contents, artefact),
         "joint": _in_larger_basis(contents, artefact),
         "forces": contents.integrated_levels(artefact.case),
         "steps": contents.study.solver.steps,

@@ -2,17 +2,15 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
-from boltjoint import checks
-from boltjoint.damping import damping_of_attributes
 from boltjoint.dynamics.converged_peaks import HarmonicConvergence, converge_peaks
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
+from boltjoint.verification.harmonics_table import checked_levels
 
 #: change of a peak that ends the search for more harmonics: none, before the last number of them
 _NO_CHANGE = 1e-12
@@ -50,16 +48,11 @@ def tabulate_larger_basis(
         If a force is not among the levels of the response, it has no converged peaks, or as for
         ``solve_response``.
     """
-    checks.instance("joint", joint, Joint)
-    checks.instance("response", response, xr.Dataset)
-    forces = checks.numbers("forces", forces)
-    if not np.isin(forces, response["force_level"]).all():
-        raise ValueError(f"forces are {forces}: they must be among the levels of the response")
+    joint, forces, damping = checked_levels(joint, response, forces)
     if "harmonics" not in response.dims:
         raise ValueError("response has no converged peaks")
     numbers = response["harmonics"].to_numpy().tolist()
     tried = HarmonicConvergence(tuple(numbers[1:]), _NO_CHANGE, _NO_CHANGE)
-    damping = damping_of_attributes(response.attrs)
     in_larger = solve_response(joint, forces, damping=damping, control=control)
     in_larger = in_larger.merge(converge_peaks(joint, in_larger, tried))
     keys, peaks = ["force_N", "harmonics"], ["peak_frequency_Hz", "peak_mm_per_N"]
