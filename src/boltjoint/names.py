@@ -20,6 +20,15 @@ FEWEST_AUTOMATIC = 8
 NAME = r"^[A-Za-z0-9_-]{1,64}$"
 NAME_MEANING = "must be a file name without .yaml, of at most 64 letters, digits, _ and -"
 
+#: tables and maps that a study names: in its folder, and as Snakemake takes them, without wildcards
+#: and addresses of other machines
+_FOLDER_OR_FILE = r"[^\x00-\x20\x7f./\\:{}][^\x00-\x1f\x7f/\\:{}]*"
+DATA_FILE = f"^{_FOLDER_OR_FILE}(/{_FOLDER_OR_FILE})*$"
+DATA_FILE_MEANING = (
+    "must be a file in the folder that holds config/, as config/designs.csv, without { } : \\ and "
+    "names that begin with a point"
+)
+
 #: pages of the report beside those of the cases
 PAGES = ("overview", "accuracy", "structure")
 

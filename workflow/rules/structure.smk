@@ -15,6 +15,7 @@ rule build_assembly:
     params:
         library=library("build_assembly.py"),
         assembly=lambda w: study.assembly(w.assembly).model_dump(exclude={"preload_N"}),
+        gap=lambda w: hash_of_table(study.assembly(w.assembly).contact.gap_file),
     script:
         "../scripts/build_assembly.py"
 

@@ -79,6 +79,16 @@ def library(script, modules=()):
     return [hash_of(file) for file in files]
 
 
+def table_of(sweep):
+    """The table of the designs of a sweep; None where they are found otherwise."""
+    return getattr(study.sweeps[sweep].design, "file", None)
+
+
+def hash_of_table(file):
+    """Hash of the content of a table or map that the study names, as of code; None of none."""
+    return None if file is None else study.hashes[file]
+
+
 # a page has the captions of figures and tables
 CAPTIONS = sorted({display.make.__module__ for display in DISPLAYS})
 

@@ -1,6 +1,6 @@
 rule list_designs:
     input:
-        table=lambda w: getattr(study.sweeps[w.sweep].design, "file", []),
+        table=lambda w: table_of(w.sweep) or [],
     output:
         designs=layout.PATHS["designs"],
     log:
@@ -20,6 +20,7 @@ rule list_designs:
             for each in study.variants[w.sweep]
         ],
         quantities=lambda w: study.quantities(w.sweep),
+        table=lambda w: hash_of_table(table_of(w.sweep)),
     script:
         "../scripts/list_designs.py"
 

@@ -1,47 +1,144 @@
-"""CSV files of numbers with one line of names: tables of designs, and maps of a gap."""
+"""CSV files of numbers with one line of names: tables of designs, and maps of a gap.
+
+Commas separate the cells, or semicolons; then numbers have decimal commas, as spreadsheets of many
+languages write them. A byte-order mark, any ends of lines and blank lines at the end mean nothing.
+"""
 
 import csv
-from collections.abc import Collection
-from math import isfinite
+from collections.abc import Iterator
+from io import StringIO
+from itertools import chain, islice
+from pathlib import Path
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.config.strict_yaml import as_text
+from boltjoint.config.strict_yaml import DECIMAL, as_text
+from boltjoint.regular_file import UnsuitableFile, read_bytes
 
 Array = NDArray[np.float64]
+
+#: bytes of a file: several million rows
+LARGEST_TABLE = 100_000_000
+#: rows that are converted at once
+_ROWS = 10_000
+#: a point is part of no number whose decimals follow a comma
+_COMMAS_AS_POINTS = str.maketrans(",.", ".,")
 
 
 class TableError(ValueError):
     """What is wrong with a table."""
 
 
-def read_rows(text: str) -> tuple[list[str], list[list[str]]]:
-    """The names of the columns, and the cells of each further line."""
-    rows = list(csv.reader(text.splitlines()))
-    return (rows[0], rows[1:]) if rows else ([], [])
+class Row(NamedTuple):
+    """The cells of a line, by its number in the file."""
+
+    line: int
+    cells: list[str]
 
 
-def as_columns(keys: list[str], rows: Collection[list[str]], file: str) -> dict[str, Array]:
-    """The numbers of each column.
+def read_file(path: str | Path, folder: str | Path | None = None) -> str:
+    """The text of a CSV file.
+
+    Parameters
+    ----------
+    path, folder
+        The file, and the folder in which it must lie (``regular_file.read_bytes``).
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    UnsuitableFile
+        If it is unsuitable (``regular_file``, with ``LARGEST_TABLE``), or is not UTF-8.
+    """
+    try:
+        return read_bytes(path, LARGEST_TABLE, folder).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UnsuitableFile(path, "is not text in UTF-8: save it as CSV in UTF-8") from None
+
+
+class CsvTable:
+    """The text of a CSV file as columns of numbers.
+
+    Parameters
+    ----------
+    text, file
+        What the file holds, and its name.
+
+    Attributes
+    ----------
+    keys
+        The names in the first line.
 
     Raises
     ------
     TableError
-        If a line has more or fewer cells than there are names, or a cell is no number.
+        If the first line is no CSV.
     """
-    for line, row in enumerate(rows, start=2):
-        if len(row) != len(keys):
-            raise TableError(f"{file}:{line}: must have {len(keys)} values, as many as keys")
-        for key, cell in zip(keys, row, strict=True):
-            if not _is_number(cell):
-                raise TableError(f"{file}:{line}: {key}: {as_text(cell)} must be a number")
-    columns = np.array(rows, dtype=float).reshape(-1, len(keys)).T
-    return dict(zip(keys, columns, strict=True))
 
+    def __init__(self, text: str, file: str) -> None:
+        self.file = file
+        self._lines = StringIO(text.removeprefix("\ufeff"), newline=None)
+        first = self._lines.readline()
+        self._lines.seek(0)
+        self._has_decimal_commas = ";" in first and "," not in first
+        self._rows = self._read_rows()
+        self.keys = next(self._rows, Row(1, [])).cells
 
-def _is_number(cell: str) -> bool:
-    try:
-        return isfinite(float(cell))
-    except ValueError:
-        return False
+    def columns(self) -> dict[str, Array]:
+        """The numbers of each column, read once.
+
+        Raises
+        ------
+        TableError
+            If the text is no CSV, a line among others is blank, has more or fewer cells than there
+            are names, or a cell is no number.
+        """
+        blocks = [np.empty((0, len(self.keys)))]
+        while rows := list(islice(self._rows, _ROWS)):
+            blocks.append(self._numbers(rows))
+        return dict(zip(self.keys, np.concatenate(blocks).T, strict=True))
+
+    def _read_rows(self) -> Iterator[Row]:
+        """The lines, without blank ones at the end."""
+        delimiter = ";" if self._has_decimal_commas else ","
+        reader = csv.reader(self._lines, delimiter=delimiter, strict=True)
+        blank = None
+        try:
+            for cells in reader:
+                row = Row(reader.line_num, [cell.strip(" \t") for cell in cells])
+                if not any(row.cells):
+                    blank = blank or row.line
+                elif blank is not None:
+                    self._refuse(blank, "must not be blank: other lines follow")
+                else:
+                    yield row
+        except csv.Error as error:
+            self._refuse(reader.line_num, f"cannot be read as CSV: {error}")
+
+    def _numbers(self, rows: list[Row]) -> Array:
+        """The numbers of some lines, by line and column."""
+        for row in rows:
+            if len(row.cells) != len(self.keys):
+                self._refuse(row.line, f"must have {len(self.keys)} values, as many as keys")
+        written = chain.from_iterable(row.cells for row in rows)
+        kind = "a number"
+        if self._has_decimal_commas:
+            written = (cell.translate(_COMMAS_AS_POINTS) for cell in written)
+            kind += " without decimal point: semicolons between cells go with decimal commas"
+        cells = list(written)
+        wrong = (index for index, cell in enumerate(cells) if not DECIMAL.fullmatch(cell))
+        first = next(wrong, None)
+        if first is None:
+            numbers = np.array(cells, dtype=float)
+            if np.isfinite(numbers).all():
+                return numbers.reshape(-1, len(self.keys))
+            first = int(np.argmin(np.isfinite(numbers)))
+        row, column = divmod(first, len(self.keys))
+        line, given = rows[row]
+        self._refuse(line, f"{self.keys[column]}: {as_text(given[column])} must be {kind}")
+
+    def _refuse(self, line: int, sentence: str) -> NoReturn:
+        raise TableError(f"{self.file}:{line}: {sentence}")

@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from hashlib import blake2b
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from boltjoint.config.csv_table import read_file
 from boltjoint.config.entries import Entry, choice, explain
 from boltjoint.config.strict_yaml import TextError, as_text, read_mapping, resolve_types
 from boltjoint.config.types import COMMAND_LINE, CONFIG_FILE, ConfigError, KeyPath
@@ -47,11 +49,12 @@ def _paths(content: Any, path: KeyPath = ()) -> Iterator[KeyPath]:  # noqa: ANN4
 
 
 class StudyFiles:
-    """The files of one study, and every problem found in them."""
+    """The files of one study, every problem found in them, and hashes of its tables."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.problems: list[str] = []
+        self.hashes: dict[str, str] = {}
         self._contents: dict[str, Mapping[str, Any] | None] = {}
 
     def refuse_problems(self) -> None:
@@ -69,8 +72,8 @@ class StudyFiles:
             if not isinstance(file, str) or "\0" in file:
                 problem = f"{as_text(file)} must be the name of a file"
                 self.note(COMMAND_LINE, [(("study",), problem)])
-            elif (content := self.read(file)) is not None:
-                layers.add(_plain(file), content)
+            elif (content := self.read(file, anywhere=True)) is not None:
+                layers.add(plain(file), content)
         try:
             given = {key: value for key, value in changes.items() if key != "study"}
             layers.add(COMMAND_LINE, resolve_types(given))
@@ -78,13 +81,18 @@ class StudyFiles:
             self.problems.append(f"{COMMAND_LINE}: {error}")
         return layers
 
-    def read(self, file: str) -> Mapping[str, Any] | None:
-        """The mapping that a file holds; None, with a problem noted, if it holds none."""
+    def read(self, file: str, anywhere: bool = False) -> Mapping[str, Any] | None:
+        """The mapping that a file holds; None, with a problem noted, if it holds none.
+
+        The file must lie in the folder of the study, or may lie ``anywhere``.
+        """
         if file not in self._contents:
             self._contents[file] = None
-            place = _plain(file)
+            place = plain(file)
             try:
-                self._contents[file] = read_mapping(self.folder / file)
+                self._contents[file] = read_mapping(
+                    self.folder / file, None if anywhere else self.folder
+                )
             except FileNotFoundError:
                 self.problems.append(f"{place}: there is no such file in {self.folder.resolve()}")
             except OSError as error:
@@ -92,6 +100,18 @@ class StudyFiles:
             except TextError as error:
                 self.problems.append(f"{place}{error.place}: {error.sentence}")
         return self._contents[file]
+
+    def table(self, file: str) -> str:
+        """The text of a CSV file in the folder of the study; its hash is kept in ``hashes``.
+
+        Raises
+        ------
+        OSError, UnsuitableFile
+            As from ``csv_table.read_file``.
+        """
+        text = read_file(self.folder / file, self.folder)
+        self.hashes[file] = blake2b(text.encode(), digest_size=8).hexdigest()
+        return text
 
     def find(
         self, folder: str, name: str, place: str | Layers, path: KeyPath
@@ -125,9 +145,9 @@ class StudyFiles:
 
 def _keys(path: KeyPath) -> Iterator[str]:
     for part in path:
-        yield f"[{part}]" if isinstance(part, int) else f".{_plain(part)}"
+        yield f"[{part}]" if isinstance(part, int) else f".{plain(part)}"
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """A key or file name as it is, or in quotes and cut where it is no plain word."""
     return text if re.fullmatch(r"[\w./=+~\[\]-]{1,200}", text) else as_text(text)

@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Discriminator, Tag
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import Number, Positive, Problems
+from boltjoint.config.types import DataFile, Number, Positive, Problems
 
 #: fewest elements along a wave
 ELEMENTS_IN_WAVE = 4
@@ -46,7 +46,7 @@ def _form(value: object) -> str | None:
 
 
 Gap = Annotated[
-    Annotated[str, Tag("file")] | Annotated[GapShape, Tag("shape")],
+    Annotated[DataFile, Tag("file")] | Annotated[GapShape, Tag("shape")],
     Discriminator(
         _form,
         custom_error_type="no_values",

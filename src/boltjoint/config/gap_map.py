@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.config.csv_table import TableError, as_columns, read_rows
+from boltjoint.config.csv_table import CsvTable, TableError, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -101,10 +101,10 @@ def read_gap_map(text: str, file: str) -> GapMap:
         If there are other columns, a cell is no number, a point stands twice, or all points lie on
         one line.
     """
-    keys, rows = read_rows(text)
-    if sorted(keys) != sorted(_COLUMNS):
+    table = CsvTable(text, file)
+    if sorted(table.keys) != sorted(_COLUMNS):
         raise TableError(f"{file}: must have the columns {', '.join(_COLUMNS)}")
-    columns = as_columns(keys, rows, file)
+    columns = table.columns()
     point = np.column_stack([columns["x_mm"], columns["y_mm"]])
     _, first = np.unique(point, axis=0, return_index=True)
     if again := sorted(set(range(len(point))) - set(first.tolist())):
@@ -117,4 +117,4 @@ def read_gap_map(text: str, file: str) -> GapMap:
 
 def load_gap_map(path: str | Path) -> GapMap:
     """The map in a CSV file, as ``read_gap_map``."""
-    return read_gap_map(Path(path).read_text(encoding="utf-8"), str(path))
+    return read_gap_map(read_file(path), str(path))

@@ -17,6 +17,8 @@ from typing import Any, NoReturn
 
 import yaml
 
+from boltjoint.regular_file import UnsuitableFile, read_bytes
+
 #: bytes of a file, many times those of a large study; PyYAML takes seconds for so many
 LARGEST_FILE = 200_000
 #: levels of lists and mappings in each other, several times those of a study
@@ -30,7 +32,8 @@ _CONSTANTS = {
 }
 _WHOLE = re.compile(r"[-+]?[0-9]+")
 _WHOLE_OF_BASE = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+#: the numbers of all files of a study
+DECIMAL = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 # controls, line breaks of YAML 1.1, and what is no character; escapes in quotes can spell them too
 _NO_TEXT = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
@@ -45,20 +48,26 @@ class TextError(ValueError):
         super().__init__(f"{self.place}: {sentence}".removeprefix(":").lstrip())
 
 
-def read_mapping(path: Path) -> dict[str, Any]:
+def read_mapping(path: Path, folder: Path | None = None) -> dict[str, Any]:
     """The keys and values that a file holds.
+
+    Parameters
+    ----------
+    path, folder
+        The file, and the folder in which it must lie (``regular_file.read_bytes``).
 
     Raises
     ------
     TextError
-        If the file is larger than ``LARGEST_FILE``, or is not UTF-8, or see ``parse_mapping``.
+        If the file is unsuitable (``regular_file``, with ``LARGEST_FILE``), or is not UTF-8, or see
+        ``parse_mapping``.
     OSError
         If the file cannot be read.
     """
-    with path.open("rb") as file:
-        content = file.read(LARGEST_FILE + 1)
-    if len(content) > LARGEST_FILE:
-        raise TextError(f"is larger than {LARGEST_FILE} bytes")
+    try:
+        content = read_bytes(path, LARGEST_FILE, folder)
+    except UnsuitableFile as error:
+        raise TextError(error.sentence) from None
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -170,7 +179,7 @@ def _resolve_type(text: str) -> str | float | bool | None:
             number = int(text)
         elif _WHOLE_OF_BASE.fullmatch(text):
             number = int(text, base=0)
-        elif _FLOAT.fullmatch(text):
+        elif DECIMAL.fullmatch(text):
             number = float(text)
         elif _NOT_FINITE.fullmatch(text):
             raise OverflowError

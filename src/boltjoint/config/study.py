@@ -29,7 +29,7 @@ from boltjoint.config.conflicts import (
 from boltjoint.config.csv_table import TableError
 from boltjoint.config.design_columns import design_columns
 from boltjoint.config.entries import choice, with_value
-from boltjoint.config.files import StudyFiles
+from boltjoint.config.files import StudyFiles, plain
 from boltjoint.config.gap_map import GapMap, read_gap_map
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text
@@ -48,6 +48,7 @@ from boltjoint.config.varied_case import (
     with_all_ratios,
 )
 from boltjoint.config.varied_keys import Quantity, is_rescaled, keys_that_vary
+from boltjoint.regular_file import UnsuitableFile
 
 
 class Study(Settings):
@@ -68,6 +69,9 @@ class Study(Settings):
     variants: dict[str, tuple[InstanceOf[Variant], ...]] = Field({}, exclude=True)
     """The base case of each sweep under all values of those keys that need another joint: they
     follow from the rest."""
+
+    hashes: dict[str, str] = Field({}, exclude=True)
+    """Hash of the content of each table of designs and map of a gap, by its file."""
 
     @cached_property
     def _by_case(self) -> dict[str, Case]:
@@ -254,6 +258,7 @@ def load_study(
         "designs": designs,
         "varied": varied,
         "variants": variants,
+        "hashes": files.hashes,
     }
     return Study.model_validate({**dict(settings), **found})
 
@@ -282,10 +287,11 @@ def _read_designs(
 ) -> dict[str, NDArray[np.float64]]:
     """The designs in a table; none, with a problem noted, if it cannot be read."""
     try:
-        return read_table((files.folder / file).read_text(encoding="utf-8"), file, allowed)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8"
-        files.problems.append(f"{file}: cannot be read: {reason}")
+        return read_table(files.table(file), file, allowed)
+    except OSError as error:
+        files.problems.append(f"{plain(file)}: cannot be read: {error.strerror}")
+    except UnsuitableFile as error:
+        files.problems.append(f"{plain(file)}: {error.sentence}")
     except TableError as error:
         files.problems.append(str(error))
     return {}
@@ -301,13 +307,13 @@ def _read_gap_maps(
         if file is None:
             continue
         try:
-            found[file] = read_gap_map((files.folder / file).read_text(encoding="utf-8"), file)
+            found[file] = read_gap_map(files.table(file), file)
             continue
         except TableError as error:
             sentence = str(error)
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
-            sentence = f"{as_text(file)} cannot be read ({reason}): must be a CSV file"
+        except (OSError, UnsuitableFile) as error:
+            problem = getattr(error, "sentence", None) or f"cannot be read ({error.strerror})"
+            sentence = f"{as_text(file)} {problem}: must be a CSV file"
             sentence += ", seen from the folder of config/"
         files.note(_assembly_file(name), [(("contact", "gap_um"), sentence)])
     return found

@@ -10,6 +10,7 @@ from boltjoint.config.entries import Entry
 from boltjoint.config.types import (
     INTEGRAL,
     Count,
+    DataFile,
     Description,
     Joint,
     ModalBasis,
@@ -80,7 +81,7 @@ class Table(Entry):
 
     kind: Literal["table"]
     """How designs are chosen."""
-    file: Annotated[str, Field(min_length=1)]
+    file: DataFile
     """The file, seen from the folder of ``config/``."""
 
 

@@ -82,6 +82,7 @@ CaseName = Annotated[
     Field(json_schema_extra={"not": {"enum": list(names.PAGES)}}),
     AfterValidator(_no_page),
 ]
+DataFile = Annotated[str, Field(pattern=names.DATA_FILE)]
 Joint = Annotated[str, Field(pattern=JointName.PATTERN), AfterValidator(JointName)]
 ModalBasis = Annotated[str, Field(pattern=Basis.PATTERN), AfterValidator(Basis)]
 ComparedModalBasis = Annotated[
@@ -91,6 +92,7 @@ Unknowns = Annotated[str, Field(pattern=Coordinates.PATTERN), AfterValidator(Coo
 #: what each pattern asks for
 PATTERNS = {
     names.NAME: names.NAME_MEANING,
+    names.DATA_FILE: names.DATA_FILE_MEANING,
     **{each.PATTERN: each.MEANING for each in (JointName, Basis, ComparedBasis, Coordinates)},
 }
 

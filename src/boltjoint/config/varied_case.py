@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from boltjoint.config.case import Case
-from boltjoint.config.csv_table import TableError, as_columns, read_rows
+from boltjoint.config.csv_table import CsvTable, TableError
 from boltjoint.config.entries import Entry, explain
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import LEVEL_KEYS, MOST_DESIGNS, Sweep
@@ -107,14 +107,17 @@ def read_table(text: str, file: str, allowed: Collection[str]) -> dict[str, Arra
     TableError
         If a column is no key that varies, is missing or appears twice, or a cell is no number.
     """
-    keys, rows = read_rows(text)
+    table = CsvTable(text, file)
+    keys = table.keys
     for index, key in enumerate(keys):
         if key not in allowed:
             raise TableError(f"{file}: column {as_text(key)} {not_varied(key, allowed)}")
         if key in keys[:index]:
             raise TableError(f"{file}: column {key} must not appear twice")
-    if not keys or not rows:
+    columns = table.columns() if keys else {}
+    designs = len(next(iter(columns.values()), ()))
+    if not designs:
         raise TableError(f"{file}: must have a line of keys, and one for each design")
-    if len(rows) > MOST_DESIGNS:
+    if designs > MOST_DESIGNS:
         raise TableError(f"{file}: must have at most {MOST_DESIGNS} designs")
-    return as_columns(keys, rows, file)
+    return columns

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import xarray as xr
 
 from boltjoint.config.case import Case
+from boltjoint.config.csv_table import read_file
 from boltjoint.config.design_columns import design_columns
 from boltjoint.config.distributions import Values
 from boltjoint.config.sweep import Design, Saltelli
@@ -56,7 +57,7 @@ def list_designs(
     if table is None:
         columns = design_columns(vary, design)
     else:
-        columns = read_table(Path(table).read_text(encoding="utf-8"), str(table), quantities)
+        columns = read_table(read_file(table), str(table), quantities)
     found = {}
     for key, column in columns.items():
         name, unit, meaning, factor = quantities[key]
