@@ -4,6 +4,7 @@ A name is a string that knows what it stands for: it is parsed once, where it en
 the workflow, patterns of the JSON schemas and the words in figures and pages follow from here.
 """
 
+import difflib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -35,6 +36,10 @@ PAGES = ("overview", "accuracy", "structure")
 _NUMBER = r"([1-9][0-9]?|[12][0-9]{2}|300)"
 # six digits: more pairs, and so more regions or elements, than any mesh has
 _COUNT = r"([1-9][0-9]{0,5})"
+
+
+#: words within a name
+_WORD = r"[A-Za-z]+(?:-[A-Za-z]+)*"
 
 
 #: what a reduction may need of a friction law
@@ -125,6 +130,17 @@ class ParsedName(str):
     def wildcard(cls) -> str:
         """The grammar as a regular expression within a longer one, without groups of its own."""
         return re.sub(r"\((?!\?)", "(?:", cls.PATTERN.strip("^$"))
+
+    @classmethod
+    def nearest(cls, text: str) -> Self | None:
+        """The name with words of the grammar in place of misspelt ones; None if that is none.
+
+        >>> JointName.nearest("Cluster=12/element=3"), JointName.nearest("12 clusters")
+        ('clusters=12/elements=3', None)
+        """
+        words = re.findall(_WORD, cls.PATTERN)
+        changed = re.sub(_WORD, lambda match: _nearest(match[0].lower(), words), text[:80])
+        return cls(changed) if re.fullmatch(cls.PATTERN, changed) else None
 
     def _read(self, *parts: str | None) -> None:
         raise NotImplementedError
@@ -346,6 +362,11 @@ class Preload(ParsedName):
 
 #: joint and coordinates that all others are compared with
 REFERENCE = (JointName("node-to-node"), Coordinates("linear"))
+
+
+def _nearest(word: str, words: Sequence[str]) -> str:
+    """The most similar of some words, or the word itself where none is."""
+    return next(iter(difflib.get_close_matches(word, words, n=1)), word)
 
 
 def _counted(number: int, noun: str) -> str:

@@ -30,7 +30,12 @@ BAD_LINES = {
     "new: 'a' b": (0, 10, "expected <block end>, but found '<scalar>'"),
     "new: *word": (0, 6, "anchors (&) and aliases (*) are not allowed"),
     "new: !!set {a}": (0, 6, 'the tag "tag:yaml.org,2002:set" is not allowed'),
-    "new: 1e999": (0, 6, '"1e999" must be a finite number'),
+    "new: 1e999": (0, 6, '"1e999" must be 0 or a number of a magnitude from 1e-30 to 1e+30'),
+    "new: {a: 0,15}": (
+        0,
+        12,
+        "the key 15 must be text: a number with decimals has a point, as in 0.15",
+    ),
     "new: [1, 2": (1, None, "expected ',' or ']', but got"),
     "[new]: 1": (0, 1, 'the key ["new"] must be text'),
     "2: 1": (0, 1, "the key 2 must be text"),

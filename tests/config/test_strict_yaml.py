@@ -11,6 +11,7 @@ from boltjoint.config.strict_yaml import (
     resolve_types,
 )
 
+LIMITS = "must be 0 or a number of a magnitude from 1e-30 to 1e+30"
 #: 2^20 words once its aliases are expanded
 BOMB = "k0: &k0 word\n" + "".join(f"k{i + 1}: &k{i + 1} [*k{i}, *k{i}]\n" for i in range(20))
 
@@ -95,11 +96,14 @@ HOSTILE = {
     "two documents": ("a: 1\n---\nb: 2\n", "2:1: begins a second document; a file holds one"),
     "empty document": ("---\n---\na: 1\n", "2:1: begins a second document; a file holds one"),
     "yaml 2": ("%YAML 2.0\n---\na: 1\n", "1:1: found incompatible YAML document"),
-    "5000 digits": (f"a: {5000 * '9'}\n", f'1:4: "{56 * "9"}... must be a finite number'),
-    "5000 zeros": (f"a: {5000 * '0'}1\n", f'1:4: "{56 * "0"}... must be a finite number'),
-    "400 digits": (f"a: {400 * '9'}\n", f'1:4: "{56 * "9"}... must be a finite number'),
+    "5000 digits": (f"a: {5000 * '9'}\n", f'1:4: "{56 * "9"}... {LIMITS}'),
+    "5000 zeros": (f"a: {5000 * '0'}1\n", f'1:4: "{56 * "0"}... {LIMITS}'),
+    "400 digits": (f"a: {400 * '9'}\n", f'1:4: "{56 * "9"}... {LIMITS}'),
     "5000 hexadecimal digits": (f"a: 0x{5000 * 'f'}\n", '1:4: "0xfff'),
-    "large exponent": ("a: [1, -1e400]\n", '1:8: "-1e400" must be a finite number'),
+    "large exponent": ("a: [1, -1e400]\n", f'1:8: "-1e400" {LIMITS}'),
+    "beyond what is computed with": ("a: 1.1e30\n", f'1:4: "1.1e30" {LIMITS}'),
+    "next to zero": ("a: -9.9e-31\n", f'1:4: "-9.9e-31" {LIMITS}'),
+    "rounded to zero": ("a: 1e-400\n", f'1:4: "1e-400" {LIMITS}'),
     "infinity": ("a: -.inf\n", '1:4: "-.inf" must be a finite number'),
     "no number": ("a: .NaN\n", '1:4: ".NaN" must be a finite number'),
     "2000 lists": (f"a: {2000 * '['}", "1:23: is nested deeper than 20 levels"),
@@ -152,10 +156,36 @@ def test_a_file_of_the_largest_size_is_read(tmp_path):
 
 
 def test_words_of_the_command_line_are_typed_as_in_a_file():
-    words = {"a": "1e-6", "b": ["2", "two", {"c": "false"}], "d": 3, "e": True}
-    assert resolve_types(words) == {"a": 1e-6, "b": [2, "two", {"c": False}], "d": 3, "e": True}
-    with pytest.raises(ValueError, match=r'"1e999" must be a finite number'):
-        resolve_types({"a": ["1e999"]})
+    words = {"a": "1e-6", "b": ["2", "two", {"c": "false"}], "d": 3, "e": True, "f": "-0"}
+    typed = {"a": 1e-6, "b": [2, "two", {"c": False}], "d": 3, "e": True, "f": 0}
+    assert resolve_types(words) == (typed, [])
+
+
+def test_numbers_of_the_command_line_have_the_limits_of_a_file():
+    # some are numbers already, as Snakemake reads them
+    words = {"a": ["1e999", ".inf"], "b": {"c": 1e31}, "d": -(10**400), "e": float("nan")}
+    _, problems = resolve_types(words)
+    assert [path for path, _ in problems] == [("a", 0), ("a", 1), ("b", "c"), ("d",), ("e",)]
+    sentences = [sentence for _, sentence in problems]
+    assert sentences[:3] == [
+        f'"1e999" {LIMITS}',
+        '".inf" must be a finite number',
+        f"1e+31 {LIMITS}",
+    ]
+    assert all(sentence.endswith(LIMITS) for sentence in sentences[3:])
+
+
+@pytest.mark.parametrize("text", ["1e30", "-1e30", "1e-30", "0", "-0.0", "0e999", f"1{30 * '0'}"])
+def test_numbers_within_the_limits_are_read(text):
+    assert float(parse_mapping(f"a: {text}\n")["a"]) == float(text)
+
+
+def test_a_decimal_comma_in_braces_is_told():
+    for text, example in (("0,15", "0.15"), ("12,05", "12.05"), ("-1,5", "-1.5")):
+        with pytest.raises(TextError, match=f"a number with decimals has a point, as in {example}"):
+            parse_mapping(f"a: {{b: 1, c: {text}}}\n")
+    with pytest.raises(TextError, match=r"the key 15 must be text$"):
+        parse_mapping("a: {b: word, 15}\n")
 
 
 def test_values_are_shown_in_one_short_line():

@@ -278,7 +278,7 @@ def test_keys_of_a_study_file_and_of_the_command_line_replace_those_below(study)
         (
             "timing: {}",
             {"timing": {"time_budget_s": ".inf"}},
-            'command line: ".inf" must be a finite number',
+            'command line: timing.time_budget_s: ".inf" must be a finite number',
         ),
         (
             "timing: {}",

@@ -14,7 +14,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.config.strict_yaml import DECIMAL, as_text
+from boltjoint.config.strict_yaml import DECIMAL, LARGEST, LIMITS, SMALLEST, as_text
 from boltjoint.regular_file import UnsuitableFile, read_bytes
 
 Array = NDArray[np.float64]
@@ -133,9 +133,11 @@ class CsvTable:
         first = next(wrong, None)
         if first is None:
             numbers = np.array(cells, dtype=float)
-            if np.isfinite(numbers).all():
+            size = abs(numbers)
+            is_limited = (size == 0) | ((size >= SMALLEST) & (size <= LARGEST))
+            if is_limited.all():
                 return numbers.reshape(-1, len(self.keys))
-            first = int(np.argmin(np.isfinite(numbers)))
+            first, kind = int(np.argmin(is_limited)), LIMITS
         row, column = divmod(first, len(self.keys))
         line, given = rows[row]
         self._refuse(line, f"{self.keys[column]}: {as_text(given[column])} must be {kind}")

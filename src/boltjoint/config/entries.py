@@ -1,14 +1,16 @@
 """Mappings of a YAML file as checked objects, and sentences on what is wrong with them."""
 
 import difflib
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from boltjoint.config.key_paths import key_path, owners
 from boltjoint.config.renamed import MOVED_KEYS, REMOVED_KEYS, RENAMED_KEYS, RENAMED_VALUES
-from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.types import PATTERNS, KeyPath, Problems, refuse
+from boltjoint.config.strict_yaml import as_text, as_word
+from boltjoint.config.types import GRAMMARS, PATTERNS, KeyPath, Problems, refuse
 
 
 class Entry(BaseModel):
@@ -36,12 +38,11 @@ def explain(error: ValidationError, model: type[Entry], content: Mapping[str, An
     """
     for problem in error.errors(include_url=False):
         location, context = problem["loc"], problem.get("ctx", {})
-        path = _without_tags(location, content)
+        path = key_path(model, location)
         match problem["type"]:
             case "rule" | "contradiction":
-                above = _without_tags((*location, ""), content)[:-1]
                 for inner, sentence in context["problems"]:
-                    yield with_value(content, above + inner, sentence)
+                    yield with_value(content, path + inner, sentence)
             case "extra_forbidden":
                 yield path, f"is {_instead(model, location, path)}"
             case "missing":
@@ -56,13 +57,18 @@ def explain(error: ValidationError, model: type[Entry], content: Mapping[str, An
             case "too_short" if len(problem["input"]) >= context["min_length"]:
                 pass  # pydantic counts the valid items only; the invalid ones are reported
             case "string_pattern_mismatch":
-                yield with_value(content, path, PATTERNS[context["pattern"]])
+                sentence = _unlike(context["pattern"], problem["input"])
+                yield with_value(content, path, sentence)
             case "no_values":
                 yield with_value(content, path, problem["msg"])
             case "literal_error" if new := _new_value(path, problem["input"]):
                 yield with_value(content, path, f"is now called {new}")
+            case "tuple_type" if not owners(model, (*location, 0, "")):
+                yield with_value(content, path, _must_be_list(problem["input"]))
+            case "float_type" if (text := _with_decimal_point(problem["input"])) is not None:
+                yield with_value(content, path, f"must be a number: with a point, as {text}")
             case kind:
-                sentence = _SENTENCES.get(kind, f"is not suitable ({kind})").format(**context)
+                sentence = _SENTENCES.get(kind, problem["msg"]).format(**context)
                 yield with_value(content, path, sentence.replace("'", ""))
 
 
@@ -78,12 +84,34 @@ _SENTENCES = {
     "multiple_of": "must be a multiple of {multiple_of:g}",
     "string_type": "must be text",
     "literal_error": "must be {expected}",
-    "tuple_type": "must be a list, as in [1, 2]",
+    "string_too_short": "must have at least {min_length} character",
+    "tuple_type": "must be a list of keys with values",
     "too_short": "must have at least {min_length} entry",
     "too_long": "must have at most {max_length} entries",
+    "dict_type": "must hold keys with values",
     "model_type": "must hold keys with values",
     "model_attributes_type": "must hold keys with values",
 }
+
+
+def _unlike(pattern: str, text: str) -> str:
+    """What is said of a text that is none of a grammar."""
+    grammar = GRAMMARS.get(pattern)
+    nearest = grammar and grammar.nearest(text)
+    return f"is not known; did you mean {nearest}?" if nearest else PATTERNS[pattern]
+
+
+def _must_be_list(value: object) -> str:
+    """What is said of a value that is no list of values."""
+    is_scalar = isinstance(value, str | int | float) and not isinstance(value, bool)
+    example = as_word(value) if is_scalar and value != "" else "1, 2"
+    return f"must be a list, as in [{example}]"
+
+
+def _with_decimal_point(value: object) -> str | None:
+    """A text that is a number with a decimal comma, with a point; None for all others."""
+    is_decimal = isinstance(value, str) and re.fullmatch(r"[-+]?[0-9]{1,40},[0-9]{1,40}", value)
+    return value.replace(",", ".") if is_decimal else None
 
 
 def _dotted(path: KeyPath) -> str:
@@ -103,41 +131,11 @@ def _instead(model: type[Entry], location: KeyPath, path: KeyPath) -> str:
     if reason := REMOVED_KEYS.get(_dotted(path)):
         return reason
     key = str(path[-1])
-    if elsewhere := [owner for owner in _owners(model, path) if key in owner.model_fields]:
+    if elsewhere := [owner for owner in owners(model, path) if key in owner.model_fields]:
         tags = (f"{name}: {tag}" for owner in elsewhere for tag, name in _tags(owner).items())
         return f"a key only with {' or '.join(tags)}"
-    keys = [name for owner in _owners(model, location) for name in owner.model_fields]
+    keys = [name for owner in owners(model, location) for name in owner.model_fields]
     return f"not a known key{choice(key, keys)}"
-
-
-def _without_tags(location: KeyPath, content: Mapping[str, Any]) -> KeyPath:
-    """The key path that pydantic means: it also names the member chosen from a union."""
-    path: list[str | int] = []
-    value: Any = content
-    for part in location[:-1]:
-        is_key = isinstance(value, Mapping) and part in value
-        if not is_key and (isinstance(value, Mapping) or isinstance(part, str)):
-            continue
-        path.append(part)
-        value = value[part]
-    of_scalar = not isinstance(value, Mapping | Sequence) or isinstance(value, str)
-    # the member of a union that is a number is named after it
-    return tuple(path) if of_scalar and location[-1] else (*path, *location[-1:])
-
-
-def _owners(model: type[Entry], location: KeyPath) -> list[type[Entry]]:
-    """The models that can hold the last key of a location, in which a union's member is a tag."""
-    owners, any_key = [model], False
-    for key in (part for part in location[:-1] if isinstance(part, str)):
-        if any_key:
-            any_key = False
-            continue
-        kinds = [each.model_fields[key].annotation for each in owners if key in each.model_fields]
-        inner = [held for kind in kinds for held in _models_in(kind)]
-        # a tag that no member names is that of the only one with keys
-        owners = inner or [owner for owner in owners if key in _tags(owner)] or owners
-        any_key = any(get_origin(kind) is dict for kind in kinds)
-    return owners
 
 
 def _tags(model: type[Entry]) -> dict[str, str]:
@@ -150,16 +148,9 @@ def _tags(model: type[Entry]) -> dict[str, str]:
     return {values[0]: name for name, values in literals.items() if len(values) == 1}
 
 
-def _models_in(annotation: object) -> Iterator[type[Entry]]:
-    if isinstance(annotation, type) and issubclass(annotation, Entry):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _models_in(argument)
-
-
 def _meaning(model: type[Entry], path: KeyPath) -> str:
     """The first sentence on a key."""
-    for owner in _owners(model, path):
+    for owner in owners(model, path):
         if field := owner.model_fields.get(str(path[-1])):
             sentence = " ".join((field.description or "").split()).partition(". ")[0]
             return f": {sentence.rstrip('.')}." if sentence else ""
@@ -169,14 +160,17 @@ def _meaning(model: type[Entry], path: KeyPath) -> str:
 def choice(name: str, options: Sequence[str] | Mapping[str, object]) -> str:
     """The option that was probably meant, and all there are."""
     close = difflib.get_close_matches(name, options, n=1)
-    meant = f"; did you mean {close[0]}?" if close else ""
-    return f"{meant or ';'} there are: {', '.join(options) or 'none'}"
+    if close and len(options) == 1:
+        return f"; did you mean {close[0]}?"
+    meant = f"; did you mean {close[0]}?" if close else ";"
+    return f"{meant} there are: {', '.join(options) or 'none'}"
 
 
 def with_value(content: Any, path: KeyPath, sentence: str) -> tuple[KeyPath, str]:  # noqa: ANN401
     """A problem as key path and text; the value comes first if the content gives one there."""
     for part in path:
-        if isinstance(content, Mapping) and part not in content:
+        try:
+            content = content[part]
+        except (LookupError, TypeError):
             return path, sentence
-        content = content[part]
     return path, f"{as_text(content)} {sentence}"

@@ -1,6 +1,5 @@
 """YAML files of a study, settings in layers, and the problems found in them, one line each."""
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from hashlib import blake2b
 from pathlib import Path
@@ -10,7 +9,7 @@ from pydantic import ValidationError
 
 from boltjoint.config.csv_table import read_file
 from boltjoint.config.entries import Entry, choice, explain
-from boltjoint.config.strict_yaml import TextError, as_text, read_mapping, resolve_types
+from boltjoint.config.strict_yaml import TextError, as_text, as_word, read_mapping, resolve_types
 from boltjoint.config.types import COMMAND_LINE, CONFIG_FILE, ConfigError, KeyPath
 
 EntryT = TypeVar("EntryT", bound=Entry)
@@ -73,12 +72,11 @@ class StudyFiles:
                 problem = f"{as_text(file)} must be the name of a file"
                 self.note(COMMAND_LINE, [(("study",), problem)])
             elif (content := self.read(file, anywhere=True)) is not None:
-                layers.add(plain(file), content)
-        try:
-            given = {key: value for key, value in changes.items() if key != "study"}
-            layers.add(COMMAND_LINE, resolve_types(given))
-        except ValueError as error:
-            self.problems.append(f"{COMMAND_LINE}: {error}")
+                layers.add(as_word(file), content)
+        given = {key: value for key, value in changes.items() if key != "study"}
+        content, problems = resolve_types(given)
+        self.note(COMMAND_LINE, problems)
+        layers.add(COMMAND_LINE, content)
         return layers
 
     def read(self, file: str, anywhere: bool = False) -> Mapping[str, Any] | None:
@@ -88,7 +86,7 @@ class StudyFiles:
         """
         if file not in self._contents:
             self._contents[file] = None
-            place = plain(file)
+            place = as_word(file)
             try:
                 self._contents[file] = read_mapping(
                     self.folder / file, None if anywhere else self.folder
@@ -145,9 +143,4 @@ class StudyFiles:
 
 def _keys(path: KeyPath) -> Iterator[str]:
     for part in path:
-        yield f"[{part}]" if isinstance(part, int) else f".{plain(part)}"
-
-
-def plain(text: str) -> str:
-    """A key or file name as it is, or in quotes and cut where it is no plain word."""
-    return text if re.fullmatch(r"[\w./=+~\[\]-]{1,200}", text) else as_text(text)
+        yield f"[{part}]" if isinstance(part, int) else f".{as_word(part)}"

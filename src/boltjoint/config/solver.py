@@ -17,7 +17,9 @@ _OF_FREQUENCY = 0.1
 Harmonics = Annotated[
     Annotated[Count, Tag("number")] | Annotated[Literal["auto"], Tag("auto")],
     Discriminator(
-        lambda value: "auto" if value == "auto" else None if isinstance(value, str) else "number",
+        lambda value: (
+            "number" if isinstance(value, int | float) else "auto" if value == "auto" else None
+        ),
         custom_error_type="no_values",
         custom_error_message="must be a whole number or auto",
     ),

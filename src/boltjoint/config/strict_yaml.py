@@ -10,6 +10,7 @@ YAML Ain't Markup Language (YAML) version 1.2, revision 1.2.2 (2021), section 10
 """
 
 import json
+import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -17,12 +18,17 @@ from typing import Any, NoReturn
 
 import yaml
 
+from boltjoint.config.types import KeyPath
 from boltjoint.regular_file import UnsuitableFile, read_bytes
 
 #: bytes of a file, many times those of a large study; PyYAML takes seconds for so many
 LARGEST_FILE = 200_000
 #: levels of lists and mappings in each other, several times those of a study
 DEEPEST = 20
+#: magnitudes of numbers, many times those of any joint in any unit: powers, products and quotients
+#: of some ten of them stay within floating point
+SMALLEST, LARGEST = 1e-30, 1e30
+LIMITS = f"0 or a number of a magnitude from {SMALLEST:g} to {LARGEST:g}"
 
 # core schema; PyYAML itself reads scalars as YAML 1.1
 _CONSTANTS = {
@@ -83,8 +89,8 @@ def parse_mapping(text: str) -> dict[str, Any]:
     ------
     TextError
         With line and column, if the text is not YAML, has a key twice or one that is no text, is
-        nested deeper than ``DEEPEST``, has a number that is not finite, or a tag, anchor, alias or
-        second document.
+        nested deeper than ``DEEPEST``, has a number beyond ``SMALLEST`` and ``LARGEST``, or
+        a tag, anchor, alias or second document.
     """
     if found := _NO_TEXT.search(text):
         before = text[: found.start()]
@@ -103,19 +109,24 @@ def parse_mapping(text: str) -> dict[str, Any]:
     return content
 
 
-def resolve_types(value: Any) -> Any:  # noqa: ANN401 - YAML
+def resolve_types(content: Any) -> tuple[Any, list[tuple[KeyPath, str]]]:  # noqa: ANN401 - YAML
     """Strings as YAML types them without quotes, also inside lists and mappings.
 
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
+    Beside it the key path of each number beyond the limits of numbers, with a sentence.
     """
-    if isinstance(value, Mapping):
-        return {key: resolve_types(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [resolve_types(inner) for inner in value]
-    return _resolve_type(value) if isinstance(value, str) else value
+    problems: list[tuple[KeyPath, str]] = []
+
+    def resolved(value: Any, path: KeyPath) -> Any:  # noqa: ANN401 - YAML
+        if isinstance(value, Mapping):
+            return {key: resolved(inner, (*path, key)) for key, inner in value.items()}
+        if isinstance(value, list):
+            return [resolved(inner, (*path, index)) for index, inner in enumerate(value)]
+        try:
+            return _resolve_type(value) if isinstance(value, str) else _within_limits(value, value)
+        except ValueError as error:
+            problems.append((path, str(error)))
+
+    return resolved(content, ()), problems
 
 
 def as_text(value: object) -> str:
@@ -124,6 +135,12 @@ def as_text(value: object) -> str:
     if not text.isprintable():
         text = json.dumps(value, default=str)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def as_word(value: object) -> str:
+    """A plain word or number as it is, other values as ``as_text``."""
+    text = str(value)
+    return text if re.fullmatch(r"[\w./=+~\[\]-]{1,200}", text) else as_text(value)
 
 
 def _document(events: Iterator[yaml.Event]) -> Any:  # noqa: ANN401 - YAML
@@ -160,37 +177,50 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], depth: int = 0) ->
         return inner
     mapping: dict[str, Any] = {}
     lines: dict[str, int] = {}
+    last = ""
     while not isinstance(event := next(events), yaml.MappingEndEvent):
         key, place = _content(event, events, depth + 1), event.start_mark
+        before, written = last, getattr(event, "value", "")
         if not isinstance(key, str):
-            _refuse(place, f"the key {as_text(key)} must be text")
+            _refuse(place, f"the key {as_text(key)} must be text{_of_decimal(before, written)}")
         if key in lines:
             _refuse(place, f"the key {as_text(key)} stands twice, first in line {lines[key]}")
         lines[key] = place.line + 1
-        mapping[key] = _content(next(events), events, depth + 1)
+        event = next(events)
+        last = getattr(event, "value", "")
+        mapping[key] = _content(event, events, depth + 1)
     return mapping
+
+
+def _of_decimal(before: str, after: str) -> str:
+    """What is said of digits before and after a comma between two keys in braces."""
+    if re.fullmatch(r"[-+]?[0-9]{1,20}", before) and re.fullmatch(r"[0-9]{1,20}", after):
+        return f": a number with decimals has a point, as in {before}.{after}"
+    return ""
 
 
 def _resolve_type(text: str) -> str | float | bool | None:
     if text in _CONSTANTS:
         return _CONSTANTS[text]
-    try:
-        if _WHOLE.fullmatch(text):
-            number = int(text)
-        elif _WHOLE_OF_BASE.fullmatch(text):
-            number = int(text, base=0)
-        elif DECIMAL.fullmatch(text):
-            number = float(text)
-        elif _NOT_FINITE.fullmatch(text):
-            raise OverflowError
-        else:
-            return text
-        # Python converts whole numbers of any size, but of a limited number of digits
-        if abs(float(number)) == float("inf"):
-            raise OverflowError
-    except (OverflowError, ValueError):
-        raise ValueError(f"{as_text(text)} must be a finite number") from None
-    return number
+    if _WHOLE.fullmatch(text):
+        # Python converts whole numbers of a limited number of digits
+        return _within_limits(int(text) if len(text) < 400 else math.inf, text)
+    if _WHOLE_OF_BASE.fullmatch(text):
+        return _within_limits(int(text, base=0), text)
+    if DECIMAL.fullmatch(text):
+        number = float(text)
+        is_rounded = not number and re.search(r"[1-9]", re.split("[eE]", text)[0])
+        return _within_limits(SMALLEST / 2 if is_rounded else number, text)
+    if _NOT_FINITE.fullmatch(text):
+        raise ValueError(f"{as_text(text)} must be a finite number")
+    return text
+
+
+def _within_limits(value: Any, text: object) -> Any:  # noqa: ANN401 - YAML
+    """A value, refused if it is a number beyond the limits; ``text`` is as it was written."""
+    if isinstance(value, int | float) and value and not SMALLEST <= abs(value) <= LARGEST:
+        raise ValueError(f"{as_text(text)} must be {LIMITS}")
+    return value
 
 
 def _line_and_column(before: str) -> tuple[int, int]:

@@ -29,10 +29,10 @@ from boltjoint.config.conflicts import (
 from boltjoint.config.csv_table import TableError
 from boltjoint.config.design_columns import design_columns
 from boltjoint.config.entries import choice, with_value
-from boltjoint.config.files import StudyFiles, plain
+from boltjoint.config.files import StudyFiles
 from boltjoint.config.gap_map import GapMap, read_gap_map
 from boltjoint.config.settings import Settings
-from boltjoint.config.strict_yaml import as_text
+from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.sweep import Sweep, Table
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
@@ -289,9 +289,9 @@ def _read_designs(
     try:
         return read_table(files.table(file), file, allowed)
     except OSError as error:
-        files.problems.append(f"{plain(file)}: cannot be read: {error.strerror}")
+        files.problems.append(f"{as_word(file)}: cannot be read: {error.strerror}")
     except UnsuitableFile as error:
-        files.problems.append(f"{plain(file)}: {error.sentence}")
+        files.problems.append(f"{as_word(file)}: {error.sentence}")
     except TableError as error:
         files.problems.append(str(error))
     return {}

@@ -1,6 +1,7 @@
 """Types of the values that several sections share, and where the files of a study lie."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -21,12 +22,44 @@ Problems = Iterator[tuple[KeyPath, str]]
 """Key path within a value and what is wrong there, as a sentence without a subject."""
 
 
+#: characters of a line beyond which it is cut
+_LONGEST_LINE = 2000
+
+
 class ConfigError(ValueError):
     """The configuration cannot be used; one line of text for each problem of each file."""
 
-    def __init__(self, problems: Sequence[str]) -> None:
-        super().__init__("\n".join(problems))
-        self.problems = tuple(problems)
+    def __init__(self, problems: Iterable[str]) -> None:
+        self.problems = tuple(map(_one_line, problems))
+        super().__init__("\n".join(self.problems))
+
+
+def _one_line(text: str) -> str:
+    """The text with escapes in place of what is no visible character, cut where it is long."""
+    text = text if len(text) <= _LONGEST_LINE else f"{text[:_LONGEST_LINE]}..."
+    return "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode() for each in text
+    )
+
+
+@contextmanager
+def refusing_exceptions(place: str, what: str) -> Iterator[None]:
+    """Make a ``ConfigError`` of any exception: of values that no rule thought of.
+
+    Parameters
+    ----------
+    place
+        File, and key path if known, where the values stand.
+    what
+        What is done with the values: ``checked``, ``estimated``.
+    """
+    try:
+        yield
+    except ConfigError:
+        raise
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"[:200]
+        raise ConfigError([f"{place}: cannot be {what}: its values end in {reason}"]) from error
 
 
 def refuse(kind: str, problems: Problems) -> None:
@@ -89,11 +122,13 @@ ComparedModalBasis = Annotated[
     str, Field(pattern=ComparedBasis.PATTERN), AfterValidator(ComparedBasis)
 ]
 Unknowns = Annotated[str, Field(pattern=Coordinates.PATTERN), AfterValidator(Coordinates)]
+#: the names of a grammar, by its pattern
+GRAMMARS = {each.PATTERN: each for each in (JointName, Basis, ComparedBasis, Coordinates)}
 #: what each pattern asks for
 PATTERNS = {
     names.NAME: names.NAME_MEANING,
     names.DATA_FILE: names.DATA_FILE_MEANING,
-    **{each.PATTERN: each.MEANING for each in (JointName, Basis, ComparedBasis, Coordinates)},
+    **{pattern: grammar.MEANING for pattern, grammar in GRAMMARS.items()},
 }
 
 # left out of model_dump(), so that a result made from the dump does not go stale with the text
