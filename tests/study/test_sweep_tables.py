@@ -63,6 +63,37 @@ def test_of_a_sum_the_keys_have_the_shares_of_their_variances(sweep):
     np.testing.assert_allclose(found["total"], [0.9, 0.0, 0.1], atol=0.005)
 
 
+def test_indices_are_those_of_scipy(sweep):
+    from scipy.stats import sobol_indices
+
+    amplitude = sweep["peak_amplitude"].to_numpy()[:, 0].reshape(5, 2048)
+    given = {"f_A": amplitude[:1], "f_B": amplitude[1:2], "f_AB": amplitude[2:, None]}
+    expected = sobol_indices(func=given, n=2048)
+    table = tabulate_sensitivity(sweep)
+    found = table[(table["observed"] == "peak_mm") & (table["force_N"] == 1)]
+    np.testing.assert_allclose(found["first_order"], expected.first_order, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(found["total"], expected.total_order, rtol=1e-12, atol=1e-12)
+
+
+def test_all_variance_is_that_of_the_only_key():
+    from scipy.stats import qmc
+
+    first, second = np.split(qmc.Sobol(2, rng=0).random(64).T, 2)
+    (x,) = exchanged(first, second)
+    swept = xr.Dataset(
+        {"peak_frequency": ("design", 70 - x), "peak_amplitude": ("design", np.exp(3 * x))},
+        coords={"x": ("design", x)},
+        attrs={"saltelli_samples": 64, "varied": "x"},
+    )
+    table = tabulate_sensitivity(swept)
+    assert list(table["observed"]) == ["peak_frequency_Hz", "peak_mm"]
+    for order in ("first_order", "total"):
+        assert (table[[order, f"{order}_low", f"{order}_high"]] == 1).all(axis=None)
+    # what does not vary has no shares, be it with one key or with many
+    still = swept.assign(peak_amplitude=("design", np.ones(x.size)))
+    assert np.isnan(tabulate_sensitivity(still).set_index("observed").loc["peak_mm", "total"])
+
+
 def test_what_does_not_vary_has_no_indices(sweep):
     table = tabulate_sensitivity(sweep)
     assert table[table["observed"] == "peak_frequency_Hz"]["total"].isna().all()

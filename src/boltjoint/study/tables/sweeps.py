@@ -208,10 +208,10 @@ def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
         count = 1 << (parts.shape[1].bit_length() - 1) if parts.shape[1] else 0
         row = {"observed": name, **level, "samples": count}
         unknown = [f"{order}{end}" for order in _ORDERS for end in ("", "_low", "_high")]
-        if count < 2 or np.ptp(parts) == 0:
+        drawn = parts[:, :count]
+        if count < 2 or np.ptp(drawn) == 0:
             rows += [row | {"key": key} | dict.fromkeys(unknown, np.nan) for key in keys]
             continue
-        drawn = parts[:, :count]
         found, (low, high) = _indices(drawn), _intervals(drawn)
         for place, key in enumerate(keys):
             told = {
@@ -224,13 +224,20 @@ def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
 
 
 def _indices(parts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """First-order and total indices, (2, keys), of the designs by rows, (keys + 2, samples)."""
-    # it takes half a second to import
-    from scipy.stats import sobol_indices
+    """First-order and total indices, (2, keys), of the designs by rows, (keys + 2, samples).
 
-    given = {"f_A": parts[:1], "f_B": parts[1:2], "f_AB": parts[2:, None]}
-    found = sobol_indices(func=given, n=parts.shape[1])
-    return np.array([np.ravel(found.first_order), np.ravel(found.total_order)])
+    The estimators (b) and (f) in table 2 of Saltelli et al. (2010), of values whose mean over both
+    samples is zero.
+    """
+    both = parts[:2]
+    if len(parts) == len(both) + 1:
+        # all variance is that of the only key: nothing is estimated
+        return np.ones((2, 1))
+    first, second, *mixed = parts - both.mean()
+    mixed = np.array(mixed)
+    first_order = np.mean(second * (mixed - first), axis=1)
+    total = np.mean((first - mixed) ** 2, axis=1) / 2
+    return np.array([first_order, total]) / both.var()
 
 
 def _intervals(parts: NDArray[np.float64]) -> NDArray[np.float64]:
