@@ -10,10 +10,12 @@ import pandas as pd
 import pytest
 from sweep_examples import GRID_SIZES, KEYS, LEVELS, content_of, sweep_of
 
+from boltjoint.report.figures.sweeps import plot_sensitivity
 from boltjoint.report.pages.references import address_of_sweep
 from boltjoint.report.pages.sweep.data import DEFAULT_LIMITS, SweepData, by_level
 from boltjoint.report.pages.sweep.failures import tabulate_failures
 from boltjoint.report.pages.sweep.page import sweep_page
+from boltjoint.study.tables import files
 from boltjoint.study.tables.sweeps import tabulate_sensitivity
 
 KINDS = ("grid", "latin-hypercube", "sobol", "saltelli", "table")
@@ -144,6 +146,22 @@ def test_indices_have_their_level_and_peak():
         assert row["peak"] == ["peak_frequency_Hz", "peak_mm"].index(expected["observed"])
         assert LEVELS[row["level"]] == expected["force_N"]
         assert row["total"] == [expected[f"total{end}"] for end in ("", "_low", "_high")]
+
+
+def test_indices_of_levels_of_many_digits_have_their_places(tmp_path):
+    levels = [10.123456789012, 10.123456789013, 1 / 3]
+    content = content_of("saltelli", 64).assign_coords(
+        force_level=("force", levels, {"units": "N"})
+    )
+    table = tabulate_sensitivity(content)
+    expected = SweepData(content, table).packed()["indices"]
+    files.write(table, tmp_path / "t.csv", tmp_path / "t.html", "Sobol indices")
+    written = SweepData(content, files.read(tmp_path / "t.csv")).packed()["indices"]
+    assert [row["level"] for row in written] == [row["level"] for row in expected]
+    assert [row["level"] for row in written] == 2 * [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    # first order and total of each key at each level
+    (axes, _) = plot_sensitivity(files.read(tmp_path / "t.csv")).axes
+    assert len(axes.patches) == 2 * len(KEYS) * len(levels)
 
 
 def test_unknown_indices_are_null():

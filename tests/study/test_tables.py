@@ -472,6 +472,38 @@ def test_table_on_paper(tmp_path):
         assert text in page
 
 
+#: of more digits than tables have, and two that these do not tell apart
+LONG_LEVELS = [0.1, 10.123456789012, 10.123456789013, 1 / 3, 1e-17 / 7, 2e16 + 4]
+
+
+def test_levels_of_a_table_are_read_as_they_were(tmp_path):
+    values = np.array(LONG_LEVELS) / 3
+    table = pd.DataFrame({"force_N": [*LONG_LEVELS, np.nan], "peak_mm": [*values, np.nan]})
+    tables.write(table, tmp_path / "t.csv", tmp_path / "t.html", "levels")
+    found = tables.read(tmp_path / "t.csv")
+    np.testing.assert_array_equal(found["force_N"], table["force_N"])
+    np.testing.assert_allclose(found["peak_mm"], table["peak_mm"], rtol=1e-8)
+    lines = (tmp_path / "t.csv").read_text().splitlines()
+    # the others have nine digits, as levels have for which these are enough
+    assert lines[1] == "0.1,0.0333333333"
+    assert lines[2] == "10.123456789012,3.3744856"
+    # what pandas itself wrote for later stages is read as exactly
+    table.to_csv(tmp_path / "check.csv", index=False)
+    found = tables.read(tmp_path / "check.csv")
+    np.testing.assert_array_equal(found["force_N"], table["force_N"])
+
+
+def test_residuals_in_time_are_those_of_their_levels(study, tmp_path):
+    found, _ = study
+    nodes = found["node-to-node"]
+    response = solve_response(nodes, [1 / 3, 10.123456789012], loss_factor=0.01)
+    check = check_solutions(joint_to_dataset(nodes), response)
+    check.to_csv(tmp_path / "check.csv", index=False)
+    which = ("node-to-node", "linear", 1)
+    table = tabulate_accuracy({which: response}, {which: tables.read(tmp_path / "check.csv")})
+    assert table["residual_in_time"].notna().all()
+
+
 def test_times_of_a_case_that_was_not_published_stand_alone(study):
     found, _ = study
     times = time_solver(found["node-to-node"], [1.0], **ONCE, loss_factor=0.01)

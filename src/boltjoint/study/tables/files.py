@@ -8,6 +8,10 @@ import pandas as pd
 from boltjoint.dataset import DamagedFile
 from boltjoint.study.tables.html import table_page
 
+#: column of the excitation levels, by which rows of several tables and results belong together
+_LEVEL = "force_N"
+_DIGITS = "%.9g"
+
 
 def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) -> None:
     """Write a table as CSV and as an HTML page.
@@ -17,16 +21,19 @@ def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) ->
     table
         Columns named ``quantity_unit`` in snake case.
     csv, page
-        Files to write; numbers in the CSV have nine significant digits.
+        Files to write; numbers in the CSV have nine significant digits, excitation levels all.
     title
         Heading of the page.
     """
-    table.to_csv(csv, index=False, float_format="%.9g")
+    exact = table
+    if _LEVEL in table:
+        exact = table.assign(**{_LEVEL: table[_LEVEL].map(_all_digits, na_action="ignore")})
+    exact.to_csv(csv, index=False, float_format=_DIGITS)
     Path(page).write_text(table_page(table, title), encoding="utf-8")
 
 
 def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFrame:
-    """Read a table of the results.
+    """Read a table of the results, its excitation levels as they were written.
 
     Parameters
     ----------
@@ -48,8 +55,19 @@ def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFr
     try:
         if not path.read_bytes().endswith(b"\n"):
             raise DamagedFile(path, "is not complete, its last row has no end")
-        return pd.read_csv(path, dtype=dtype)
+        return pd.read_csv(path, dtype=dtype, converters={_LEVEL: _number})
     except DamagedFile:
         raise
     except (OSError, ValueError) as error:  # what pandas raises is a ValueError
         raise DamagedFile(path, f"cannot be read ({str(error).strip()})") from error
+
+
+def _all_digits(number: float) -> str:
+    """A number in as many digits as tell it from all others, and in nine if these do."""
+    short = _DIGITS % number
+    return short if float(short) == number else repr(float(number))
+
+
+def _number(cell: str) -> float:
+    # some versions of pandas read numbers of many digits to the last but one
+    return float(cell or "nan")

@@ -168,10 +168,12 @@ class SweepData:
             return []
         rows = self.indices.astype(object).where(self.indices.notna(), None)
         places = {name: place for place, name in enumerate(_PEAKS)}
+        # the rows of a peak are in the order of the levels, and then of the keys
+        number = self.indices.groupby(["observed", "key"], sort=False).cumcount()
         return [
             {
                 "peak": places[row["observed"]],
-                "level": self.levels.index(row["force_N"]) if self.levels else 0,
+                "level": level,
                 "key": row["key"].replace("_", " "),
                 "samples": row["samples"],
                 **{
@@ -179,7 +181,7 @@ class SweepData:
                     for order in ("first_order", "total")
                 },
             }
-            for row in rows.to_dict("records")
+            for level, row in zip(number.tolist(), rows.to_dict("records"), strict=True)
         ]
 
 
