@@ -433,13 +433,21 @@ ATTACKS = {
     "tolerance": [
         lambda: StepControl(tolerance=NAN),
         lambda: StepControl(tolerance="nope"),
+        lambda: StepControl(tolerance=1e-300),
         lambda: steady(tolerance=0.0),
         lambda: choose_count(JOINT, PRELOAD, NAN),
         lambda: residual_in_time.residuals_in_time(STORED, STORED, tolerance=-1.0),
     ],
     "largest_step": [lambda: StepControl(largest_step=np.inf)],
-    "maximum_iterations": [lambda: StepControl(maximum_iterations=2.5)],
-    "maximum_solutions": [lambda: StepControl(maximum_solutions=0)],
+    "smallest_step": [lambda: StepControl(smallest_step=1e-300)],
+    "maximum_iterations": [
+        lambda: StepControl(maximum_iterations=2.5),
+        lambda: StepControl(maximum_iterations=10**9),
+    ],
+    "maximum_solutions": [
+        lambda: StepControl(maximum_solutions=0),
+        lambda: StepControl(maximum_solutions=10**19),
+    ],
     "division": [
         lambda: regions(division="nope"),
         lambda: choose_count(JOINT, PRELOAD, 0.1, "nope"),

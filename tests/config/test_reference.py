@@ -36,7 +36,7 @@ def test_a_command_writes_tables_and_schemas(tmp_path):
     "row",
     [
         "| `time_samples` | Time samples of a period .* | 1 | `256` | whole number ≥ 8 |",
-        "| `tolerance` | Residual .* | 1 | `1e-9` | number > 0, < 1 |",
+        "| `tolerance` | Residual .* | 1 | `1e-9` | number ≥ 1e-15, < 1 |",
         "| `load_fractions` | .* | 1 | `[0.3, 0.6, 0.9]` | list of 3: number > 0, < 1, each once |",
         "| `basis_update` | .* |  | `implicit` | `implicit`, `lagged` |",
         "| `quasi_static_correction` | .* |  | `true` | `true`, `false` |",

@@ -5,8 +5,14 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, StrictBool, Tag
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import INTEGRAL, Count, Fraction, Positive, Problems
-from boltjoint.solvers.equations import StepControl
+from boltjoint.config.types import INTEGRAL, Count, Fraction, Number, Positive, Problems
+from boltjoint.solvers.equations import (
+    LEAST_STEP,
+    LEAST_TOLERANCE,
+    MOST_ITERATIONS,
+    MOST_SOLUTIONS,
+    StepControl,
+)
 
 #: with fewer time samples for each harmonic AFT cannot tell the harmonics of a force apart
 LEAST_SAMPLES = 8
@@ -51,23 +57,30 @@ class Solver(Entry):
     Modes of ``rdnm-N`` with ``jacobian: forward-difference`` are always lagged."""
     quasi_static_correction: StrictBool = True
     """Whether ``complex-rdnm-N`` adds the quasi-static response of the residual modes."""
-    tolerance: Fraction = StepControl.tolerance
-    """Residual at which a solution is accepted, relative to the modal force."""
+    tolerance: Annotated[Number, Field(ge=LEAST_TOLERANCE, lt=1)] = StepControl.tolerance
+    """Residual at which a solution is accepted, relative to the modal force: at least 1e-15, since
+    less is rounding."""
     largest_step: Positive = StepControl.largest_step
     """Largest arc length of a step: relative change of the response."""
-    smallest_step: Annotated[Positive, Field(lt=StepControl.first_step)] = StepControl.smallest_step
+    smallest_step: Annotated[Number, Field(ge=LEAST_STEP, lt=StepControl.first_step)] = (
+        StepControl.smallest_step
+    )
     """Smallest arc length of a step, below ``largest_step`` and the first step of 0.02: a branch
     that needs a shorter one ends there and is marked incomplete. Close natural frequencies need
-    short steps."""
+    short steps; one below 1e-15 is lost in rounding."""
     target_iterations: Count = StepControl.target_iterations
     """Newton iterations for each solution at which the step-length control aims, below
     ``maximum_iterations``."""
-    maximum_iterations: Annotated[int, Field(strict=True, ge=2), INTEGRAL] = (
+    maximum_iterations: Annotated[int, Field(strict=True, ge=2, le=MOST_ITERATIONS), INTEGRAL] = (
         StepControl.maximum_iterations
     )
-    """Newton iterations after which a step is repeated at half the length."""
-    maximum_solutions: Count = StepControl.maximum_solutions
-    """Solutions after which a branch ends and is marked incomplete."""
+    """Newton iterations after which a step is repeated at half the length, at most 100: each
+    doubles the correct digits, and a solution that has none by then will not converge."""
+    maximum_solutions: Annotated[int, Field(strict=True, ge=1, le=MOST_SOLUTIONS), INTEGRAL] = (
+        StepControl.maximum_solutions
+    )
+    """Solutions after which a branch ends and is marked incomplete, at most a million: branches
+    have some hundred, and so many take hours and gigabytes."""
     largest_error: Positive = 0.05
     """Estimated relative error of a peak in coordinates other than ``linear`` above which a warning
     is given; elsewhere on the branch, ten times as much of the peak."""

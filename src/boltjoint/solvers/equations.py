@@ -63,6 +63,16 @@ class Quantity(Protocol):
         """Directional derivative of the quantity, or a number of the same sign."""
 
 
+#: a residual below this is rounding of its terms
+LEAST_TOLERANCE = 1e-15
+#: a shorter step is lost in the rounding of the solution
+LEAST_STEP = 1e-15
+#: Newton's method doubles the correct digits: what has none after so many will not converge
+MOST_ITERATIONS = 100
+#: a branch of some thousand solutions is a finely resolved curve: so many take hours and gigabytes
+MOST_SOLUTIONS = 1_000_000
+
+
 @dataclass(frozen=True)
 class LaggedControl(Options):
     """Continuation in a basis that depends on the response, such as response-dependent modes.
@@ -132,6 +142,7 @@ class StepControl(Options):
     tolerance
         Residual at which a solution is accepted, relative to the residual's scale; a residual
         within rounding of its terms is accepted too. A peak is as accurate over its damping ratio.
+        At least 1e-15, which is rounding.
     first_step, smallest_step, largest_step
         Arc lengths; the first step is no longer than the largest. They decide where a branch has
         its solutions, and whether it is complete.
@@ -139,12 +150,13 @@ class StepControl(Options):
         Corrector iterations at which the step length is kept; with fewer it grows, with more it
         shrinks.
     maximum_iterations
-        Corrector iterations after which a step is retried at half the length.
+        Corrector iterations after which a step is retried at half the length, at most 100: Newton's
+        method doubles the correct digits, and what has none by then will not converge.
     smallest_cosine
         Cosine of the angle between a step and the tangent below which the solution is rejected, as
         one of another branch: 60 degrees, far more than a branch turns in the largest step.
     maximum_solutions
-        Solutions after which the continuation of a branch stops.
+        Solutions after which the continuation of a branch stops, at most a million.
     peak_tolerance
         Width within which a peak is located, over the step that it lies in: of some 1e-2 of the
         frequency or less, so that frequencies are within 1e-8.
@@ -163,8 +175,9 @@ class StepControl(Options):
     Raises
     ------
     ValueError
-        If one of them is not positive and finite, iterations or solutions are not whole numbers, or
-        the smallest step is not below the first one, or the smallest cosine not below 1.
+        If one of them is not positive and finite or beyond its limit, iterations or solutions are
+        not whole numbers, or the smallest step is not below the first one, or the smallest cosine
+        not below 1.
     """
 
     tolerance: float = 1e-9
@@ -191,6 +204,10 @@ class StepControl(Options):
             elif name != "lagged":
                 checks.number(name, value, above=0)
         checks.number("smallest_cosine", self.smallest_cosine, below=1)
+        checks.number("tolerance", self.tolerance, at_least=LEAST_TOLERANCE)
+        checks.number("smallest_step", self.smallest_step, at_least=LEAST_STEP)
+        checks.whole("maximum_iterations", self.maximum_iterations, at_most=MOST_ITERATIONS)
+        checks.whole("maximum_solutions", self.maximum_solutions, at_most=MOST_SOLUTIONS)
         begin = min(self.first_step, self.largest_step)
         if self.smallest_step >= begin:
             raise ValueError(
