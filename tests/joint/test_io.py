@@ -5,7 +5,12 @@ import pytest
 
 from boltjoint import dataset
 from boltjoint.dynamics.windows import frequency_window
-from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
+from boltjoint.joint.io import (
+    free_mode_quantities,
+    joint_from_dataset,
+    joint_to_dataset,
+    load_joint,
+)
 from boltjoint.joint.model import merge_points
 
 
@@ -54,3 +59,10 @@ def test_the_range_of_resonances_is_that_of_the_joint_and_of_what_it_was_reduced
     # the mean of a region moves less than its points: the range of the regions alone is smaller
     alone = joint_to_dataset(regions)["resonance_range"].to_numpy()
     assert alone[0, 1] < reduced["resonance_range"].to_numpy()[0, 1]
+
+
+def test_participation_has_the_unit_of_its_vectors():
+    of_pod_modes = free_mode_quantities([50.0], np.ones((1, 2)), of="pod_mode", unit="s")
+    assert of_pod_modes["free_participation"].attrs["units"] == "s"
+    assert of_pod_modes["free_participation"].dims == ("free_mode", "pod_mode")
+    assert free_mode_quantities([50.0], [[1.0]])["free_participation"].attrs["units"] == "1"

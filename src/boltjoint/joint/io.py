@@ -109,7 +109,7 @@ def free_mode_quantities(
         "free_frequency": quantity(
             "free_mode", frequency, "Hz", "natural frequency of a mode without contact"
         ),
-        "free_participation": quantity(("free_mode", of), participation, "1", meaning),
+        "free_participation": quantity(("free_mode", of), participation, unit, meaning),
     }
 
 
