@@ -3,6 +3,7 @@
 Nothing here depends on mechanics: a system is any object with the methods of ``Equations``.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
@@ -32,14 +33,19 @@ class Derivative(NamedTuple):
 
 
 class Equations(Protocol):
-    """A system of equations r(x, p) = 0 with one parameter."""
+    """A system of equations r(x, p) = 0 with one parameter.
+
+    One that does not depend on the solutions accepted before keeps the last three methods.
+    """
 
     residual_scale: float
     """Size of the terms to which a residual is compared."""
 
+    @abstractmethod
     def evaluate(self, x: Vector, p: float) -> tuple[Vector, LazyJacobian]:
         """Residual and its lazily evaluated Jacobian with respect to x."""
 
+    @abstractmethod
     def parameter_derivative(self, x: Vector, p: float) -> Vector:
         """Derivative of the residual with respect to p."""
 
@@ -48,6 +54,7 @@ class Equations(Protocol):
 
     def state(self) -> object:
         """What depends on the solutions accepted before, as modes that are tracked; else None."""
+        return None
 
     def restore(self, state: object) -> None:
         """Return to an earlier state."""
@@ -56,9 +63,11 @@ class Equations(Protocol):
 class Quantity(Protocol):
     """A scalar observed along a branch, whose local maxima are located."""
 
+    @abstractmethod
     def value(self, x: Vector) -> float:
         """The quantity at a solution."""
 
+    @abstractmethod
     def slope(self, x: Vector, dx: Vector) -> float:
         """Directional derivative of the quantity, or a number of the same sign."""
 

@@ -11,6 +11,7 @@ B. M. Irons, R. C. Tuck: A version of the Aitken accelerator for computer iterat
 Journal for Numerical Methods in Engineering 1 (1969) 275-277.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -45,18 +46,23 @@ class LaggedEquations(Equations):
         """Return to an earlier basis."""
         self.basis = state
 
+    @abstractmethod
     def update(self, q: Vector, p: float) -> None:
         """Make the basis that of a response in fixed coordinates."""
 
+    @abstractmethod
     def from_fixed(self, q: Vector) -> Vector:
         """Projection of a response in fixed coordinates onto the basis."""
 
+    @abstractmethod
     def to_fixed(self, x: Vector) -> Vector:
         """The response in fixed coordinates."""
 
+    @abstractmethod
     def change_from_fixed(self, dq: Vector) -> Vector:
         """Projection of a change of the response."""
 
+    @abstractmethod
     def change_to_fixed(self, dx: Vector) -> Vector:
         """A change of the unknown as one of the response."""
 
