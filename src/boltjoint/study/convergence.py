@@ -99,7 +99,7 @@ def peaks_near(
     Parameters
     ----------
     joint, resonance, control
-        As for ``response.solve_branch``.
+        As for ``solve_branch``.
     damping
         Of the structure; a number is a loss factor.
     forces
@@ -114,7 +114,7 @@ def peaks_near(
     Raises
     ------
     ValueError
-        As for ``response.solve_branch``.
+        As for ``solve_branch``.
     """
     forces = checks.numbers("forces", forces)
     checks.instance("joint", joint, Joint)
@@ -250,7 +250,7 @@ def tabulate_reductions(
     Raises
     ------
     ValueError
-        If there is no joint, or as for ``response.solve_branch``.
+        If there is no joint, or as for ``solve_branch``.
     """
     forces = checks.numbers("forces", forces)
     if not joints:

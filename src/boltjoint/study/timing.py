@@ -36,7 +36,7 @@ def time_solver(
     Parameters
     ----------
     joint, forces, **options
-        As for ``response.solve_response``.
+        As for ``solve_response``.
     jacobians
         Analytic, forward differences or both.
     repeats
@@ -53,7 +53,7 @@ def time_solver(
     ------
     ValueError
         If there is no force, a number is out of range, a Jacobian is not known, or as for
-        ``response.solve_branch``.
+        ``solve_branch``.
     """
     forces = checks.numbers("forces", forces)
     checks.whole("repeats", repeats, at_least=1)
