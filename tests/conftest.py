@@ -57,4 +57,3 @@ def copied(finished, tmp_path):
 def copy_workflow(folder):
     for name in ("workflow", "profiles"):
         shutil.copytree(ROOT / name, folder / name, dirs_exist_ok=True)
-    shutil.copy(ROOT / "Snakefile", folder)

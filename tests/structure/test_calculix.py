@@ -377,7 +377,6 @@ def test_calculix_finds_the_same(assembly, modes, preload, tmp_path):
 def test_workflow_asks_runs_and_compares(tmp_path):
     for name in ("workflow", "profiles", "resources", "src"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "Snakefile", tmp_path)
     write(tmp_path / "config/assemblies/three_bolt.yaml", COARSE)
     write(tmp_path / "config/cases/small.yaml", CASE | {"assembly": "three_bolt"})
     write(tmp_path / "config/config.yaml", SETTINGS)

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from snakemake.logging import logger
+from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
@@ -17,17 +18,42 @@ from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.case_studies import name_case_studies
+from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
 from boltjoint.workflow import environment
 from boltjoint.workflow.code_dependencies import source_hash
 
-SOURCE = Path(workflow.basedir, "resources/source")
-CASE_STUDIES = name_case_studies(SOURCE if SOURCE.is_dir() else None)
+RULES = workflow.current_basedir
+
+
+def own_file(path):
+    """A file by its path in the folder of the workflow; of one on a server, the copy that is kept.
+
+    That is the folder of this file, not of the study, nor of a Snakefile with this one as a module.
+    """
+    file = RULES.join(f"../../{path}")
+    if isinstance(RULES, LocalSourceFile):
+        return os.path.normpath(file.get_path_or_uri(secret_free=True))
+    return workflow.sourcecache.get_path(file)
+
+
+SOURCE = "resources/source"
+source_tables = [
+    own_file(f"{SOURCE}/{name}") for name in name_tables(own_file(f"{SOURCE}/{INDEX}"))
+]
+CASE_STUDIES = name_case_studies(
+    Path(source_tables[0]).parent if source_tables else None
+)
 
 if workflow.overwrite_configfiles:
     raise WorkflowError(
         "--configfile is not for this study: name the file by --config study=FILE, "
         "or by make reproduce STUDY=FILE"
+    )
+
+if workflow.modifier.path_modifier.modifies_prefixes:
+    raise WorkflowError(
+        "prefix and replace_prefix are not for this module: results lie where its library reads "
+        "them; use it from a folder of its own"
     )
 
 try:
@@ -74,8 +100,8 @@ def library(script, modules=()):
 
     Another content makes what the script wrote stale.
     """
-    files = [Path(workflow.basedir, "workflow/scripts", script)]
-    files += [Path(sys.modules[name].__file__) for name in modules]
+    files = [own_file(f"workflow/scripts/{script}")]
+    files += [sys.modules[name].__file__ for name in modules]
     return [hash_of(file) for file in files]
 
 
@@ -94,9 +120,7 @@ CAPTIONS = sorted({display.make.__module__ for display in DISPLAYS})
 
 # the tables of the source study, if any case is compared with it
 published = (
-    sorted(os.path.relpath(path) for path in SOURCE.glob("*.csv"))
-    if contents.is_compared()
-    else []
+    sorted(map(os.path.relpath, source_tables)) if contents.is_compared() else []
 )
 
 
