@@ -1,6 +1,7 @@
 """Imports of the library point only downwards and never in a circle, and its files are short."""
 
 import ast
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -53,3 +54,29 @@ def test_files_and_classes_are_short_and_open_with_a_statement(file):
         if isinstance(node, ast.ClassDef):
             assert node.end_lineno - node.lineno < 250, node.name
     assert "?" not in (ast.get_docstring(TREES[file]) or "").split("\n")[0]
+
+
+def test_machine_code_is_kept_in_one_way():
+    # where it cannot be, numba's own cache is an error
+    for file, tree in TREES.items():
+        asked = [node.arg for node in ast.walk(tree) if isinstance(node, ast.keyword)]
+        assert "cache" not in asked, file
+
+
+def test_modules_named_in_texts_exist():
+    defined = {
+        file: {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        for file, tree in TREES.items()
+    }
+    functions = {name for names in defined.values() for name in names if "_" in name}
+    known = {f"/{file}".removesuffix(".py").replace("/", ".") for file in TREES}
+    known |= {
+        f"/{file}".removesuffix(".py").replace("/", ".") + f".{name}"
+        for file, names in defined.items()
+        for name in names
+    }
+    for file in TREES:
+        text = (PACKAGE / file).read_text(encoding="utf-8")
+        for name in re.findall(r"``((?:[a-z_]+\.)+[a-z_]+)``", text):
+            if name.rpartition(".")[2] in functions:
+                assert any(each.endswith(f".{name}") for each in known), f"{file}: {name}"

@@ -1,9 +1,13 @@
 """Nonlinear vibration of bolted lap joints, from dimensions to frequency responses."""
 
 from importlib import import_module
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 
-__version__ = version("boltjoint")
+try:
+    __version__ = version("boltjoint")
+except PackageNotFoundError:
+    #: of a checkout that is imported without being installed
+    __version__ = "0+unknown"
 
 #: what users of the library call, by the module that holds it; imported when first asked for, since
 #: compiled modules take their time

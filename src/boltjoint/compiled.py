@@ -5,7 +5,9 @@ arguments. A function that is called at its address is compiled once; a loop tha
 functions is compiled once for all of them.
 """
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -14,6 +16,8 @@ from typing import Any
 from numba import njit, typeof, types
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
+
+logger = logging.getLogger(__name__)
 
 #: compiles a function that other loops call: division by zero gives infinity, as in NumPy; called
 #: from Python it lets other threads run
@@ -43,12 +47,36 @@ class _Cache(FunctionCache):
     def _index_key(self, *given: Any) -> tuple:  # noqa: ANN401
         return *super()._index_key(*given), _source_version()
 
+    @contextmanager
+    def _guard_against_spurious_io_errors(self) -> Iterator[None]:
+        """While machine code is read or kept: what cannot be is compiled anew."""
+        try:
+            yield
+        except OSError:
+            _report_missing_cache()
+
+
+@cache
+def _report_missing_cache() -> None:
+    """Warn that every process compiles anew, once."""
+    logger.warning(
+        "no folder can be written where numba would keep machine code: every process compiles "
+        "anew; NUMBA_CACHE_DIR may name one"
+    )
+
 
 def kept_loop(function: Callable) -> Callable:
-    """Compile a function, and keep its machine code for later processes."""
+    """Compile a function, and keep its machine code for later processes.
+
+    Where neither the folder of its file nor that of the user's caches can be written, it is not
+    kept.
+    """
     compiled = loop(function)
-    # what ``cache=True`` does, with a cache of another class
-    compiled._cache = _Cache(function)
+    try:
+        # what ``cache=True`` does, with a cache of another class
+        compiled._cache = _Cache(function)
+    except RuntimeError:
+        _report_missing_cache()
     return compiled
 
 

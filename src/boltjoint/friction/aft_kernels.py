@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from boltjoint.compiled import kept_loop
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ class SampleTables(NamedTuple):
 SLIP_NEGATIVE, STICK, SLIP_POSITIVE, SEPARATION, CLOSING = range(-1, 4)
 
 
-@njit(cache=True)
+@kept_loop
 def _move_slider(
     x_before: float, n_before: float, x: float, n: float, mu: float, z: float
 ) -> tuple[float, int]:
@@ -51,7 +52,7 @@ def _move_slider(
     return z, state
 
 
-@njit(cache=True)
+@kept_loop
 def move_through_period(
     x: Array, n: Array, mu: float, friction: Array, state: NDArray[np.int8]
 ) -> tuple[int, int]:
@@ -67,7 +68,7 @@ def move_through_period(
     return slider_sample, slider_state
 
 
-@njit(cache=True)
+@kept_loop
 def add_forces(
     order: NDArray[np.int64],
     first: NDArray[np.int64],
@@ -108,7 +109,7 @@ def add_forces(
             np.dot(synthesis, total[d], force[p, d * count : (d + 1) * count])
 
 
-@njit(cache=True)
+@kept_loop
 def _add_tangent(
     springs: tuple[float, float, float],
     x: Array,
@@ -162,7 +163,7 @@ def _add_tangent(
         begin = end
 
 
-@njit(cache=True)
+@kept_loop
 def slider_derivative(
     x: Array, n: Array, mu: float, at: int, by: int
 ) -> tuple[float, float, float]:

@@ -6,8 +6,9 @@ radial return of half the step (a midpoint rule, of second order in the step).
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from boltjoint.compiled import kept_loop
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def integrate_in_plane(
     return force
 
 
-@njit(cache=True, error_model="numpy")
+@kept_loop
 def _follow(
     x: Array, n: Array, x_middle: Array, n_middle: Array, mu: float, friction: Array
 ) -> None:

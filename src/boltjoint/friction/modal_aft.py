@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.linalg import multi_dot
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
+from boltjoint.compiled import kept_loop
 from boltjoint.friction.aft_kernels import (
     CLOSING,
     SEPARATION,
@@ -285,14 +285,14 @@ def _by_sample(changes: Array) -> Iterator[tuple[int, NDArray[np.int64], Array]]
         yield int(sample), changes[at, 1].astype(np.int64), changes[at, 2:].T
 
 
-@njit(cache=True)
+@kept_loop
 def _set(row: Array, values: tuple[float, ...]) -> None:
     """Set the columns of a row."""
     for column, value in enumerate(values):
         row[column] = value
 
 
-@njit(cache=True)
+@kept_loop
 def _follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) -> tuple:
     """Follow the elements through the period: their friction, and where derivatives change."""
     elements, samples = x.shape
@@ -336,7 +336,7 @@ def _follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) ->
     return of_state[:states], of_slider[:sliders]
 
 
-@njit(cache=True)
+@kept_loop
 def _follow_change(
     x: Array, n: Array, of_state: Array, of_slider: Array, friction: Array, load: Array
 ) -> None:

@@ -4,8 +4,9 @@ No code is shared with the describing functions of the laws, so that either veri
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from boltjoint.compiled import kept_loop
 
 #: elements integrated side by side: many for the processor's vectors, few for its cache
 _LANES = 128
@@ -33,7 +34,7 @@ def integrate_friction(
     return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
 
 
-@njit(cache=True, error_model="numpy")
+@kept_loop
 def _integrate_friction(
     point_of_element: NDArray[np.int64],
     k_u: NDArray[np.float64],

@@ -11,8 +11,9 @@ chapter V.1.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from boltjoint.compiled import kept_loop
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 _ITERATIONS, _TOLERANCE = 40, 1e-11
 
 
-@njit(cache=True, error_model="numpy")
+@kept_loop
 def _follow_sliders(
     x: Array,
     n: Array,
@@ -56,7 +57,7 @@ def _follow_sliders(
         friction[e], by_motion[0, e], by_motion[1, e] = trial, by_x, by_n
 
 
-@njit(cache=True, error_model="numpy")
+@kept_loop
 def integrate_period(
     q: Array,
     v: Array,
@@ -146,7 +147,7 @@ def integrate_period(
     return unsolved
 
 
-@njit(cache=True)
+@kept_loop
 def _update(
     jacobian: Array,
     used: Array,
@@ -172,7 +173,7 @@ def _update(
     return changed
 
 
-@njit(cache=True, error_model="numpy")
+@kept_loop
 def sliders_along(
     motion: Array, z: Array, X: Array, V: Array, normal_load: Array, mu: Array
 ) -> None:

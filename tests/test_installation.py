@@ -1,0 +1,71 @@
+"""The library where nothing of it is installed or can be written, as on a cluster."""
+
+import os
+import shutil
+import site
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
+
+#: to root, permissions of files mean nothing otherwise
+WITHOUT_PRIVILEGES = [
+    *("setpriv", "--bounding-set=-dac_override,-dac_read_search"),
+    "--inh-caps=-dac_override,-dac_read_search",
+]
+
+USE = """
+import boltjoint
+names = [getattr(boltjoint, name) for name in sorted(boltjoint._NAMES)]
+elements = boltjoint.ConstantLoad([0], [2.0], [1.0])
+print(boltjoint.__file__)
+print(boltjoint.__version__)
+print(elements.force([[0.25, 0.0]])[0, 0])
+print(elements.force([[0.5, 0.0]])[0, 0])
+"""
+
+
+@pytest.fixture
+def environment(tmp_path):
+    """The library and its dependencies in folders that are read-only, and no home."""
+    (tmp_path / "dependencies").mkdir()
+    (installed,) = {Path(each) for each in site.getsitepackages()}
+    for path in installed.iterdir():
+        if "boltjoint" not in path.name:
+            (tmp_path / "dependencies" / path.name).symlink_to(path)
+    copy = tmp_path / "library/boltjoint"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    folders = [tmp_path, *(path for path in copy.parent.rglob("*") if path.is_dir())]
+    for folder in [*folders, copy.parent]:
+        folder.chmod(stat.S_IREAD | stat.S_IEXEC)
+    places = (str(copy.parent), str(tmp_path / "dependencies"))
+    kept = {name: os.environ[name] for name in ("PATH", "OMP_NUM_THREADS") if name in os.environ}
+    yield kept | {"PYTHONPATH": os.pathsep.join(places), "HOME": str(tmp_path / "home")}
+    for folder in [tmp_path, copy.parent, *folders]:
+        folder.chmod(stat.S_IRWXU)
+
+
+@pytest.mark.skipif(
+    os.geteuid() == 0 and shutil.which("setpriv") is None, reason="root has no setpriv"
+)
+def test_all_public_names_work_where_nothing_is_installed_or_can_be_written(environment):
+    command = WITHOUT_PRIVILEGES if os.geteuid() == 0 else []
+    ran = subprocess.run(
+        [*command, sys.executable, "-S", "-c", USE],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    file, version, stuck, slipping = ran.stdout.split()
+    assert file.startswith(environment["PYTHONPATH"].split(os.pathsep)[0])
+    assert version == "0+unknown"
+    assert float(stuck) == 0.5
+    assert 0.5 < float(slipping) <= 4 / 3.14159
+    assert ran.stderr.count("every process compiles anew") == 1, ran.stderr
+    assert len(ran.stderr.splitlines()) == 1
