@@ -50,7 +50,7 @@ if workflow.overwrite_configfiles:
         "or by make reproduce STUDY=FILE"
     )
 
-if workflow.modifier.path_modifier.modifies_prefixes:
+if workflow.modifier.path_modifier.replace_prefix("results/") != "results/":
     raise WorkflowError(
         "prefix and replace_prefix are not for this module: results lie where its library reads "
         "them; use it from a folder of its own"
