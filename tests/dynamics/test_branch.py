@@ -14,6 +14,7 @@ from boltjoint.dynamics.branch import (
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.windows import frequency_window
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 
@@ -125,3 +126,19 @@ def test_linear_modes_have_neither_residual_nor_estimated_errors(either):
     assert found["residual"].max() < 1e-8
     assert not found["error_estimate"].any()
     assert found["in_all_modes"].all()
+
+
+def test_the_peak_of_a_branch_is_that_of_its_index(either):
+    branch = solve_branch(either, 5.0, loss_factor=LOSS)
+    assert branch.peak_frequency == branch.frequency[branch.peak]
+    assert branch.peak_amplitude == branch.amplitude[branch.peak]
+
+
+def test_a_branch_without_a_peak_says_so_where_it_is_asked_for_it(either):
+    """An index of None would give all solutions in their place."""
+    low = 0.5 * min(frequency_window(either))
+    branch = solve_branch(either, 5.0, loss_factor=LOSS, window=(low / 2, low))
+    assert branch.peak is None
+    for name in ("peak_frequency", "peak_amplitude"):
+        with pytest.raises(ValueError, match="the response to 5 N has no peak"):
+            getattr(branch, name)

@@ -62,6 +62,35 @@ class Branch:
             return None
         return int(np.argmax(np.where(self.located, self.amplitude, -1.0)))
 
+    @property
+    def peak_frequency(self) -> float:
+        """Frequency of the peak [Hz].
+
+        Raises
+        ------
+        ValueError
+            If there is no peak.
+        """
+        return float(self.frequency[self._existing_peak])
+
+    @property
+    def peak_amplitude(self) -> float:
+        """Amplitude of the peak [m].
+
+        Raises
+        ------
+        ValueError
+            If there is no peak.
+        """
+        return float(self.amplitude[self._existing_peak])
+
+    @property
+    def _existing_peak(self) -> int:
+        if self.peak is None:
+            why = self.reason or "no local maximum inside the window"
+            raise ValueError(f"the response to {self.force:g} N has no peak: {why}")
+        return self.peak
+
 
 class OutputPoint:
     """Complex first-harmonic amplitude of the output point [m] from modal coordinates.
