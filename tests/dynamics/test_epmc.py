@@ -48,7 +48,9 @@ def mode_at(backbone, amplitude):
     """The mode at an amplitude within a backbone."""
     p, wanted = [state.log_amplitude for state in backbone.states], np.log(amplitude)
     after = np.searchsorted(p, wanted)
-    return backbone.solve_between(*backbone.states[after - 1 : after + 1], wanted)
+    first, second = backbone.states[after - 1 : after + 1]
+    share = (wanted - first.log_amplitude) / (second.log_amplitude - first.log_amplitude)
+    return backbone.solve_between(first, second, share)
 
 
 K, SLIP = 1e5, 10.0

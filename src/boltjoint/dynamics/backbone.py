@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from boltjoint import checks
 from boltjoint.damping import Damping, choose_damping, damping_of_attributes
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.between_states import BetweenStates, solve_root
 from boltjoint.dynamics.compiled_epmc import epmc_system
 from boltjoint.dynamics.energy import energy_per_period
 from boltjoint.dynamics.epmc import EPMCEquations, ModalState
@@ -26,7 +26,6 @@ from boltjoint.solvers.arc_length import trace
 from boltjoint.solvers.compiled_path import follow
 from boltjoint.solvers.compiled_steps import Limits
 from boltjoint.solvers.equations import SolutionBranch, StepControl
-from boltjoint.solvers.newton import newton
 
 Array = NDArray[np.float64]
 
@@ -38,11 +37,9 @@ _FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
 #: come so close
 _CLOSEST = 0.05
 
-#: a root is found where its function is this small against the scale of the function
-_ROOT = 1e-10
-
-#: solutions after which a root is as close as the tolerance of the equations allows
-_MOST_SOLUTIONS = 12
+#: largest residual of a state over the damping of the structure, where that is stricter: for loss
+#: factors below those of any structure, so that states of the default study do not depend on it
+_OF_DAMPING = 1e-4
 
 
 @dataclass(frozen=True)
@@ -68,16 +65,10 @@ class Backbone:
     reason: str
 
     def solve_between(
-        self, first: ModalState, second: ModalState, log_amplitude: float
-    ) -> ModalState:
-        """The mode at an amplitude between those of two states of one interval.
-
-        The tolerance is relative to the damping of the mode, as are errors of the response.
-        """
-        guess = interpolate(first, second, log_amplitude).unknown
-        control = replace(self.control, tolerance=self.control.tolerance * self.equations.loss)
-        solution = newton(self.equations, guess, log_amplitude, control, chords=True)[0]
-        return ModalState(self.equations, solution.x, log_amplitude)
+        self, first: ModalState, second: ModalState, share: float
+    ) -> ModalState | None:
+        """The mode at a share of the way between two states (``BetweenStates.state``)."""
+        return BetweenStates(first, second, self.control).state(share)
 
     def solve_root(
         self,
@@ -86,31 +77,17 @@ class Backbone:
         second: ModalState,
         scale: float,
     ) -> ModalState:
-        """The mode between two states at which a function of the mode is zero.
+        """The mode between two states at which a function is zero (``between_states``)."""
+        return solve_root(function, BetweenStates(first, second, self.control), scale)
 
-        Each solution is that of the equations at the root of the interpolation, and replaces the
-        state on its side.
-
-        Parameters
-        ----------
-        function
-            Of different sign at both states.
-        scale
-            Size of the terms of the function.
-        """
-        values = function(first), function(second)
-        for _ in range(_MOST_SOLUTIONS):
-            ends = first.log_amplitude, second.log_amplitude
-            p = _root_of_interpolation(function, first, second, values)
-            solution = self.solve_between(first, second, p)
-            value = function(solution)
-            if abs(value) <= _ROOT * scale or p in ends:
-                break
-            if value * values[0] > 0:
-                first, values = solution, (value, values[1])
-            else:
-                second, values = solution, (values[0], value)
-        return solution
+    def with_shorter_steps(self, factor: float) -> "Backbone":
+        """The backbone between its first and last amplitude with steps shorter by a factor."""
+        steps = {
+            name: getattr(self.control, name) / factor for name in ("first_step", "largest_step")
+        }
+        amplitudes = self.states[0].amplitude, max(state.amplitude for state in self.states)
+        control = replace(self.control, **steps)
+        return trace_backbone(self.equations, amplitudes, control).refined()
 
     def refined(self) -> "Backbone":
         """The backbone with states where its curves bend (``StepControl.curve_tolerance``)."""
@@ -120,14 +97,15 @@ class Backbone:
         ahead = list(self.states[:0:-1])
         while ahead:
             first, second = states[-1], ahead[-1]
-            p = (first.log_amplitude + second.log_amplitude) / 2
-            middle = interpolate(first, second, p)
+            between = BetweenStates(first, second, self.control)
+            middle = between.interpolation(0.5)
             bend = abs(middle.curves - (first.curves + second.curves) / 2)
             wide = abs(second.log_amplitude - first.log_amplitude) > _CLOSEST
-            if wide and np.any(bend > limits):
-                ahead.append(self.solve_between(first, second, p))
-            else:
+            inserted = between.state(0.5) if wide and np.any(bend > limits) else None
+            if inserted is None:
                 states.append(ahead.pop())
+            else:
+                ahead.append(inserted)
         return replace(self, states=tuple(states))
 
     def to_dataset(self) -> xr.Dataset:
@@ -184,33 +162,6 @@ class Backbone:
         )
 
 
-def interpolate(first: ModalState, second: ModalState, log_amplitude: float) -> ModalState:
-    """A mode by cubic Hermite interpolation between two states, linear at a turning point."""
-    a, b = first.unknown, second.unknown
-    h = second.log_amplitude - first.log_amplitude
-    t = (log_amplitude - first.log_amplitude) / h
-    x = a + t * (b - a)
-    if first.slope is not None and second.slope is not None:
-        at_first, at_second = h * first.slope - (b - a), h * second.slope - (b - a)
-        x += t * (1 - t) * ((1 - t) * at_first - t * at_second)
-    return ModalState(first.equations, x, log_amplitude)
-
-
-def _root_of_interpolation(
-    function: Callable[[ModalState], float],
-    first: ModalState,
-    second: ModalState,
-    values: tuple[float, float],
-) -> float:
-    """Logarithm of the amplitude at which a function of the interpolation is zero."""
-    known = {first.log_amplitude: values[0], second.log_amplitude: values[1]}
-
-    def value_at(p: float) -> float:
-        return known[p] if p in known else function(interpolate(first, second, p))
-
-    return float(brentq(value_at, *known, xtol=1e-15))
-
-
 def trace_backbone(
     equations: EPMCEquations,
     amplitudes: tuple[float, float],
@@ -237,11 +188,13 @@ def trace_backbone(
     control = StepControl() if control is None else control
     checks.instance("control", control, StepControl)
     low, high = np.log(checks.interval("amplitudes", amplitudes))
+    # the damping of a state tells whether a force exceeds it, however slight it is
+    precise = replace(control, tolerance=min(control.tolerance, _OF_DAMPING * equations.loss))
     branch = SolutionBranch()
     for first in np.log(_FIRST_AMPLITUDES):
         # the stuck mode is an initial guess where little slips
         window = (low + first, high)
-        found = _trace(equations, window, control)
+        found = _trace(equations, window, precise)
         if not branch.solutions or found.complete or len(branch.solutions) < 2:
             branch = found
         if branch.complete:

@@ -31,9 +31,12 @@ _ITERATIONS, _TOLERANCE = 20, 1e-14
 #: the stuck mode and of one whose points move in phase
 _FIRST_SHARE, _LAST_SHARE = 0.3, 1.5
 
-#: loss factor below which amplitudes are not followed to where it alone limits the response:
-#: where the backbone of a structure that does not dissipate ends
-_LEAST_LOSS_FACTOR = 1e-5
+#: loss factor in whose place a smaller one counts, so that amplitudes stay finite: rounding is some
+#: millionth of it
+_LEAST_LOSS_FACTOR = 1e-10
+
+#: that of a structure that does not dissipate: where its backbone ends
+_WITHOUT_DISSIPATION = 1e-5
 
 
 class _Unexcited(NamedTuple):
@@ -93,7 +96,9 @@ class EPMCEquations(Equations):
         #: imaginary part of the stuck lambda over its real part: it limits the response
         at_rest = np.zeros_like(self.stuck)
         loss = self.balance.damping_matrix.work(np.sqrt(self.scale), self.stuck, at_rest)
-        self.loss = max(loss / self.scale, _LEAST_LOSS_FACTOR)
+        dissipates = self.balance.damping_matrix.dissipates
+        least = _LEAST_LOSS_FACTOR if dissipates else _WITHOUT_DISSIPATION
+        self.loss = max(loss / self.scale, least)
         self._last: _Unexcited | None = None
 
     @property
@@ -177,7 +182,8 @@ class EPMCEquations(Equations):
 
         From below that of the stuck mode under the smallest force at the ends of the window [Hz] to
         above that which structural damping alone allows under the largest force. In full slip
-        nothing else limits the response: without structural damping, a loss factor of 1e-5 does.
+        nothing else limits the response: without structural damping, a loss factor of 1e-5 does,
+        and motions that the structure does not damp count as damped by one of 1e-10.
         Damping that grows with the frequency counts as at the lower end of the window.
         """
         forces, window = checks.numbers("forces", forces), checks.interval("window", window)
@@ -185,7 +191,11 @@ class EPMCEquations(Equations):
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
         H = self.balance.damping_matrix.at(2 * np.pi * window[0])
-        H = H + _LEAST_LOSS_FACTOR * self.balance.stiffness
+        stiffness = self.balance.stiffness
+        # rigid-body modes have no stiffness but that of the contact
+        H = H + _LEAST_LOSS_FACTOR * (stiffness + self.balance.joint.stuck_stiffness())
+        if not self.balance.damping_matrix.dissipates:
+            H = H + _WITHOUT_DISSIPATION * stiffness
         # |phi^T e| / phi^H H phi where phi^H phi = 1, by Cauchy and Schwarz
         compliance = (excitation.conj() @ np.linalg.solve(H, excitation)).real
         highest = max(forces) * np.sqrt(compliance / np.linalg.eigvalsh(H)[0])

@@ -285,9 +285,10 @@ def _divided(backbone: Backbone, divisions: int) -> Iterator[ModalState]:
     """The states, and others between every two of them at equal steps of the log amplitude."""
     for first, second in pairwise(backbone.states):
         yield first
-        step = (second.log_amplitude - first.log_amplitude) / divisions
         for i in range(1, divisions):
-            yield backbone.solve_between(first, second, first.log_amplitude + i * step)
+            state = backbone.solve_between(first, second, i / divisions)
+            if state is not None:
+                yield state
     yield backbone.states[-1]
 
 

@@ -7,7 +7,7 @@ synthesis: application to harmonically forced and self-excited mechanical system
 and Vibration 332 (2013) 6798-6814.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -34,6 +34,11 @@ _ASIDE = 1e-3
 #: relative excess of the force at a peak beyond which its mode is not solved: solutions have 1e-8,
 #: what Newton's method leaves where it fails some tenths or more
 _LARGEST_EXCESS = 1e-3
+
+
+#: factors by which steps of a backbone are shorter where the mode is not found between two states:
+#: there the backbone has turned, or a contact has changed its state, within one step
+_SHORTER_STEPS = (4.0, 16.0, 64.0)
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,11 @@ def synthesise_response(
     checks.instance("backbone", backbone, Backbone)
     force, window = checks.number("force", force, above=0), checks.interval("window", window)
     curve = _ResponseCurve(backbone, force)
+    for factor in _SHORTER_STEPS:
+        if curve.is_solved:
+            break
+        curve = _ResponseCurve(backbone.with_shorter_steps(factor), force)
+    backbone = curve.backbone
     if not backbone.states or curve.unreached == 0:
         empty = np.zeros((0, backbone.equations.start().size - 2))
         reason = "the backbone begins above the peak" if backbone.states else backbone.reason
@@ -155,21 +165,30 @@ class _ResponseCurve:
         """Points of the response: at states of the backbone, and more near the peak."""
         if self.peak is None:
             return [self._point(state, -1) for state in self.states]
-        states = sorted([*self.states, *self._near_peak()], key=lambda each: each.log_amplitude)
-        below = [self._point(state, -1) for state in states if state is not self.peak]
+        states = []
+        inserted = self._near_peak()
+        for place, state in enumerate(self.states[:-1]):
+            states += [state, *inserted.get(place, ())]
+        below = [self._point(state, -1) for state in states]
         above = [self._point(point.state, 1) for point in reversed(below)]
         return [*below, self._point(self.peak, 0), *above]
 
-    def _near_peak(self) -> Iterator[ModalState]:
-        """States at phases from the peak, where known ones are farther apart."""
+    def _near_peak(self) -> dict[int, list[ModalState]]:
+        """States at phases from the peak, by the known one that they follow, which are apart."""
+        states: dict[int, list[ModalState]] = {}
         p = np.array([state.log_amplitude for state in self.states])
         known = np.arccos(np.minimum(np.exp(p - p[-1]), 1.0))
-        for phase, spacing in zip(_PHASES, np.diff(_PHASES, prepend=0.0), strict=True):
+        spacings = np.diff(_PHASES, prepend=0.0)
+        for phase, spacing in zip(_PHASES[::-1], spacings[::-1], strict=True):
             # the last interval that holds the phase
-            found = np.flatnonzero((known[:-1] >= phase) & (phase >= known[1:]))
-            if found.size and known[found[-1]] - known[found[-1] + 1] > spacing:
-                first, second = self.states[found[-1] : found[-1] + 2]
-                yield self.backbone.solve_between(first, second, p[-1] + np.log(np.cos(phase)))
+            at = np.flatnonzero((known[:-1] >= phase) & (phase >= known[1:]))
+            if at.size and known[at[-1]] - known[at[-1] + 1] > spacing:
+                place = int(at[-1])
+                share = (p[-1] + np.log(np.cos(phase)) - p[place]) / (p[place + 1] - p[place])
+                state = self.backbone.solve_between(*self.states[place : place + 2], share)
+                if state is not None:
+                    states.setdefault(place, []).append(state)
+        return states
 
     def crossing(self, points: Sequence[_Point], end: float) -> tuple[int, _Point] | None:
         """First crossing of the square of a frequency, with the number of points before it."""
@@ -201,21 +220,35 @@ class _ResponseCurve:
         if not amplitude[highest] > max(amplitude[highest - 1], amplitude[highest + 1]):
             return highest  # flat, to rounding
 
+        # where the backbone turns back in amplitude, the phase does not tell its states apart
+        ascending = phases[0] < phases[1] < phases[2]
+        phases = phases if ascending else [-0.5, 0.0, 0.5]
         # the tolerance is relative to the variable, and so to the step if that is near 1
         step = phases[2] - phases[0]
         variables = [1 + (phase - phases[1]) / step for phase in phases]
         known = dict(zip(variables, -amplitude[highest - 1 : highest + 2], strict=True))
 
-        def point_at(variable: float) -> _Point:
+        def point_at(variable: float) -> _Point | None:
             phase = phases[1] + step * (variable - 1)
-            first, second = around[:2] if phase < phases[1] else around[1:]
-            p = self.peak.log_amplitude + float(np.log(np.cos(phase)))
-            state = self.backbone.solve_between(first.state, second.state, p)
-            return self._point(state, int(np.sign(phase)))
+            place = int(phase >= phases[1])
+            first, second = around[place : place + 2]
+            if ascending:
+                p, begin, end = (
+                    self.peak.log_amplitude + float(np.log(np.cos(phase))),
+                    first.state.log_amplitude,
+                    second.state.log_amplitude,
+                )
+                share, side = (p - begin) / (end - begin), int(np.sign(phase))
+            else:
+                share = (phase - phases[place]) / (phases[place + 1] - phases[place])
+                side = first.side or second.side
+            state = self.backbone.solve_between(first.state, second.state, share)
+            return None if state is None else self._point(state, side)
 
         def negative_amplitude(variable: float) -> float:
             if variable not in known:
-                known[variable] = -self.output_amplitude([point_at(variable)])[0]
+                point = point_at(variable)
+                known[variable] = 0.0 if point is None else -self.output_amplitude([point])[0]
             return known[variable]
 
         located = minimize_scalar(
@@ -231,8 +264,11 @@ class _ResponseCurve:
         curvature = below - 2 * located.fun + above
         aside = _ASIDE / 2 * (below - above) / curvature if curvature > 0 else 0.0
         top = located.x + (aside if abs(aside) < _ASIDE else 0.0)
+        point = point_at(top)
+        if point is None or self.output_amplitude([point])[0] < amplitude[highest]:
+            return highest
         highest += int(top > 1)
-        points.insert(highest, point_at(top))
+        points.insert(highest, point)
         return highest
 
     def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:

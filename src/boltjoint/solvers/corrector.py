@@ -207,3 +207,21 @@ class Corrector:
             return step and self.observation(quantity, predictor, step)
 
         return observation_at
+
+
+def projection(corrector: Corrector, predictor: Predictor) -> tuple[Solution, Matrix] | None:
+    """Solution and Jacobian in the plane normal to the tangent of a predictor beside the branch."""
+    control, offset = corrector.control, np.zeros_like(predictor.tangent)
+    for iteration in range(control.maximum_iterations):
+        x, p = predictor.at(offset)
+        residual, jacobian_at = corrector.equations.evaluate(x, p)
+        jacobian = jacobian_at()
+        limit = smallest_residual(corrector.equations, control, x, jacobian)
+        if np.linalg.norm(residual) <= limit:
+            return Solution(x, p, iteration, True), jacobian
+        derivative = corrector.derivative(x, p, jacobian, predictor.weights)
+        correction = solve(np.vstack([derivative, predictor.tangent]), np.append(residual, 0.0))
+        if correction is None:
+            return None
+        offset = offset - correction
+    return None

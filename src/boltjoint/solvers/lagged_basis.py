@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from boltjoint.solvers.corrector import Corrector, Predictor, Step
-from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, StepControl, Vector
+from boltjoint.solvers.corrector import Corrector, Predictor, Step, projection
+from boltjoint.solvers.equations import Equations, Quantity, Solution, StepControl, Vector
 from boltjoint.solvers.maxima import Arc, Maxima, Observation
-from boltjoint.solvers.newton import newton, smallest_residual, solve
+from boltjoint.solvers.newton import newton
 
 
 class LaggedEquations(Equations):
@@ -266,24 +266,6 @@ class LaggedCorrector:
 
     def _to_fixed(self, solution: Solution) -> Solution:
         return solution._replace(x=self.equations.to_fixed(solution.x), reduced=True)
-
-
-def projection(corrector: Corrector, predictor: Predictor) -> tuple[Solution, Matrix] | None:
-    """Solution and Jacobian in the plane normal to the tangent of a predictor beside the branch."""
-    control, offset = corrector.control, np.zeros_like(predictor.tangent)
-    for iteration in range(control.maximum_iterations):
-        x, p = predictor.at(offset)
-        residual, jacobian_at = corrector.equations.evaluate(x, p)
-        jacobian = jacobian_at()
-        limit = smallest_residual(corrector.equations, control, x, jacobian)
-        if np.linalg.norm(residual) <= limit:
-            return Solution(x, p, iteration, True), jacobian
-        derivative = corrector.derivative(x, p, jacobian, predictor.weights)
-        correction = solve(np.vstack([derivative, predictor.tangent]), np.append(residual, 0.0))
-        if correction is None:
-            return None
-        offset = offset - correction
-    return None
 
 
 class _InBasis(NamedTuple):

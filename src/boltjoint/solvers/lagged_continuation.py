@@ -10,9 +10,9 @@ from collections.abc import Callable
 import numpy as np
 
 from boltjoint.solvers.arc_length import Tracer
-from boltjoint.solvers.corrector import Step
+from boltjoint.solvers.corrector import Step, projection
 from boltjoint.solvers.equations import Equations, Quantity, SolutionBranch, StepControl, Vector
-from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin, projection
+from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin
 from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
 
