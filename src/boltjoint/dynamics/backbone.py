@@ -189,7 +189,7 @@ def trace_backbone(
     checks.instance("control", control, StepControl)
     low, high = np.log(checks.interval("amplitudes", amplitudes))
     # the damping of a state tells whether a force exceeds it, however slight it is
-    precise = replace(control, tolerance=min(control.tolerance, _OF_DAMPING * equations.loss))
+    precise = control.stricter(_OF_DAMPING * equations.loss)
     branch = SolutionBranch()
     for first in np.log(_FIRST_AMPLITUDES):
         # the stuck mode is an initial guess where little slips

@@ -66,7 +66,7 @@ class BetweenStates:
         The tolerance is relative to the damping of the mode, as are errors of the response.
         """
         equations, guess = self.first.equations, self.interpolation(share)
-        control = replace(self.control, tolerance=self.control.tolerance * equations.loss)
+        control = self.control.stricter(self.control.tolerance * equations.loss)
         p = guess.log_amplitude
         if not self._turns:
             solution = newton(equations, guess.unknown, p, control, chords=True)[0]

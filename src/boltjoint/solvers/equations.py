@@ -5,7 +5,7 @@ Nothing here depends on mechanics: a system is any object with the methods of ``
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -222,6 +222,10 @@ class StepControl(Options):
             raise ValueError(
                 f"smallest_step is {self.smallest_step}: it must be below the first step, {begin}"
             )
+
+    def stricter(self, tolerance: float) -> "StepControl":
+        """The same with another tolerance if that is stricter, but none below rounding."""
+        return replace(self, tolerance=max(min(self.tolerance, tolerance), LEAST_TOLERANCE))
 
 
 class Solution(NamedTuple):
