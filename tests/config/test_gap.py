@@ -1,5 +1,7 @@
 """Form error of the contact surfaces: maps, what does not suit a lap, and preloads that vary."""
 
+import re
+
 import numpy as np
 import pytest
 import yaml
@@ -123,6 +125,21 @@ def test_asymmetry_is_rounding_up_to_a_thousandth():
         gap = x / np.ptp(x) + share * (y > 0) * (x > 0) * (110.5 / 120)
         found = list(read_gap_map(text_of(x, y, gap), MAP).conflicts(LAP, WIDTH))
         assert (found == []) is taken
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        ("0,0,1\n1,2,-1e7\n3,1,0", "gap_um: 1e+07 must be at most 1e+06"),
+        ("-1e30,0,1\n1,2,1\n3,1,0", "x_mm: 1e+30 must be at most 1e+06"),
+        ("0,0,1\n1,5e-20,1\n3,1e-20,0", "must have points that do not all lie on one line"),
+        ("0,0,1\n1e6,1e6,1\n1,1.00001,0", "must have points that do not all lie on one line"),
+        ("".join(f"{i},0,0\n" for i in range(250_001)), "must have at most 250000 points"),
+    ],
+)
+def test_no_map_has_numbers_beyond_those_of_a_lap(rows, sentence):
+    with pytest.raises(TableError, match=re.escape(f"{MAP}: {sentence}")):
+        read_gap_map(f"x_mm,y_mm,gap_um\n{rows}\n", MAP)
 
 
 def test_the_same_file_is_read_from_its_path(tmp_path):

@@ -95,6 +95,7 @@ def test_a_file_is_named_by_all_that_it_is_of():
     assert shown.paths == (
         "results/tables/regions_a_free-4_regions=6.csv",
         "results/tables/regions_a_free-4_regions=6.html",
+        "results/tables/regions_a_free-4_regions=6.csv.b2",
     )
 
 

@@ -72,6 +72,7 @@ rule reduce_joint:
     output:
         joint=layout.PATHS["joint"],
         timing=layout.PATHS["fit_timing"],
+        checksum=layout.beside(layout.PATHS["fit_timing"]),
     log:
         "results/logs/reduce_joint/{case}_{basis}_{joint}.log",
     benchmark:

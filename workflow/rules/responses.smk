@@ -45,6 +45,7 @@ for case, basis in contents.cases_and_bases():
             joints=data("joint", **of_basis),
         output:
             timings=data("timing", **of_basis),
+            checksums=list(map(layout.beside, data("timing", **of_basis))),
         log:
             f"results/logs/time_responses/{case}_{basis}.log",
         priority: 1
@@ -84,6 +85,7 @@ for case, basis in contents.cases_and_bases():
             ],
         output:
             checks=data("check", **of_basis),
+            checksums=list(map(layout.beside, data("check", **of_basis))),
         log:
             f"results/logs/check_responses/{case}_{basis}.log",
         conda:
@@ -105,6 +107,7 @@ rule find_peaks:
         joint=layout.PATHS["joint"],
     output:
         peaks=layout.PATHS["peaks"],
+        checksum=layout.beside(layout.PATHS["peaks"]),
     log:
         "results/logs/find_peaks/{case}_{basis}_{joint}.log",
     benchmark:
@@ -126,7 +129,8 @@ rule find_peaks:
 
 rule record_environment:
     output:
-        layout.PATHS["environment"],
+        environment=layout.PATHS["environment"],
+        checksum=layout.beside(layout.PATHS["environment"]),
     log:
         "results/logs/record_environment.log",
     # of the machine on which the run is started: nodes of a cluster may differ from each other

@@ -126,7 +126,7 @@ published = (
 
 def data(kind, **which):
     """Files of a kind of data."""
-    return contents.files(kind, form="data", **which)
+    return [each.path for each in contents.select(kind, form="data", **which)]
 
 
 def node_to_node(case, basis):

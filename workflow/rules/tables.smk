@@ -9,7 +9,7 @@ for job in DISPLAYS.jobs(contents, "table"):
             published=published if job.is_compared else [],
         output:
             reported(job.artefacts),
-            [each.paths[1] for each in job.artefacts],
+            [path for each in job.artefacts for path in each.paths[1:]],
         log:
             f"results/logs/tabulate/{job.name}.log",
         benchmark:

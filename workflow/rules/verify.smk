@@ -56,6 +56,7 @@ rule compare_calculix:
     output:
         csv="results/verification/calculix.csv",
         html="results/verification/calculix.html",
+        checksum=layout.beside("results/verification/calculix.csv"),
     log:
         "results/logs/compare_calculix.log",
     conda:

@@ -1,6 +1,7 @@
 """Find the residuals in time of the frequency responses of a case in a basis."""
 
 from boltjoint import dataset
+from boltjoint.study.tables import files as tables
 from boltjoint.verification.residual_in_time import check_solutions
 from boltjoint.workflow import logs
 
@@ -10,4 +11,4 @@ checked = zip(
 )
 for joint, response, path in checked:
     table = check_solutions(dataset.load(joint), dataset.load(response))
-    table.to_csv(path, index=False)
+    tables.write_data(table, path)

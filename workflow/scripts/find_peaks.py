@@ -3,10 +3,11 @@
 from boltjoint.joint.io import load_joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import convergence
+from boltjoint.study.tables import files as tables
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 control = StepControl(**snakemake.params.steps)
 loaded = load_joint(snakemake.input.joint)
 found = convergence.peaks_near(loaded, control=control, **snakemake.params.options)
-found.to_csv(snakemake.output.peaks, index=False)
+tables.write_data(found, snakemake.output.peaks)

@@ -10,4 +10,4 @@ results, params = Results(snakemake.input), snakemake.params
 for artefact, options in zip(params.artefacts, params.options, strict=True):
     display = DISPLAYS.of(artefact)
     found = display.make(artefact, results, **options)
-    tables.write(found, *artefact.paths, display.heading_of(artefact))
+    tables.write(found, *artefact.paths[:2], display.heading_of(artefact))

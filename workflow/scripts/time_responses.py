@@ -1,10 +1,11 @@
 """Time the frequency responses of a case in a basis, alone on the machine."""
 
 from boltjoint.study.solution import CaseInBasis
+from boltjoint.study.tables import files as tables
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params
 times = CaseInBasis(**params.case).time(params.responses, params.jacobians, **params.options)
 for path, table in zip(snakemake.output.timings, times, strict=True):
-    table.to_csv(path, index=False)
+    tables.write_data(table, path)

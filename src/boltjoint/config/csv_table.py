@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 LARGEST_TABLE = 100_000_000
 #: rows that are converted at once
 _ROWS = 10_000
+_SPACES = " \t"
 #: a point is part of no number whose decimals follow a comma
 _COMMAS_AS_POINTS = str.maketrans(",.", ".,")
 
@@ -85,7 +86,7 @@ class CsvTable:
         self._lines.seek(0)
         self._has_decimal_commas = ";" in first and "," not in first
         self._rows = self._read_rows()
-        self.keys = next(self._rows, Row(1, [])).cells
+        self.keys = [key.strip(_SPACES) for key in next(self._rows, Row(1, [])).cells]
 
     def columns(self) -> dict[str, Array]:
         """The numbers of each column, read once.
@@ -108,13 +109,12 @@ class CsvTable:
         blank = None
         try:
             for cells in reader:
-                row = Row(reader.line_num, [cell.strip(" \t") for cell in cells])
-                if not any(row.cells):
-                    blank = blank or row.line
+                if not any(map(str.strip, cells)):
+                    blank = blank or reader.line_num
                 elif blank is not None:
                     self._refuse(blank, "must not be blank: other lines follow")
                 else:
-                    yield row
+                    yield Row(reader.line_num, cells)
         except csv.Error as error:
             self._refuse(reader.line_num, f"cannot be read as CSV: {error}")
 
@@ -128,11 +128,11 @@ class CsvTable:
         if self._has_decimal_commas:
             written = (cell.translate(_COMMAS_AS_POINTS) for cell in written)
             kind += " without decimal point: semicolons between cells go with decimal commas"
-        cells = list(written)
+        cells = [cell.strip(_SPACES) for cell in written]
         wrong = (index for index, cell in enumerate(cells) if not DECIMAL.fullmatch(cell))
         first = next(wrong, None)
         if first is None:
-            numbers = np.array(cells, dtype=float)
+            numbers = np.fromiter(map(float, cells), float, len(cells))
             size = abs(numbers)
             is_limited = (size == 0) | ((size >= SMALLEST) & (size <= LARGEST))
             if is_limited.all():

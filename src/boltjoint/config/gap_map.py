@@ -22,6 +22,11 @@ Array = NDArray[np.float64]
 
 _COLUMNS = ("x_mm", "y_mm", "gap_um")
 
+#: points whose triangles are found in a few seconds
+_MOST_POINTS = 250_000
+#: kilometres along and across, and a metre of gap
+_LARGEST = 1e6
+
 #: difference of a map on both sides of the middle, over its range, beyond which it is refused; the
 #: mean of both sides counts, which differs from each by half as much
 SYMMETRY_TOLERANCE = 1e-3
@@ -106,13 +111,26 @@ def read_gap_map(text: str, file: str) -> GapMap:
         raise TableError(f"{file}: must have the columns {', '.join(_COLUMNS)}")
     columns = table.columns()
     point = np.column_stack([columns["x_mm"], columns["y_mm"]])
+    if len(point) > _MOST_POINTS:
+        raise TableError(f"{file}: must have at most {_MOST_POINTS} points")
     _, first = np.unique(point, axis=0, return_index=True)
     if again := sorted(set(range(len(point))) - set(first.tolist())):
         x, y = point[again[0]]
         raise TableError(f"{file}:{again[0] + 2}: the point {x:g}, {y:g} mm must not appear twice")
-    if len(point) < 3 or np.linalg.matrix_rank(point - point[:1], tol=1e-6) < 2:
+    for key in _COLUMNS:
+        if len(point) and (largest := abs(columns[key]).max()) > _LARGEST:
+            raise TableError(f"{file}: {key}: {largest:g} must be at most {_LARGEST:g}")
+    if _lie_on_a_line(point):
         raise TableError(f"{file}: must have points that do not all lie on one line")
     return GapMap(*(columns[key] for key in _COLUMNS))
+
+
+def _lie_on_a_line(point: Array) -> bool:
+    """Whether points leave no room for triangles, up to a millionth of their extent."""
+    if len(point) < 3 or (extent := np.ptp(point, axis=0)).min() < 1e-6:
+        return True
+    along, across = np.linalg.svd((point - point.mean(axis=0)) / extent, compute_uv=False)
+    return across < 1e-6 * along
 
 
 def load_gap_map(path: str | Path) -> GapMap:

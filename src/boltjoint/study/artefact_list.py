@@ -61,9 +61,12 @@ class Artefact:
     def paths(self) -> tuple[str, ...]:
         """All files that are made together with it."""
         if self.form == "table":
-            return self.path, layout.shown("html", self.kind, **self.which)
+            html = layout.shown("html", self.kind, **self.which)
+            return self.path, html, layout.beside(self.path)
         if self.form == "page":
             return self.path, layout.page(self.kind, packed=True)
+        if self.path.endswith((".csv", ".json")):
+            return self.path, layout.beside(self.path)
         return (self.path,)
 
 

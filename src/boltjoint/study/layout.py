@@ -4,6 +4,8 @@ A file sits in the folder of what it depends on, so that a new force never touch
 a new stiffness never touches the mesh.
 """
 
+from boltjoint.checksums import BESIDE
+
 _ASSEMBLY = "results/assemblies/{assembly}"
 _PRELOAD = _ASSEMBLY + "/preload={preload_N}"
 _BASIS = "results/cases/{case}/{basis}"
@@ -75,6 +77,11 @@ def shown(form: str, kind: str, **which: object) -> str:
         else:
             parts.append(str(value))
     return f"results/{folder}/{'_'.join(parts)}.{suffix}"
+
+
+def beside(text: str) -> str:
+    """The file with the checksum of a CSV or JSON file."""
+    return text + BESIDE
 
 
 def page(name: str, packed: bool = False) -> str:

@@ -3,12 +3,11 @@
 import json
 from collections.abc import Iterable
 from functools import cache, partial
-from pathlib import Path
 
 import pandas as pd
 import xarray as xr
 
-from boltjoint import dataset
+from boltjoint import checksums, dataset
 from boltjoint.study import layout
 from boltjoint.study.published import Published
 from boltjoint.study.tables import files as tables
@@ -40,7 +39,13 @@ class Results:
     def record(self, kind: str, **which: object) -> dict[str, object]:
         """A JSON file (``layout.path``)."""
         path = self._permitted(layout.path(kind, **which))
-        return json.loads(Path(path).read_text(encoding="utf-8"))
+        try:
+            record = json.loads(checksums.read_text(path))
+        except json.JSONDecodeError as error:
+            raise checksums.DamagedFile(path, f"cannot be read ({error})") from error
+        if not isinstance(record, dict):
+            raise checksums.DamagedFile(path, "cannot be read (it holds no keys with values)")
+        return record
 
     def table(self, kind: str, **which: object) -> pd.DataFrame:
         """A table (``layout.shown``)."""

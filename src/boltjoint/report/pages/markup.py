@@ -9,6 +9,7 @@ from types import ModuleType
 import pandas as pd
 from markupsafe import Markup, escape
 
+from boltjoint import checksums
 from boltjoint.study.tables.html import html_table, number, template_environment
 
 #: a drawing is at most this many pixels wide for each of its points: 9 pt become 13 px
@@ -50,7 +51,7 @@ def figure_with_caption(path: str | Path, title: str, notes: Iterable[str], file
     path = Path(path)
     # names of parts must differ from those in all other drawings of the page
     prefix = f"{zlib.crc32(path.stem.encode()):08x}-"
-    drawing = inline_svg(path.read_text(encoding="utf-8"), prefix, title)
+    drawing = inline_svg(checksums.read_text(path), prefix, title)
     return prose("captions").figure(drawing, path.stem, title, list(notes), file)
 
 

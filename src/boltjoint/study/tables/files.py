@@ -1,11 +1,13 @@
-"""Tables as files: CSV for programs, HTML for readers."""
+"""Tables as files: CSV for programs, with a checksum beside it, and HTML for readers."""
 
 from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 
 import pandas as pd
 
-from boltjoint.dataset import DamagedFile
+from boltjoint import checksums
+from boltjoint.checksums import DamagedFile
 from boltjoint.study.tables.html import table_page
 
 #: column of the excitation levels, by which rows of several tables and results belong together
@@ -21,15 +23,21 @@ def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) ->
     table
         Columns named ``quantity_unit`` in snake case.
     csv, page
-        Files to write; numbers in the CSV have nine significant digits, excitation levels all.
+        Files to write; numbers in the CSV have nine significant digits, excitation levels all. Its
+        checksum lies beside it.
     title
         Heading of the page.
     """
     exact = table
     if _LEVEL in table:
         exact = table.assign(**{_LEVEL: table[_LEVEL].map(_all_digits, na_action="ignore")})
-    exact.to_csv(csv, index=False, float_format=_DIGITS)
+    checksums.write_text(csv, exact.to_csv(index=False, float_format=_DIGITS))
     Path(page).write_text(table_page(table, title), encoding="utf-8")
+
+
+def write_data(table: pd.DataFrame, csv: str | Path) -> None:
+    """Write data as CSV with all digits; as for ``write``."""
+    checksums.write_text(csv, table.to_csv(index=False))
 
 
 def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFrame:
@@ -47,18 +55,15 @@ def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFr
     FileNotFoundError
         If there is no such file.
     DamagedFile
-        If the file is empty, ends within a row, or is no table.
+        If the file does not have its checksum (``checksums.read_text``), is empty, ends within a
+        row, or is no table.
     """
-    path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"{path}: there is no such file")
+    text = checksums.read_text(path)
+    if not text.endswith("\n"):
+        raise DamagedFile(path, "is not complete, its last row has no end")
     try:
-        if not path.read_bytes().endswith(b"\n"):
-            raise DamagedFile(path, "is not complete, its last row has no end")
-        return pd.read_csv(path, dtype=dtype, converters={_LEVEL: _number})
-    except DamagedFile:
-        raise
-    except (OSError, ValueError) as error:  # what pandas raises is a ValueError
+        return pd.read_csv(StringIO(text), dtype=dtype, converters={_LEVEL: _number})
+    except ValueError as error:  # what pandas raises is a ValueError
         raise DamagedFile(path, f"cannot be read ({str(error).strip()})") from error
 
 
