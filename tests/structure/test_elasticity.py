@@ -84,6 +84,37 @@ def tip_deflection(length, width, height, elements, poissons_ratio=0.3):
     return u[3 * tip + 2].mean() / (bending + shear)
 
 
+def test_two_materials_in_series():
+    length, area, E, rho = 0.3, 4e-4, np.array([70e9, 206e9]), np.array([2700.0, 7850.0])
+    coordinate, connectivity = brick_bar(length, 0.02, 0.02, (6, 2, 2))
+    beyond = (coordinate[connectivity].mean(axis=1)[:, 0] > length / 3).astype(int)
+    K, M = assemble(coordinate, connectivity, E[beyond], 0.0, rho[beyond])
+    lengths = length * np.array([1 / 3, 2 / 3])
+    assert M.sum() / 3 == pytest.approx((rho * area * lengths).sum(), rel=1e-13)
+
+    free = np.repeat(coordinate[:, 0] > 0, 3)
+    at_end = np.isclose(coordinate[:, 0], length)
+    y, z = coordinate[at_end, 1:].T
+    share = np.where(np.isclose(abs(y), 0.01), 0.5, 1) * np.where(np.isclose(abs(z), 0.01), 0.5, 1)
+    force = np.zeros((len(coordinate), 3))
+    force[at_end, 0] = 5e3 * share / share.sum()
+    u = spsolve(K[free][:, free], force.ravel()[free])
+    # without lateral contraction the stress is uniform
+    exact = 5e3 * (lengths / (E * area)).sum()
+    np.testing.assert_allclose(u.reshape(-1, 3)[at_end[coordinate[:, 0] > 0], 0], exact, rtol=1e-11)
+
+
+def test_one_material_of_all_or_of_each_element_is_the_same_to_the_bit():
+    coordinate, connectivity = brick_bar(0.3, 0.02, 0.02, (6, 2, 2))
+    of_each = {name: np.full(len(connectivity), value) for name, value in STEEL.items()}
+    for one, other in zip(
+        assemble(coordinate, connectivity, **STEEL),
+        assemble(coordinate, connectivity, **of_each),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one.toarray(), other.toarray())
+
+
 @pytest.mark.parametrize(
     ("poissons_ratio", "tolerance"),
     # the clamp also prevents the contraction of the cross-section, which beam theory does not

@@ -13,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from boltjoint import checks
 from boltjoint.structure.elasticity import assemble
+from boltjoint.structure.materials import element_materials
 
 Array = NDArray[np.float64]
 
@@ -163,15 +164,13 @@ def assemble_assembly(assembly: xr.Dataset) -> tuple[sparse.csc_array, sparse.cs
     Raises
     ------
     ValueError
-        If the assembly has no mesh or material, or as for ``elasticity.assemble``.
+        If the assembly has no mesh or material, or as for ``elasticity.assemble`` and
+        ``element_materials``.
     """
     return assemble(
         checks.variable("assembly", assembly, "coordinate", ("node", "axis")),
         checks.index_variable("assembly", assembly, "connectivity", ("element", "corner")),
-        *(
-            checks.variable("assembly", assembly, name, ()).item()
-            for name in ("youngs_modulus", "poissons_ratio", "density")
-        ),
+        *element_materials(assembly),
     )
 
 

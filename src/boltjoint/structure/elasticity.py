@@ -11,7 +11,7 @@ International Journal for Numerical Methods in Engineering 10 (1976) 1211-1219.
 """
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from boltjoint import checks
@@ -42,11 +42,11 @@ _CHUNK = 4096
 def assemble(
     coordinate: Array,
     connectivity: NDArray[np.integer],
-    youngs_modulus: float,
-    poissons_ratio: float,
-    density: float,
+    youngs_modulus: ArrayLike,
+    poissons_ratio: ArrayLike,
+    density: ArrayLike,
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """Stiffness and consistent mass of a body of one isotropic material.
+    """Stiffness and consistent mass of a body of isotropic materials.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def assemble(
     connectivity
         Hexahedra, shape (elements, 8), corners in the order of VTK.
     youngs_modulus, poissons_ratio, density
-        E [Pa], nu [-], rho [kg/m3].
+        E [Pa], nu [-], rho [kg/m3]: a number for all elements, or one for each, shape (elements,).
 
     Returns
     -------
@@ -70,8 +70,10 @@ def assemble(
         an element is turned inside out.
     """
     coordinate, connectivity = _mesh(coordinate, connectivity)
-    density = checks.number("density", density, above=0)
-    D = elasticity_matrix(youngs_modulus, poissons_ratio)
+    elements = len(connectivity)
+    density = _of_elements("density", density, elements, above=0)
+    E = _of_elements("youngs_modulus", youngs_modulus, elements, above=0)
+    nu = _of_elements("poissons_ratio", poissons_ratio, elements, above=-1, below=0.5)
     worst = smallest_jacobian(coordinate, connectivity)
     if worst.min() <= 0:
         raise ValueError(
@@ -80,30 +82,37 @@ def assemble(
         )
 
     stiffness, mass = [], []
-    for start in range(0, len(connectivity), _CHUNK):
-        corners = coordinate[connectivity[start : start + _CHUNK]]
+    for start in range(0, elements, _CHUNK):
+        chunk = slice(start, start + _CHUNK)
+        corners, D = coordinate[connectivity[chunk]], elasticity_matrix(E[chunk], nu[chunk])
         stiffness.append(element_stiffness(corners, D).reshape(-1, 8, 3, 8, 3))
-        mass.append(element_mass(corners, density))
+        mass.append(element_mass(corners, density[chunk]))
     K_blocks = np.concatenate(stiffness).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
     return _sum_blocks(connectivity, len(coordinate), K_blocks, np.concatenate(mass).ravel())
 
 
-def elasticity_matrix(youngs_modulus: float, poissons_ratio: float) -> Array:
-    """Hooke's law of an isotropic solid [Pa], shape (6, 6).
+def elasticity_matrix(youngs_modulus: ArrayLike, poissons_ratio: ArrayLike) -> Array:
+    """Hooke's law of isotropic solids [Pa], shape (6, 6), or (elements, 6, 6).
 
     Strains in the order xx, yy, zz, xy, yz, zx, shear as engineering strain.
+
+    Parameters
+    ----------
+    youngs_modulus, poissons_ratio
+        E [Pa] and nu [-]: numbers, or of each element, shape (elements,).
 
     Raises
     ------
     ValueError
         If no elastic solid has such a modulus or ratio.
     """
-    nu = checks.number("poissons_ratio", poissons_ratio, above=-1, below=0.5)
-    shear = checks.number("youngs_modulus", youngs_modulus, above=0) / (2 * (1 + nu))
-    D = np.zeros((6, 6))
-    D[:3, :3] = 2 * shear * nu / (1 - 2 * nu)
-    D[range(3), range(3)] += 2 * shear
-    D[range(3, 6), range(3, 6)] = shear
+    shape = np.shape(youngs_modulus) or np.shape(poissons_ratio)
+    nu = _of_elements("poissons_ratio", poissons_ratio, *shape, above=-1, below=0.5)
+    shear = _of_elements("youngs_modulus", youngs_modulus, *shape, above=0) / (2 * (1 + nu))
+    D = np.zeros((*shape, 6, 6))
+    D[..., :3, :3] = (2 * shear * nu / (1 - 2 * nu))[..., None, None]
+    D[..., range(3), range(3)] += (2 * shear)[..., None]
+    D[..., range(3, 6), range(3, 6)] = shear[..., None]
     return D
 
 
@@ -123,7 +132,7 @@ def element_stiffness(corners: Array, D: Array) -> Array:
     corners
         Shape (elements, 8, 3) [m].
     D
-        Hooke's law, shape (6, 6) [Pa].
+        Hooke's law [Pa], shape (6, 6), or of each element, shape (elements, 6, 6).
 
     Returns
     -------
@@ -135,8 +144,9 @@ def element_stiffness(corners: Array, D: Array) -> Array:
     ValueError
         If an array is not of this shape, or not finite.
     """
-    corners, D = checks.array("corners", corners, ("elements", 8, 3)), checks.array("D", D, (6, 6))
+    corners = checks.array("corners", corners, ("elements", 8, 3))
     n = len(corners)
+    D = checks.array("D", D, (6, 6) if np.ndim(D) == 2 else (n, 6, 6))
     central = _jacobian(corners, np.zeros(3))
     K_uu, K_au, K_aa = np.zeros((n, 24, 24)), np.zeros((n, 9, 24)), np.zeros((n, 9, 9))
     for point in _GAUSS:
@@ -154,7 +164,7 @@ def element_stiffness(corners: Array, D: Array) -> Array:
     return (K + K.transpose(0, 2, 1)) / 2
 
 
-def element_mass(corners: Array, density: float) -> Array:
+def element_mass(corners: Array, density: ArrayLike) -> Array:
     """Consistent mass of eight-node bricks along one axis.
 
     Parameters
@@ -162,7 +172,7 @@ def element_mass(corners: Array, density: float) -> Array:
     corners
         Shape (elements, 8, 3) [m].
     density
-        rho [kg/m3].
+        rho [kg/m3]: a number, or of each element, shape (elements,).
 
     Returns
     -------
@@ -175,12 +185,12 @@ def element_mass(corners: Array, density: float) -> Array:
         If the corners are not of this shape or not finite, or the density is not positive.
     """
     corners = checks.array("corners", corners, ("elements", 8, 3))
-    density = checks.number("density", density, above=0)
+    density = _of_elements("density", density, len(corners), above=0)
     mass = np.zeros((len(corners), 8, 8))
     for point in _GAUSS:
         shape = _shape(point)
         volume = np.linalg.det(_jacobian(corners, point))
-        mass += density * volume[:, None, None] * np.outer(shape, shape)
+        mass += (density * volume)[:, None, None] * np.outer(shape, shape)
     return mass
 
 
@@ -213,6 +223,13 @@ def _mesh(coordinate: Array, connectivity: NDArray[np.integer]) -> tuple[Array, 
     if not len(connectivity):
         raise ValueError("connectivity is empty: a body has at least one element")
     return coordinate, connectivity
+
+
+def _of_elements(name: str, value: ArrayLike, *shape: int, **limits: float) -> Array:
+    """A property of each element, from that of all or of each."""
+    if np.ndim(value) == 0:
+        return np.full(shape, checks.number(name, value, **limits))
+    return checks.array(name, value, shape, **limits)
 
 
 def _shape(point: Array) -> Array:

@@ -38,7 +38,7 @@ from boltjoint.structure.constraints import (
 )
 from boltjoint.structure.contact_law import closed_and_sticking, coulomb_contact
 from boltjoint.structure.initial_gap import symmetric_gap
-from boltjoint.structure.pretension import shank_area, tension_of
+from boltjoint.structure.pretension import shank_area, shank_modulus, tension_of
 from boltjoint.structure.symmetry import symmetric_displacements
 
 logger = logging.getLogger(__name__)
@@ -118,8 +118,7 @@ def apply_preload(
     largest = float(tension.max())
     K, _ = assemble_assembly(assembly)
     C = relative_displacements(assembly) @ T
-    modulus = assembly["youngs_modulus"].item()
-    if sentence := yield_warning(largest, shank_area(assembly), modulus):
+    if sentence := yield_warning(largest, shank_area(assembly), shank_modulus(assembly)):
         logger.warning(sentence)
     force = np.zeros(T.shape[1])
     # The work of the bolt force on the shortening of its shank. All grows with preload and initial

@@ -1,4 +1,4 @@
-"""Pretension of the bolts: the tension of each, and the cross-section of their shanks."""
+"""Pretension of the bolts: the tension of each, cross-section and modulus of their shanks."""
 
 from collections.abc import Sequence
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from boltjoint import checks
+from boltjoint.structure.materials import element_materials
 
 
 def tension_of(preload: float | Sequence[float], bolts: int) -> NDArray[np.float64]:
@@ -32,3 +33,13 @@ def shank_area(assembly: xr.Dataset) -> float:
     node = assembly["section_node"].to_numpy()[of_first, 0]
     # the volume of a hull in the plane is its area
     return float(ConvexHull(assembly["coordinate"].to_numpy()[node, :2]).volume)
+
+
+def shank_modulus(assembly: xr.Dataset) -> float:
+    """Young's modulus of the first shank [Pa]: of the elements at its pretension section."""
+    of_first = assembly["section_bolt"].to_numpy() == 0
+    in_section = np.zeros(assembly.sizes["node"], dtype=bool)
+    in_section[assembly["section_node"].to_numpy()[of_first]] = True
+    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
+    element = np.flatnonzero(in_section[connectivity].any(axis=1))
+    return float(element_materials(assembly).youngs_modulus[element[0]])

@@ -1,8 +1,8 @@
 """CalculiX input decks of an assembly: modes without contact and bolt preload.
 
-CalculiX gets mesh, material and clamp of an assembly, and is left to do the rest in its own way: it
-has its own brick with incompatible modes (C3D8I), finds the contact by searching which node of one
-surface is on which face of the other (penalty, node to surface), and cuts the shanks itself to
+CalculiX gets mesh, materials and clamp of an assembly, and is left to do the rest in its own way:
+it has its own brick with incompatible modes (C3D8I), finds the contact by searching which node of
+one surface is on which face of the other (penalty, node to surface), and cuts the shanks itself to
 tighten them.
 
 References
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
+from boltjoint.structure.materials import element_materials
 
 #: CalculiX needs some tension [Pa] between open surfaces, which smooths its law where they meet
 _TENSION = 1e3
@@ -145,16 +146,13 @@ def faces_among_nodes(assembly: xr.Dataset, node: NDArray[np.integer]) -> NDArra
 
 
 def _structure(assembly: xr.Dataset) -> list[str]:
-    """Mesh, material and clamp; the pretension sections are closed by joining their nodes."""
+    """Mesh, materials and clamp; the pretension sections are closed by joining their nodes."""
     nut_side, head_side = assembly["section_node"].to_numpy().T
     node = np.arange(assembly.sizes["node"])
     node[head_side] = nut_side
     connectivity = node[assembly["connectivity"].to_numpy()]
     used = np.unique(connectivity)
     coordinate = assembly["coordinate"].to_numpy()[used]
-    modulus, ratio, density = (
-        assembly[name].item() for name in ("youngs_modulus", "poissons_ratio", "density")
-    )
     return [
         "*NODE, NSET=ALL",
         *(
@@ -168,15 +166,22 @@ def _structure(assembly: xr.Dataset) -> list[str]:
             for element, corners in enumerate(connectivity, start=1)
         ),
         *_set("CLAMPED", assembly["clamped_node"].to_numpy()),
-        "*MATERIAL, NAME=STEEL",
-        "*ELASTIC",
-        _fields(modulus, ratio),
-        "*DENSITY",
-        _fields(density),
-        "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL",
+        *_materials(assembly),
         "*BOUNDARY",
         "CLAMPED, 1, 3",
     ]
+
+
+def _materials(assembly: xr.Dataset) -> Iterator[str]:
+    """Each material that differs from the others, and the elements that are of it."""
+    of_elements = np.column_stack(element_materials(assembly))
+    materials, number = np.unique(of_elements, axis=0, return_inverse=True)
+    for m, (modulus, ratio, density) in enumerate(materials, start=1):
+        yield from (f"*MATERIAL, NAME=MATERIAL_{m}", "*ELASTIC", _fields(modulus, ratio))
+        yield from ("*DENSITY", _fields(density))
+        element = np.flatnonzero(number.ravel() == m - 1)
+        yield from _set(f"OF_MATERIAL_{m}", element, "EL")
+        yield f"*SOLID SECTION, ELSET=OF_MATERIAL_{m}, MATERIAL=MATERIAL_{m}"
 
 
 def _sections(assembly: xr.Dataset) -> Iterator[str]:
@@ -202,8 +207,9 @@ def _tightening_nodes(assembly: xr.Dataset) -> range:
     return range(first, first + assembly.sizes["bolt"])
 
 
-def _set(name: str, node: NDArray[np.integer]) -> list[str]:
-    return [f"*NSET, NSET={name}", *(f"{label}," for label in _labels(node))]
+def _set(name: str, member: NDArray[np.integer], kind: str = "N") -> list[str]:
+    """A set of nodes, or with the kind EL of elements."""
+    return [f"*{kind}SET, {kind}SET={name}", *(f"{label}," for label in _labels(member))]
 
 
 def _surface(name: str, face: NDArray[np.integer]) -> list[str]:
