@@ -229,6 +229,33 @@ def test_values_of_keys_replace_those_of_the_case():
     assert content == case.model_dump()
 
 
+def test_bolts_and_washers_vary(study, changed):
+    path = study / "config/assemblies/three_bolt.yaml"
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content["bolts"] |= {
+        "material": dict(content["material"]),
+        "washer": {"thickness_mm": 1.6, "diameter_mm": 16},
+    }
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    modulus, width = (
+        "assembly.bolts.material.youngs_modulus_GPa",
+        "assembly.bolts.washer.diameter_mm",
+    )
+    vary = {modulus: [110, 206], width: [12, 16, 20]}
+    found = changed(vary=vary, design={"kind": "grid"})
+    quantity = found.quantities(NAME)
+    assert quantity[modulus][:2] == ("bolts_material_youngs_modulus", "Pa")
+    assert quantity[width][:2] == ("bolts_washer_diameter", "m")
+    variants = found.variants[NAME]
+    reasons = {each.values[width]: each.reason for each in variants}
+    assert not reasons[16]
+    assert "12.0 must be at least the head's diameter of 13 mm" in reasons[12]
+    assert "20.0 must be less than the bar's width of 20 mm" in reasons[20]
+    possible = [found.assembly(each.assembly_name) for each in found.possible_variants(NAME)]
+    assert [each.bolt_material.youngs_modulus_GPa for each in possible] == [110, 206]
+    assert [each.material.youngs_modulus_GPa for each in possible] == [190, 190]
+
+
 def test_every_key_that_varies_has_a_name_of_its_own():
     study = load_study(ROOT)
     for case in study.cases.values():

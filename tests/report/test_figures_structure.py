@@ -5,8 +5,18 @@ import pytest
 import xarray as xr
 from figure_parts import polygon_area, shapes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from small_study import ASSEMBLY
 
-from boltjoint.report.figures.structure import _VIEW, plot_deformation, plot_mesh, plot_modes
+from boltjoint.config.assembly import Assembly
+from boltjoint.report.figures.structure import (
+    _VIEW,
+    PART_COLOURS,
+    plot_deformation,
+    plot_mesh,
+    plot_modes,
+)
+from boltjoint.structure.half_lap.mesh import build_assembly
 
 
 def test_a_mode_is_the_section_moved_by_its_shape(assembly, modes):
@@ -46,6 +56,38 @@ def test_what_is_drawn_of_the_mesh_is_what_is_not_hidden(bolted):
     assert of_bars == pytest.approx(sides @ np.abs(towards))
     # heads and nuts are painted after and before the bars
     assert grey[0] and grey[-1] and not all(grey)
+
+
+def test_washers_are_drawn_between_bars_and_heads():
+    washer = {"thickness_mm": 1.6, "diameter_mm": 16}
+    content = ASSEMBLY | {"bolts": ASSEMBLY["bolts"] | {"washer": washer}}
+    figure = plot_mesh(build_assembly(Assembly.model_validate(content)))
+    assert [text.get_text() for text in figure.legends[0].texts] == [*PART_COLOURS]
+    hue = {
+        name: np.divide(to_rgb(colour), max(to_rgb(colour))).round(6)
+        for name, colour in PART_COLOURS.items()
+    }
+    view, _, side = figure.axes
+    kinds, area = [], {}
+    for shape in shapes(view):
+        if shape.get_facecolor().size:
+            colour = shape.get_facecolor()[0, :3]
+            (kind,) = (k for k, h in hue.items() if np.allclose(colour / colour.max(), h))
+            kinds.append(kind)
+            covered = polygon_area(shape.get_paths()[0].to_polygons())
+            area[kind, kinds.count("bar A") > 0] = area.get((kind, kinds.count("bar A") > 0), 0)
+            area[kind, kinds.count("bar A") > 0] += covered
+    order = list(dict.fromkeys(kinds))
+    assert order[:3] == ["bolts", "washers", "bar A"]
+    assert list(dict.fromkeys(reversed(kinds)))[:3] == ["bolts", "washers", "bar B"]
+    # of the upper washers the rim and the outside are seen, of the lower ones the outside
+    towards = np.array(_VIEW) / np.linalg.norm(_VIEW)
+    rim = 2 * np.pi / 4 * (16**2 - 13**2) * towards[2]
+    assert area["washers", True] - area["washers", False] == pytest.approx(rim)
+    # cut along the middle, each washer is two rectangles
+    drawn = [s for s in shapes(side) if np.allclose(s.get_facecolor()[0, :3], to_rgb("#9c8f80"))]
+    cut = sum(abs(polygon_area(s.get_paths()[0].to_polygons())) for s in drawn)
+    assert cut == pytest.approx(2 * 2 * 1.6 * (16 - 9), rel=0.03)
 
 
 def test_main_dimensions_are_written(bolted):

@@ -2,6 +2,7 @@ import numpy as np
 import pandas as pd
 from page_examples import ROOT, SOURCE, figure, repeated_ids, results_of, save
 
+from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import load_study
 from boltjoint.names import Basis, Preload
 from boltjoint.report.pages.references import anchor_of
@@ -27,6 +28,24 @@ def test_material_of_the_source_stands_beside_its_assemblies():
     own = figure(structure_of(["mine"]), "dimensions-table")
     assert "source" not in own
     assert "calibrated" not in own
+
+
+def test_washers_and_other_materials_are_told():
+    steel = {"youngs_modulus_GPa": 206, "poissons_ratio": 0.3, "density_kg_per_m3": 7850}
+    own = load_study(ROOT).assemblies["three_bolt"].model_dump()
+    plain = {"mine": Assembly.model_validate(own)}
+    own["bolts"] |= {"material": steel}
+    own["bolts"]["washer"] = {"thickness_mm": 1.6, "diameter_mm": 16, "under": ["nut"]}
+    told = []
+    for assemblies in (plain, {"mine": Assembly.model_validate(own)}):
+        page = structure_page(assemblies, [], results_of([]), Published(SOURCE), ["mine"])
+        told.append(figure(page, "dimensions-table").replace("&#39;", "'"))
+    assert "washer" not in told[0] and "of the bolts" not in told[0]
+    assert "washers under nut" in told[1]
+    assert "thickness of a washer, diameters of its hole and edge (mm) 1.6, 9, 16" in told[1]
+    assert "Young's modulus (GPa) 190" in told[1]
+    assert "Young's modulus of the bolts (GPa) 206" in told[1]
+    assert "Poisson's ratio of the washers 0.3" in told[1]
 
 
 def test_figures_of_any_assembly_are_captioned(tmp_path, monkeypatch):

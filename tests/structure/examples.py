@@ -8,7 +8,7 @@ from scipy import sparse
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.structure.elasticity import assemble
-from boltjoint.structure.half_lap.mesh import extrude
+from boltjoint.structure.half_lap.blocks import extrude
 from boltjoint.structure.half_lap.plan import rectangle_plan
 
 COARSE = {

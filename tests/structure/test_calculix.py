@@ -8,11 +8,16 @@ import pandas as pd
 import pytest
 from examples import COARSE, brick_bar
 from small_study import CASE, ROOT, SETTINGS, snakemake, write
+from test_bolts import ALUMINIUM, BRASS, STEEL, WIDE, bolted
 
 from boltjoint.structure.calculix.comparison import compare_with_calculix
 from boltjoint.structure.calculix.decks import run, write_modes_deck, write_preload_deck
 from boltjoint.structure.calculix.results import read_modes, read_preload
 from boltjoint.structure.elasticity import assemble, smallest_jacobian
+from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.materials import element_materials
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
 
 # corners of the faces S1 to S6, from the manual (*SURFACE), counted from 1
 FACES = [[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]
@@ -141,6 +146,29 @@ def test_material_and_clamp(assembly, deck):
     assert len(clamped) == assembly.sizes["clamped"]
     np.testing.assert_array_equal(deck.coordinate[clamped, 0], 0.0)
     assert deck.data("*BOUNDARY") == [["CLAMPED", " 1", " 3"]]
+
+
+def test_every_element_has_its_material(tmp_path):
+    own = {"material": STEEL, "washer": WIDE | {"material": BRASS}}
+    built = build_assembly(bolted(own, bars=ALUMINIUM))
+    write_modes_deck(built, 1, tmp_path / "modes.inp")
+    deck = Deck(tmp_path / "modes.inp")
+    assert len(deck.connectivity) == built.sizes["element"]
+    name = ""
+    materials, found = {}, np.full((built.sizes["element"], 3), np.nan)
+    for head, rows in deck.blocks:
+        match head.split(","):
+            case ["*MATERIAL", named]:
+                name = named.removeprefix(" NAME=")
+            case ["*ELASTIC" | "*DENSITY"]:
+                materials.setdefault(name, []).extend(map(float, rows[0]))
+            case ["*SOLID SECTION", elements, named]:
+                members = deck.numbers(f"*ELSET,{elements}")[:, 0].astype(int) - 1
+                # none twice
+                assert np.isnan(found[members]).all()
+                found[members] = materials[named.removeprefix(" MATERIAL=")]
+    assert len(materials) == 3
+    np.testing.assert_allclose(found, np.column_stack(element_materials(built)), rtol=1e-12)
 
 
 def test_modes_are_asked_for_without_contact(of_modes):
@@ -346,8 +374,19 @@ def installed():
         pytest.skip("CalculiX (ccx) is not installed")
 
 
+@pytest.fixture(params=["of one material", "with washers"])
+def structure(request, assembly, modes, preload):
+    """Assembly, modes and preload, of one material or of three."""
+    if request.param == "of one material":
+        return assembly, modes, preload
+    own = {"material": STEEL, "washer": WIDE | {"material": BRASS, "hole_diameter_mm": 8.4}}
+    built = build_assembly(bolted(own, bars=ALUMINIUM))
+    return built, find_modes(built, "free-3"), apply_preload(built, 8e3)
+
+
 @pytest.mark.usefixtures("installed")
-def test_calculix_finds_the_same(assembly, modes, preload, tmp_path):
+def test_calculix_finds_the_same(structure, tmp_path):
+    assembly, modes, preload = structure
     deck = tmp_path / "modes" / "calculix.inp"
     write_modes_deck(assembly, modes.sizes["candidate"], deck)
     run(deck, tmp_path / "modes.log")

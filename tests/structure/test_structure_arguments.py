@@ -13,7 +13,8 @@ from boltjoint.structure import constraints, contact_law, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.basis.pod import basis_of_pod_modes
 from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck
-from boltjoint.structure.half_lap.mesh import extrude, tributary_area
+from boltjoint.structure.half_lap.blocks import extrude
+from boltjoint.structure.half_lap.mesh import tributary_area
 from boltjoint.structure.half_lap.plan import (
     BoltRadii,
     CellDivisions,

@@ -90,6 +90,31 @@ def test_a_mesh_that_no_machine_holds_is_refused_by_its_key(study, divisions):
     assert "\n" not in line
 
 
+def test_layers_of_washers_are_refused_as_other_divisions(study):
+    washers = ASSEMBLY["bolts"] | {"washer": {"thickness_mm": 1.6, "diameter_mm": 16}}
+    with_washers = ASSEMBLY | {"bolts": washers}
+    thick = {"thickness_mm": 1e9, "diameter_mm": 16}
+    for content in (
+        changed(with_washers, layers_in_washer=10**9),
+        with_washers | {"bolts": ASSEMBLY["bolts"] | {"washer": thick}},
+    ):
+        line = estimate.shortage(estimate.estimate(study(content)), 1000 * GIB)
+        assert line.startswith("config/assemblies/two_bolt.yaml: mesh: needs some ")
+
+
+def test_yield_is_told_by_the_modulus_of_the_bolts(study):
+    aluminium = {"youngs_modulus_GPa": 70, "poissons_ratio": 0.33, "density_kg_per_m3": 2700}
+    steel = {"youngs_modulus_GPa": 206, "poissons_ratio": 0.3, "density_kg_per_m3": 7850}
+    bars = ASSEMBLY | {"material": aluminium}
+    own = bars | {"bolts": ASSEMBLY["bolts"] | {"material": steel}}
+    case = CASE | {"preload_N": 13723}  # 0.39 % of aluminium, 0.13 % of steel in M8
+    (line,) = estimate.overstrained(study(bars, case))
+    assert "strains the shanks by 0.39%" in line
+    assert not estimate.overstrained(study(own, case))
+    (line,) = estimate.overstrained(study(own, case | {"preload_N": 3 * 13723}))
+    assert "strains the shanks by 0.40%" in line
+
+
 def test_many_harmonics_are_refused_by_their_key(study):
     solver = {"friction_force": "aft", "harmonics": 10**4, "time_samples": 10**5}
     case = CASE | {"coordinates": ["linear"], "solve": CASE["solve"][:1]}

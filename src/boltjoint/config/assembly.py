@@ -1,11 +1,12 @@
 """Assembly: bars, bolts, mesh, material, excitation and output point."""
 
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field
 
-from boltjoint.config.entries import Entry
+from boltjoint.config.bolts import Bolts, Material
+from boltjoint.config.entries import Entry, EntryWithLaterKeys
 from boltjoint.config.gap import ELEMENTS_IN_WAVE, Gap, GapShape
 from boltjoint.config.points import Point
 from boltjoint.config.types import (
@@ -13,7 +14,6 @@ from boltjoint.config.types import (
     Count,
     Description,
     NotNegative,
-    Number,
     Positive,
     Problems,
 )
@@ -37,64 +37,15 @@ class Bar(Entry):
         return self.free_length_mm[0] + self.lap_mm + self.free_length_mm[1]
 
 
-class Material(Entry):
-    """Linear elastic material of bars and bolts."""
-
-    youngs_modulus_GPa: Positive
-    """Young's modulus."""
-    poissons_ratio: Annotated[Number, Field(ge=0, lt=0.5)]
-    """Poisson's ratio."""
-    density_kg_per_m3: Positive
-    """Mass density."""
-
-
-class Bolts(Entry):
-    """Row of equal bolts on the centre line of the lap."""
-
-    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
-    """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap. The bolt
-    cells lie inside the lap and apart from each other. Or give ``number`` and ``pitch_mm``."""
-    number: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] | None = None
-    """Number of bolts, in place of their positions: they are centred in the lap."""
-    pitch_mm: Positive | None = None
-    """Distance between the axes of two bolts, with ``number``; of one bolt there is none."""
-    shank_diameter_mm: Positive
-    """Diameter of the shank."""
-    hole_diameter_mm: Positive
-    """Diameter of the clearance hole, greater than that of the shank."""
-    head_diameter_mm: Positive
-    """Outer diameter of head and nut, both modelled round: greater than that of the hole, less than
-    the width of the bar and the length of a bolt cell."""
-    head_height_mm: Positive
-    """Height of the head."""
-    nut_height_mm: Positive
-    """Height of the nut."""
-
-    def conflicts(self) -> Problems:
-        positions, row = self.positions_from_lap_start_mm, (self.number, self.pitch_mm)
-        if positions is not None:
-            for key, value in zip(("number", "pitch_mm"), row, strict=True):
-                if value is not None:
-                    yield (key,), "must not stand beside positions_from_lap_start_mm"
-        elif self.number is None:
-            yield ("positions_from_lap_start_mm",), "is missing: or give number and pitch_mm"
-        elif self.number > 1 and self.pitch_mm is None:
-            yield ("pitch_mm",), "is missing: distance between the axes of two bolts"
-        elif self.number == 1 and self.pitch_mm is not None:
-            yield ("pitch_mm",), "must not be given with one bolt"
-        for outer, inner in (("hole", "shank"), ("head", "hole")):
-            least = getattr(self, f"{inner}_diameter_mm")
-            if getattr(self, key := f"{outer}_diameter_mm") <= least:
-                yield (key,), f"must be greater than the {inner}'s diameter of {least:g} mm"
-
-
-class Mesh(Entry):
+class Mesh(EntryWithLaterKeys):
     """Divisions of the mesh, in numbers of elements unless a length.
 
     Each bolt sits in a rectangular cell as wide as the bar, with rings of elements around the hole;
     columns of elements fill the lap between and beside the cells. The divisions also set the number
     of contact pairs, 1370 and 1693 in the assemblies given here.
     """
+
+    LATER_KEYS = frozenset({"rings_head_to_washer_edge", "layers_in_washer"})
 
     ring_cells_across_width: Annotated[int, Field(strict=True, ge=2, multiple_of=2), INTEGRAL]
     """Elements across the width of the bar; even, so that nodes lie on the centre line."""
@@ -103,7 +54,8 @@ class Mesh(Entry):
     rings_under_head: Count
     """Rings of elements between the edge of the hole and the edge of the head."""
     rings_head_to_cell_edge: Count
-    """Rings of elements between the edge of the head and the edge of the bolt cell."""
+    """Rings of elements between the edge of the head and the edge of the bolt cell; at least 2 with
+    a washer that is wider than the head."""
     bolt_cell_length_mm: Positive
     """Length of a bolt cell along the bar, half of it on each side of the bolt's axis: greater than
     the diameter of the head, less than the distance between bolts."""
@@ -119,10 +71,18 @@ class Mesh(Entry):
     """Rings of elements in the shank of a bolt."""
     layers_in_head: Count
     """Elements through the height of a head, and of a nut."""
+    rings_head_to_washer_edge: Count | None = None
+    """Rings of ``rings_head_to_cell_edge`` that lie under a washer wider than the head, of which
+    one at least lies beyond it; by default the washer's share of the way to the nearest edge."""
+    layers_in_washer: Count | None = None
+    """Elements through the thickness of a washer; by default about as thick as those of a
+    head."""
 
 
-class StaticContact(Entry):
+class StaticContact(EntryWithLaterKeys):
     """Contact between the bars during tightening of the bolts."""
+
+    LATER_KEYS = frozenset({"gap_um"})
 
     penalty_N_per_m3: Positive = 1e15
     """Normal contact stiffness for each unit of area."""
@@ -137,14 +97,6 @@ class StaticContact(Entry):
         """File of the map of the gap; None where there is none."""
         return self.gap_um if isinstance(self.gap_um, str) else None
 
-    @model_serializer(mode="wrap")
-    def _without_form_error(self, fields: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # results of flat surfaces do not depend on a key that they do not have
-        content = fields(self)
-        if content.get("gap_um", self) is None:
-            del content["gap_um"]
-        return content
-
 
 class Assembly(Entry):
     """Two bars with a half-lap joint, clamped at one end and held by a row of bolts.
@@ -157,6 +109,7 @@ class Assembly(Entry):
     """Description of the assembly in one line; no result depends on it."""
     bar: Bar
     material: Material
+    """Linear elastic material of the bars, and of bolts and washers that are given no other."""
     bolts: Bolts
     mesh: Mesh
     contact: StaticContact = StaticContact()
@@ -183,6 +136,39 @@ class Assembly(Entry):
         # whole, but no int: the quotient of what is allowed may be infinite
         before, behind = (max(1.0, round(length / wanted, 0)) for length in self.bar.free_length_mm)
         return before, behind
+
+    @property
+    def bolt_material(self) -> Material:
+        """Material of the bolts."""
+        return self.bolts.material or self.material
+
+    @property
+    def washer_material(self) -> Material:
+        """Material of the washers."""
+        own = None if self.bolts.washer is None else self.bolts.washer.material
+        return own or self.bolt_material
+
+    @property
+    def rings_head_to_washer_edge(self) -> int:
+        """Rings of elements under the washers beyond the heads; 0 where washers are not wider."""
+        if not self.bolts.has_wide_washers:
+            return 0
+        if self.mesh.rings_head_to_washer_edge is not None:
+            return self.mesh.rings_head_to_washer_edge
+        head, rings = self.bolts.head_diameter_mm, self.mesh.rings_head_to_cell_edge
+        to_edge = min(self.mesh.bolt_cell_length_mm, self.bar.width_mm) - head
+        share = min(max((self.bolts.seat_diameter_mm - head) / max(to_edge, 1e-6), 0.0), 1.0)
+        return max(1, min(round(share * rings), rings - 1))
+
+    @property
+    def layers_in_washer(self) -> float:
+        """Elements through the thickness of a washer; 0 without any."""
+        washer, mesh = self.bolts.washer, self.mesh
+        if washer is None or mesh.layers_in_washer is not None:
+            return 0 if washer is None else mesh.layers_in_washer
+        # whole, but no int: the quotient of what is allowed may be infinite
+        as_head = washer.thickness_mm * mesh.layers_in_head / self.bolts.head_height_mm
+        return max(1.0, round(as_head, 0))
 
     @property
     def contact_pairs(self) -> int:
@@ -213,12 +199,16 @@ class Assembly(Entry):
     def _longest_element_of_lap_mm(self) -> float:
         """Longest element of the contact along the bar: of the columns and rings of the mesh."""
         mesh, bolts, positions = self.mesh, self.bolts, self.bolt_positions_mm
-        cell = mesh.bolt_cell_length_mm
+        cell, seat = mesh.bolt_cell_length_mm, bolts.seat_diameter_mm
+        in_washer = self.rings_head_to_washer_edge
+        # contradictions, as of a washer with no ring beyond it, are reported on their own
+        beyond = max(1, mesh.rings_head_to_cell_edge - in_washer)
         pitches = (right - left for left, right in pairwise(positions))
         return max(
             cell / mesh.ring_cells_along_bar,
             (bolts.head_diameter_mm - bolts.hole_diameter_mm) / 2 / mesh.rings_under_head,
-            (cell - bolts.head_diameter_mm) / 2 / mesh.rings_head_to_cell_edge,
+            (seat - bolts.head_diameter_mm) / 2 / max(1, in_washer),
+            (cell - seat) / 2 / beyond,
             (positions[0] - cell / 2) / mesh.columns_at_each_lap_end,
             (self.bar.lap_mm - positions[-1] - cell / 2) / mesh.columns_at_each_lap_end,
             *((pitch - cell) / mesh.columns_between_bolt_cells for pitch in pitches),
@@ -226,6 +216,7 @@ class Assembly(Entry):
 
     def conflicts(self) -> Problems:
         yield from self._conflicts_of_head()
+        yield from self._conflicts_of_washer()
         yield from self._conflicts_of_waviness()
         if self.bolts.positions_from_lap_start_mm is not None:
             yield from self._conflicts_of_positions(self.bolts.positions_from_lap_start_mm)
@@ -233,12 +224,31 @@ class Assembly(Entry):
             yield from self._conflicts_of_row()
 
     def _conflicts_of_head(self) -> Problems:
-        for limit, what in (
-            (self.bar.width_mm, "the bar's width"),
-            (self.mesh.bolt_cell_length_mm, "the bolt cell's length"),
-        ):
-            if self.bolts.head_diameter_mm >= limit:
-                yield ("bolts", "head_diameter_mm"), f"must be less than {what} of {limit:g} mm"
+        diameters = {("bolts", "head_diameter_mm"): self.bolts.head_diameter_mm}
+        if self.bolts.washer is not None:
+            diameters["bolts", "washer", "diameter_mm"] = self.bolts.washer.diameter_mm
+        for key, diameter in diameters.items():
+            for limit, what in (
+                (self.bar.width_mm, "the bar's width"),
+                (self.mesh.bolt_cell_length_mm, "the bolt cell's length"),
+            ):
+                if diameter >= limit:
+                    yield key, f"must be less than {what} of {limit:g} mm"
+
+    def _conflicts_of_washer(self) -> Problems:
+        mesh, rings = self.mesh, self.mesh.rings_head_to_cell_edge
+        if self.bolts.washer is None:
+            for key in ("rings_head_to_washer_edge", "layers_in_washer"):
+                if getattr(mesh, key) is not None:
+                    yield ("mesh", key), "must not be given without bolts.washer"
+        elif self.bolts.has_wide_washers and rings < 2:
+            yield (
+                ("mesh", "rings_head_to_cell_edge"),
+                "must be at least 2 with a washer that is wider than the head",
+            )
+        elif (given := mesh.rings_head_to_washer_edge) is not None and given >= rings:
+            sentence = f"must be less than rings_head_to_cell_edge, which is {rings}"
+            yield ("mesh", "rings_head_to_washer_edge"), sentence
 
     def _conflicts_of_waviness(self) -> Problems:
         gap, shortest = self.contact.gap_um, ELEMENTS_IN_WAVE * self._longest_element_of_lap_mm

@@ -3,9 +3,16 @@
 import difflib
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Self, get_args, get_origin
+from typing import Any, ClassVar, Literal, Self, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 
 from boltjoint.config.key_paths import key_path, owners
 from boltjoint.config.renamed import MOVED_KEYS, REMOVED_KEYS, RENAMED_KEYS, RENAMED_VALUES
@@ -26,6 +33,21 @@ class Entry(BaseModel):
     def conflicts(self) -> Problems:
         """Key path and sentence for each value that contradicts another one."""
         yield from ()
+
+
+class EntryWithLaterKeys(Entry):
+    """An entry with keys that came later and need not be given.
+
+    What is made from its content does not depend on those that are not given, so that results from
+    before stay.
+    """
+
+    LATER_KEYS: ClassVar[frozenset[str]]
+
+    @model_serializer(mode="wrap")
+    def _without_keys_not_given(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        left_out = {key for key in self.LATER_KEYS if getattr(self, key) is None}
+        return {key: value for key, value in dump(self).items() if key not in left_out}
 
 
 def explain(error: ValidationError, model: type[Entry], content: Mapping[str, Any]) -> Problems:

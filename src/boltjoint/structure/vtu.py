@@ -11,7 +11,7 @@ from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
 
 
 def write_mesh(assembly: xr.Dataset, path: str | Path) -> None:
-    """Write the hexahedra, coloured by ``part``: 0 and 1 the bars, then the bolts.
+    """Write the hexahedra, coloured by ``part``: 0 and 1 the bars, then bolts and washers.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def write_modes(assembly: xr.Dataset, modes: xr.Dataset, path: str | Path) -> No
 def write_preload(assembly: xr.Dataset, preload: xr.Dataset, path: str | Path) -> None:
     """Write the preloaded assembly: displacement [m] of all nodes, and the state of the contact.
 
-    The contact is a separate surface, the ``part`` after the last bolt. On its nodes are
+    The contact is a separate surface, the ``part`` after the last other. On its nodes are
     ``normal_load`` [N], ``pressure`` [Pa] and ``gap`` [m]; other nodes have NaN.
 
     Parameters
@@ -88,7 +88,7 @@ def _write(
     parts = [part]
     if surface is not None:
         cells.append(("quad", surface))
-        parts.append(np.full(len(surface), part.max() + 1, dtype=part.dtype))
+        parts.append(np.full(len(surface), int(part.max()) + 1, dtype=part.dtype))
     mesh = meshio.Mesh(
         assembly["coordinate"].to_numpy(),
         cells,

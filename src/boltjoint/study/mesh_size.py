@@ -32,19 +32,28 @@ def mesh_size(assembly: Assembly) -> MeshSize:
     rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
 
     shank_points = (across + 1) * (along + 1) + mesh.rings_in_shank * around
-    head_points = shank_points + (mesh.rings_under_head + 1) * around
+    # a ring more where the hole of the washers is narrower than that of the bars
+    over_hole = int(assembly.bolts.has_narrow_washers)
+    head_points = shank_points + (mesh.rings_under_head + 1 + over_hole) * around
     shank_quads = across * along + mesh.rings_in_shank * around
-    head_quads = shank_quads + (mesh.rings_under_head + 1) * around
+    head_quads = shank_quads + (mesh.rings_under_head + 1 + over_hole) * around
     in_heads = 2 * mesh.layers_in_head
+    washer_quads = (mesh.rings_under_head + assembly.rings_head_to_washer_edge + over_hole) * around
+    washers = 0 if assembly.bolts.washer is None else len(assembly.bolts.washer.under)
+    in_washers = washers * int(min(assembly.layers_in_washer, COUNTLESS))
 
-    # nodes are shared where a free bar meets its half of the lap, and a head its shank and its bar
+    # nodes are shared where a free bar meets its half of the lap, a head its shank and its bar, and
+    # a washer both; of a ring over the hole one side is tied to nothing
     free_nodes = (free + 2) * (across + 1) * (2 * layers + 1) - 2 * (across + 1) * (layers + 1)
-    shank_nodes = 2 * shank_points * (layers + 1)
-    head_nodes = in_heads * head_points
+    shank_nodes = shank_points * (2 * (layers + 1) + in_washers)
+    head_nodes = in_heads * head_points + 2 * over_hole * around
+    washer_nodes = in_washers * (washer_quads + around)
+    of_bolt = shank_nodes + head_nodes + washer_nodes
     return MeshSize(
-        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * (shank_nodes + head_nodes),
+        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * of_bolt,
         elements=2 * layers * (bolts * around * rings + columns * across)
         + 2 * layers * across * free
-        + bolts * (2 * layers * shank_quads + in_heads * head_quads),
+        + bolts * ((2 * layers + in_washers) * shank_quads + in_heads * head_quads)
+        + bolts * in_washers * washer_quads,
         pairs=pairs,
     )

@@ -69,7 +69,7 @@ _MODES = {
     section="dimensions",
     title="Mesh of {assembly}",
     caption="From above at an angle, the contact surface from above, and a cut along the middle of "
-    "the width. The bolts are tied to the bars under head and nut.",
+    "the width. The bolts are tied to the bars under head and nut, or to washers that are.",
     printed_by=("assembly",),
 )
 def mesh(artefact: Artefact, results: "Results") -> "Figure":

@@ -27,10 +27,10 @@ from boltjoint.report.figures.outlines import (
     section_outlines,
 )
 from boltjoint.report.figures.style import BLANK_COLOUR, MM, figure_style, fill_shapes
-from boltjoint.structure.half_lap.mesh import FIRST_BOLT
+from boltjoint.structure.half_lap.parts import FIRST_BOLT, part_kinds
 
-#: bar A, bar B, bolts
-PART_COLOURS = ("#b9cfe4", "#e6d3b3", "#4d4d4d")
+#: of bar A, bar B, bolts and washers
+PART_COLOURS = {"bar A": "#b9cfe4", "bar B": "#e6d3b3", "bolts": "#4d4d4d", "washers": "#9c8f80"}
 #: largest displacement of a drawn mode over the length of the assembly
 _DEFLECTION = 0.06
 #: largest displacement drawn under preload, that of a cut shank's end, over the height
@@ -76,7 +76,7 @@ def plot_mesh(assembly: xr.Dataset) -> Figure:
         axes.margins(0.02)
         axes.autoscale_view()
         axes.set_axis_off()
-    _add_legend_of_parts(figure)
+    _add_legend_of_parts(figure, assembly)
     return figure
 
 
@@ -120,7 +120,7 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
             cut, view, note = plan, [0, 1], ", from above"
         seen, displacement = coordinate[:, view], displacement[:, view]
         moved = seen + _DEFLECTION * length * displacement / np.abs(displacement).max()
-        _draw_section(axes, cut, moved, seen)
+        _draw_section(axes, assembly, cut, moved, seen)
         frequency = modes["natural_frequency"][index].item()
         axes.set_title(f"mode {index + 1}: {frequency:.1f} Hz{note}")
         axes.set_aspect("equal")
@@ -130,7 +130,7 @@ def plot_modes(assembly: xr.Dataset, modes: xr.Dataset) -> Figure:
     figure.supxlabel("x (mm)", fontsize=9)
     height_or_width = "z, or from above y (mm)" if from_above.any() else "z (mm)"
     figure.supylabel(f"{height_or_width}, displacements enlarged", fontsize=9)
-    _add_legend_of_parts(figure, at_rest=True)
+    _add_legend_of_parts(figure, assembly, at_rest=True)
     return figure
 
 
@@ -168,31 +168,33 @@ def plot_deformation(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     figure = Figure(figsize=(8, 3.4), layout="constrained")
     panels = figure.subplots(2, 1, height_ratios=heights)
     for axes, (name, (low, high)) in zip(panels, views.items(), strict=True):
-        _draw_section(axes, section, moved, at_rest)
+        _draw_section(axes, assembly, section, moved, at_rest)
         axes.set_aspect("equal")
         axes.set_xlim(low * MM, high * MM)
         axes.set_ylim(1.25 * at_rest[:, 1].min() * MM, 1.25 * at_rest[:, 1].max() * MM)
         axes.set_title(f"{name}, displacements × {scale:g}", loc="left")
         axes.set_ylabel("z (mm)")
     panels[-1].set_xlabel("x (mm)")
-    _add_legend_of_parts(figure, at_rest=True)
+    _add_legend_of_parts(figure, assembly, at_rest=True)
     return figure
 
 
 def _draw_section(
     axes: Axes,
+    assembly: xr.Dataset,
     section: Mapping[int, Sequence[NDArray[np.int64]]],
     point: NDArray[np.float64],
     at_rest: NDArray[np.float64] | None = None,
 ) -> None:
     """Fill every part of a section with its points [m] displaced, over its outline at rest."""
+    kinds = part_kinds(assembly)
     for part, loops in section.items():
         if at_rest is not None:
             rest = [at_rest[np.append(loop, loop[0])] * MM for loop in loops]
             axes.add_collection(LineCollection(rest, colors="0.65", linewidths=0.6, zorder=1))
         # an outline of bolts would show the cuts through their shanks
-        width = 0.5 if part < FIRST_BOLT else 0.0
-        style = {"facecolors": PART_COLOURS[min(part, 2)], "linewidths": width, "zorder": 2}
+        width = 0.0 if kinds[part] == "bolts" else 0.5
+        style = {"facecolors": PART_COLOURS[kinds[part]], "linewidths": width, "zorder": 2}
         fill_shapes(axes, [closed_shape(point * MM, loops)], edgecolors="0.15", **style)
 
 
@@ -203,12 +205,12 @@ def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
     onto_paper = np.stack([right, np.cross(towards, right)], axis=-1)
     point = positions_of(assembly, "coordinate", "node") * MM
     drawn = point @ onto_paper
-    for faces, part, light in _visible_faces(assembly, point, towards):
-        colour = light * np.array(to_rgb(PART_COLOURS[min(part, 2)]))
+    for faces, kind, light in _visible_faces(assembly, point, towards):
+        colour = light * np.array(to_rgb(PART_COLOURS[kind]))
         thin = {"edgecolors": "0.2", "linewidths": 0.15}
         fill_shapes(axes, [closed_shape(drawn, outline_loops(faces))], facecolors=colour, **thin)
-        # bolts are too dark, and their elements too small, to show lines
-        if part < FIRST_BOLT:
+        # bolts are too dark, and their elements as those of washers too small, to show lines
+        if kind not in ("bolts", "washers"):
             lines = Shape.make_compound_path(*(Shape(drawn[line]) for line in _long_lines(faces)))
             fill_shapes(axes, [lines], facecolors="none", **thin)
     from scipy.spatial import ConvexHull  # takes long to import
@@ -230,11 +232,11 @@ def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
 
 def _visible_faces(
     assembly: xr.Dataset, point: NDArray[np.float64], towards: NDArray[np.float64]
-) -> list[tuple[NDArray[np.int64], int, float]]:
+) -> list[tuple[NDArray[np.int64], str, float]]:
     """Faces that a viewer above the assembly sees, in the order in which to paint them.
 
-    Faces of a part with the same tone are one group: their nodes, shape (faces, 4), the part, and
-    the light on them, between 0 and 1.
+    Faces of a part with the same tone are one group: their nodes, shape (faces, 4), the kind of the
+    part, and the light on them, between 0 and 1.
     """
     faces, part = _outer_faces(assembly)
     centre = point[faces].mean(axis=1)
@@ -245,13 +247,15 @@ def _visible_faces(
     of_bars = centre[part < FIRST_BOLT]
     low, high = of_bars.min(axis=0) + SAME_POINT, of_bars.max(axis=0) - SAME_POINT
     within = np.all((centre > low) & (centre < high), axis=1)
-    # seen from above, nuts are below the bars and heads above them
-    level = np.where(part < FIRST_BOLT, 0, np.sign(centre[:, 2])).astype(int)
+    # seen from above, nuts are below the bars and heads above them, with washers between
+    kinds = part_kinds(assembly)
+    beyond = np.array([{"bolts": 2, "washers": 1}.get(kind, 0) for kind in kinds])[part]
+    level = (beyond * np.sign(centre[:, 2])).astype(int)
     light = np.round(_TONES * (0.7 + 0.3 * normal @ _LIGHT)).astype(int)
     style = np.stack([level, part, light], axis=-1)
     seen = np.flatnonzero((normal @ towards > 0) & ~within)
     return [
-        (faces[seen[(style[seen] == one).all(axis=1)]], int(one[1]), one[2] / _TONES)
+        (faces[seen[(style[seen] == one).all(axis=1)]], kinds[one[1]], one[2] / _TONES)
         for one in np.unique(style[seen], axis=0)
     ]
 
@@ -304,7 +308,7 @@ def _draw_plan(axes: Axes, assembly: xr.Dataset) -> None:
 def _draw_side(axes: Axes, assembly: xr.Dataset) -> None:
     """Draw the assembly cut along the middle of its width, and lengths."""
     point = positions_of(assembly, "coordinate", "node")[:, [0, 2]]
-    _draw_section(axes, section_outlines(assembly, point), point)
+    _draw_section(axes, assembly, section_outlines(assembly, point), point)
     x, _, z = _bounds_of_bars(assembly)
     lap = assembly["position"].sel(axis="x").to_numpy() * MM
     below = point[:, 1].min() * MM - _BESIDE
@@ -337,9 +341,10 @@ def _draw_dimension(axes: Axes, begin: tuple[float, float], end: tuple[float, fl
     axes.annotate(length, middle, textcoords="offset points", fontsize=8, **beside)
 
 
-def _add_legend_of_parts(figure: Figure, at_rest: bool = False) -> None:
-    handles = [Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in PART_COLOURS]
-    names = ["bar A", "bar B", "bolts"]
+def _add_legend_of_parts(figure: Figure, assembly: xr.Dataset, at_rest: bool = False) -> None:
+    names = list(dict.fromkeys(part_kinds(assembly)))
+    colours = [PART_COLOURS[name] for name in names]
+    handles = [Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in colours]
     if at_rest:
         handles.append(Line2D([], [], color="0.65", linewidth=0.9))
         names.append("at rest")

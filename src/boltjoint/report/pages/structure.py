@@ -6,6 +6,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.assembly import Assembly
+from boltjoint.config.bolts import Bolts
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
@@ -58,7 +59,7 @@ def structure_page(
 def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Markup:
     columns = {}
     for name, assembly in assemblies.items():
-        bar, bolts, material = assembly.bar, assembly.bolts, assembly.material
+        bar, bolts = assembly.bar, assembly.bolts
         diameters = (bolts.shank_diameter_mm, bolts.hole_diameter_mm, bolts.head_diameter_mm)
         columns[name] = {
             "width of the bars (mm)": number(bar.width_mm),
@@ -69,7 +70,8 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
             "bolts": str(len(assembly.bolt_positions_mm)),
             "bolts, from the start of the lap (mm)": _listed(assembly.bolt_positions_mm),
             "diameters of shank, hole and head (mm)": _listed(diameters),
-            **{words: number(getattr(material, key)) for key, words in _MATERIAL.items()},
+            **_washers(bolts),
+            **_materials(assembly),
         }
         if content.results.has("assembly", assembly=name):
             mesh = content.results.dataset("assembly", assembly=name)
@@ -96,6 +98,35 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
         frame, "Dimensions, material and mesh", notes, anchor="dimensions-table", verbatim=True
     )
     return described + content.section("dimensions")
+
+
+def _washers(bolts: Bolts) -> dict[str, str]:
+    """Dimensions of the washers, where there are any."""
+    washer = bolts.washer
+    if washer is None:
+        return {}
+    hole = washer.hole_diameter_mm if bolts.has_narrow_washers else bolts.hole_diameter_mm
+    return {
+        "washers under": " and ".join(washer.under),
+        "thickness of a washer, diameters of its hole and edge (mm)": _listed(
+            (washer.thickness_mm, hole, washer.diameter_mm)
+        ),
+    }
+
+
+def _materials(assembly: Assembly) -> dict[str, str]:
+    """Material of the bars, and of bolts and washers where it is another."""
+    others = {"of the bolts": assembly.bolt_material}
+    if assembly.bolts.washer is not None:
+        others["of the washers"] = assembly.washer_material
+    rows = {words: number(getattr(assembly.material, key)) for key, words in _MATERIAL.items()}
+    for which, material in others.items():
+        if material != assembly.material:
+            for key, words in _MATERIAL.items():
+                quantity, _, unit = words.partition(" (")
+                label = f"{quantity} {which}" + (f" ({unit}" if unit else "")
+                rows[label] = number(getattr(material, key))
+    return rows
 
 
 def _modes(content: PageContent) -> Markup:

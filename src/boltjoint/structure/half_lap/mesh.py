@@ -2,8 +2,9 @@
 
 Two bars and their bolts are plan views extruded along z and joined node by node. Bar A is the
 lower, clamped one and has the lower half of the lap; bar B is the upper one with the free end. They
-meet at z = 0 in coincident node pairs. Heads and nuts are tied to the bars: they share nodes. In
-the middle of a shank, the pretension section, the nodes are double.
+meet at z = 0 in coincident node pairs. Heads and nuts are tied to the bars, or to washers that are
+tied to the bars: they share nodes. In the middle of a shank, the pretension section, the nodes are
+double.
 """
 
 import logging
@@ -16,17 +17,17 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.half_lap.plan import (
-    BoltRadii,
-    CellDivisions,
-    Labels,
-    LapPlan,
-    Plan,
-    bolt_plan,
-    glue,
-    lap_plan,
-    rectangle_plan,
+from boltjoint.structure.half_lap.blocks import Blocks
+from boltjoint.structure.half_lap.bolts import add_bolt, divisions_of, levels_of, radii_of
+from boltjoint.structure.half_lap.parts import (
+    BAR_A,
+    BAR_B,
+    FIRST_BOLT,
+    first_washer,
+    material_variables,
+    part_variable,
 )
+from boltjoint.structure.half_lap.plan import Labels, LapPlan, Plan, lap_plan, rectangle_plan
 from boltjoint.structure.initial_gap import initial_gap
 
 if TYPE_CHECKING:
@@ -37,16 +38,12 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: parts of the assembly; the bolts follow the bars
-BAR_A, BAR_B, FIRST_BOLT = 0, 1, 2
-
 #: corners of the six faces of a hexahedron in the order of VTK, seen from outside
 HEXAHEDRON_FACES = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 )
 
 _MM = 1e-3
-_GPA = 1e9
 
 
 def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.Dataset:
@@ -69,8 +66,9 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
         ``part`` (element); ``pair_node`` (pair, side); ``position`` (pair, axis) [m]; ``area``
         (pair) [m2]; ``section_node`` (section_pair, section_side); ``section_bolt``
         (section_pair); ``bolt_position`` (bolt, axis) [m]; ``clamped_node`` (clamped);
-        ``excitation_node`` and ``response_node`` with their direction; material and contact;
-        ``initial_gap`` (pair) [m] where the surfaces have a form error.
+        ``excitation_node`` and ``response_node`` with their direction; material of the bars, and of
+        each part (part_number) where bolts or washers have another; contact; ``initial_gap`` (pair)
+        [m] where the surfaces have a form error.
 
     Raises
     ------
@@ -90,17 +88,18 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
         length=_MM * bar.lap_mm,
         width=_MM * bar.width_mm,
         cell_length=_MM * mesh.bolt_cell_length_mm,
-        radii=_radii(assembly),
-        divisions=_divisions(assembly),
+        radii=radii_of(assembly),
+        divisions=divisions_of(assembly),
         columns_between=mesh.columns_between_bolt_cells,
         columns_at_ends=mesh.columns_at_each_lap_end,
     )
-    blocks = _Blocks()
+    blocks = Blocks()
     bars = _add_bars(blocks, assembly, lap)
-    sections = [
-        _add_bolt(blocks, assembly, bars, lap.under_head[b], axis, FIRST_BOLT + b)
-        for b, axis in enumerate(axes)
-    ]
+    sections = []
+    for b, axis in enumerate(_MM * bar.free_length_mm[0] + axes):
+        on_bars = bars.lap_a[0, lap.seat[b]], bars.lap_b[-1, lap.seat[b]]
+        parts = FIRST_BOLT + b, first_washer(len(axes)) + b
+        sections.append(add_bolt(blocks, assembly, on_bars, axis, parts))
     coordinate, hexahedron, part, label = blocks.joined()
 
     pair = label[np.stack([bars.lap_a[-1], bars.lap_b[0]], axis=-1)]
@@ -119,7 +118,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
             "connectivity": quantity(
                 ("element", "corner"), hexahedron, "1", "nodes of the hexahedron, order of VTK"
             ),
-            "part": _part_variable(part, len(axes)),
+            "part": part_variable(assembly, part),
             "pair_node": quantity(("pair", "side"), pair, "1", "nodes that touch"),
             "position": quantity(
                 ("pair", "axis"), coordinate[pair[:, 0]], "m", "position of the contact pair"
@@ -179,65 +178,6 @@ def tributary_area(plan: Plan) -> Array:
     return area
 
 
-def extrude(plan: Plan, levels: Array) -> tuple[NDArray, NDArray]:
-    """Extrude a plan along z.
-
-    Parameters
-    ----------
-    plan
-        Nodes and quadrilaterals.
-    levels
-        Ascending z of the nodes [m].
-
-    Returns
-    -------
-    tuple
-        Nodes (levels * points, 3) [m], level by level, and hexahedra (hexahedra, 8) in the order
-        of VTK.
-
-    Raises
-    ------
-    ValueError
-        If ``plan`` is not a ``Plan``, or there are not two or more ascending levels.
-    """
-    checks.instance("plan", plan, Plan)
-    levels = checks.ascending("levels", levels)
-    n = len(plan.point)
-    point = np.column_stack([np.tile(plan.point, (len(levels), 1)), np.repeat(levels, n)])
-    below = n * np.arange(len(levels) - 1)[:, None, None] + plan.quad
-    return point, np.concatenate([below, below + n], axis=-1).reshape(-1, 8)
-
-
-class _Blocks:
-    """Extruded plans, and the pairs of their nodes that are joined."""
-
-    def __init__(self) -> None:
-        self._point, self._hexahedron, self._part = [], [], []
-        self._kept, self._given_up = [], []
-        self._nodes = 0
-
-    def add(self, part: int, plan: Plan, levels: Array) -> Labels:
-        """Extrude a plan; the labels of its nodes, shape (levels, points)."""
-        point, hexahedron = extrude(plan, levels)
-        label = self._nodes + np.arange(len(point)).reshape(len(levels), -1)
-        self._point.append(point)
-        self._hexahedron.append(self._nodes + hexahedron)
-        self._part.append(np.full(len(hexahedron), part, dtype=np.int8))
-        self._nodes += len(point)
-        return label
-
-    def join(self, kept: Labels, given_up: Labels) -> None:
-        self._kept.append(kept.ravel())
-        self._given_up.append(given_up.ravel())
-
-    def joined(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-        """Coordinates, hexahedra, parts, and the final label of every label given so far."""
-        point = np.concatenate(self._point)
-        label, remaining = glue(point, np.concatenate(self._kept), np.concatenate(self._given_up))
-        hexahedron = label[np.concatenate(self._hexahedron)]
-        return point[remaining], hexahedron, np.concatenate(self._part), label
-
-
 @dataclass(frozen=True)
 class _Bars:
     """Labels of the nodes of both halves of the lap, shape (levels, points), and of the clamp."""
@@ -247,9 +187,9 @@ class _Bars:
     clamped: Labels
 
 
-def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
+def _add_bars(blocks: Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
     bar, mesh = assembly.bar, assembly.mesh
-    lower, upper = _levels(assembly)
+    lower, upper = levels_of(assembly)
     full_height = np.concatenate([lower, upper[1:]])
     y = _MM * np.linspace(-bar.width_mm / 2, bar.width_mm / 2, mesh.ring_cells_across_width + 1)
     lap_start = _MM * bar.free_length_mm[0]
@@ -269,68 +209,6 @@ def _add_bars(blocks: _Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
     return _Bars(lap_a, lap_b, clamped=free_a[:, : len(y)].ravel())
 
 
-def _add_bolt(
-    blocks: _Blocks, assembly: "Assembly", bars: _Bars, under_head: Labels, axis: float, part: int
-) -> Labels:
-    """Add a bolt and return the labels of its pretension section, shape (pairs, 2)."""
-    bolts, layers = assembly.bolts, assembly.mesh.layers_in_head
-    plan = bolt_plan(_radii(assembly), _divisions(assembly))
-    x = _MM * assembly.bar.free_length_mm[0] + axis
-    head_plan, shank_plan = plan.head.moved(x), plan.shank.moved(x)
-    lower, upper = _levels(assembly)
-
-    shank_a = blocks.add(part, shank_plan, lower)
-    shank_b = blocks.add(part, shank_plan, upper)
-    nut_levels = np.linspace(lower[0] - _MM * bolts.nut_height_mm, lower[0], layers + 1)
-    head_levels = np.linspace(upper[-1], upper[-1] + _MM * bolts.head_height_mm, layers + 1)
-    nut = blocks.add(part, head_plan, nut_levels)
-    head = blocks.add(part, head_plan, head_levels)
-
-    in_shank = len(shank_plan.point)
-    blocks.join(shank_a[0], nut[-1, :in_shank])
-    blocks.join(shank_b[-1], head[0, :in_shank])
-    blocks.join(bars.lap_a[0, under_head], nut[-1, plan.under_head])
-    blocks.join(bars.lap_b[-1, under_head], head[0, plan.under_head])
-    return np.stack([shank_a[-1], shank_b[0]], axis=-1)
-
-
-def _radii(assembly: "Assembly") -> BoltRadii:
-    bolts = assembly.bolts
-    return BoltRadii(
-        shank=_MM * bolts.shank_diameter_mm / 2,
-        hole=_MM * bolts.hole_diameter_mm / 2,
-        head=_MM * bolts.head_diameter_mm / 2,
-    )
-
-
-def _divisions(assembly: "Assembly") -> CellDivisions:
-    mesh = assembly.mesh
-    return CellDivisions(
-        across=mesh.ring_cells_across_width,
-        along=mesh.ring_cells_along_bar,
-        rings_in_shank=mesh.rings_in_shank,
-        rings_under_head=mesh.rings_under_head,
-        rings_head_to_edge=mesh.rings_head_to_cell_edge,
-    )
-
-
-def _levels(assembly: "Assembly") -> tuple[Array, Array]:
-    """Levels along z of the lower and of the upper half of the height."""
-    half, layers = _MM * assembly.bar.height_mm / 2, assembly.mesh.layers_per_half_height
-    return np.linspace(-half, 0.0, layers + 1), np.linspace(0.0, half, layers + 1)
-
-
-def _part_variable(part: NDArray[np.int8], bolts: int) -> xr.Variable:
-    meanings = ["bar_A", "bar_B", *(f"bolt_{b + 1}" for b in range(bolts))]
-    attributes = {
-        "flag_values": np.arange(len(meanings), dtype=np.int8),
-        "flag_meanings": " ".join(meanings),
-    }
-    variable = quantity("element", part, "1", "part of the assembly the element belongs to")
-    variable.attrs.update(attributes)
-    return variable
-
-
 def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict[str, xr.Variable]:
     """Node of the bars at the default of the excitation and the output point."""
     candidates, point = np.unique(hexahedron), assembly.default_point
@@ -345,7 +223,7 @@ def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict
 
 
 def _properties(assembly: "Assembly") -> dict[str, xr.Variable]:
-    material, contact = assembly.material, assembly.contact
+    contact = assembly.contact
     return {
         # quotients of decimal numbers: 9 mm are exactly 0.009 m
         "hole_diameter": quantity(
@@ -354,9 +232,7 @@ def _properties(assembly: "Assembly") -> dict[str, xr.Variable]:
         "head_diameter": quantity(
             (), assembly.bolts.head_diameter_mm / 1e3, "m", "diameter of the bolt heads"
         ),
-        "youngs_modulus": quantity((), _GPA * material.youngs_modulus_GPa, "Pa", "Young's modulus"),
-        "poissons_ratio": quantity((), float(material.poissons_ratio), "1", "Poisson's ratio"),
-        "density": quantity((), float(material.density_kg_per_m3), "kg/m3", "density"),
+        **material_variables(assembly),
         "contact_penalty": quantity(
             (), float(contact.penalty_N_per_m3), "N/m3", "static contact stiffness per area"
         ),

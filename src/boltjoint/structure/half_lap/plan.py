@@ -11,12 +11,14 @@ arbitrary curved element domains. Numerische Mathematik 21 (1973) 109-129.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.structure.half_lap.cell import BoltRadii, CellDivisions, check_washer
 
 Points = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -59,22 +61,22 @@ class LapPlan:
     ----------
     plan
         Nodes and quadrilaterals.
-    under_head
-        Nodes of the rings from the edge of the hole to the edge of the head,
-        shape (bolts, rings_under_head + 1, around).
+    seat
+        Nodes of the rings from the edge of the hole to the edge of the head, or of a wider washer,
+        shape (bolts, rings + 1, around).
     first, last
         Nodes of the two ends of the lap, by ascending y, shape (across + 1,).
     """
 
     plan: Plan
-    under_head: Labels
+    seat: Labels
     first: Labels
     last: Labels
 
 
 @dataclass(frozen=True)
 class BoltPlan:
-    """Head of a bolt seen from above, its axis at the origin.
+    """Head of a bolt and its washer seen from above, their axis at the origin.
 
     Attributes
     ----------
@@ -83,64 +85,26 @@ class BoltPlan:
     shank
         Those of the shank; its nodes are the first ones of the head.
     under_head
-        Nodes of the rings from the edge of the hole to the edge of the head, as in ``LapPlan``.
+        Nodes of the head's rings around the shank, from the inside, shape (rings + 1, around).
+    washer
+        Nodes and quadrilaterals of the washer; its first rings are those of the head.
+    rings_of_washer
+        Nodes of the washer's rings, from the inside, shape (rings + 1, around).
+    over_hole
+        Number of rings inside the edge of the hole in the bars, which the others lie on.
     """
 
     head: Plan
     shank: Plan
     under_head: Labels
+    washer: Plan
+    rings_of_washer: Labels
+    over_hole: int
 
-
-@dataclass(frozen=True)
-class CellDivisions:
-    """Divisions of a bolt cell: elements along its sides, rings between its circles.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not a positive whole number.
-    """
-
-    across: int
-    along: int
-    rings_in_shank: int
-    rings_under_head: int
-    rings_head_to_edge: int
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        for name, value in vars(self).items():
-            checks.whole(name, value, at_least=1)
-
-    @property
-    def around(self) -> int:
-        """Elements around the bolt."""
-        return 2 * (self.across + self.along)
-
-
-@dataclass(frozen=True)
-class BoltRadii:
-    """Radii of shank, hole and head [m].
-
-    Raises
-    ------
-    ValueError
-        If one of them is not positive, or they do not increase in this order.
-    """
-
-    shank: float
-    hole: float
-    head: float
-
-    def __post_init__(self) -> None:
-        """Check that the radii increase."""
-        for name, value in vars(self).items():
-            checks.number(name, value, above=0)
-        if not self.shank < self.hole < self.head:
-            raise ValueError(
-                f"shank, hole and head have radii of {self.shank:g}, {self.hole:g} and "
-                f"{self.head:g} m: they must increase in this order"
-            )
+    def moved(self, x: float) -> "BoltPlan":
+        """The same plan with its axis further along the bar [m]."""
+        parts = {name: getattr(self, name).moved(x) for name in ("head", "shank", "washer")}
+        return replace(self, **parts)
 
 
 def rectangle_plan(x: NDArray[np.float64], y: NDArray[np.float64]) -> Plan:
@@ -189,17 +153,19 @@ def lap_plan(
     Raises
     ------
     ValueError
-        If the head does not fit into its cell, or the cells overlap or do not fit into the lap; or
-        if a number is out of range.
+        If head or washer do not fit into their cell, or the cells overlap or do not fit into the
+        lap; or if a number is out of range.
     """
+    check_washer(radii, divisions)
     axes = checks.array("axes", axes, ("bolts",))
     for name, value in (("length", length), ("width", width), ("cell_length", cell_length)):
         checks.number(name, value, above=0)
     for name, value in (("columns_between", columns_between), ("columns_at_ends", columns_at_ends)):
         checks.whole(name, value, at_least=1)
-    if 2 * radii.head >= min(cell_length, width):
+    if 2 * radii.seat >= min(cell_length, width):
+        what = "head" if radii.washer is None else "washer"
         raise ValueError(
-            f"a head of {2e3 * radii.head:g} mm does not fit into a bolt cell of "
+            f"a {what} of {2e3 * radii.seat:g} mm does not fit into a bolt cell of "
             f"{1e3 * cell_length:g} mm x {1e3 * width:g} mm"
         )
     starts = np.asarray(axes) - cell_length / 2
@@ -237,35 +203,49 @@ def lap_plan(
         for begin, n in zip(strip_offset[:-1], columns[:-1], strict=True)
     ]
     label, remaining = glue(point, np.concatenate(kept), np.concatenate(given_up))
+    in_seat = rings[: divisions.rings_under_head + divisions.rings_head_to_washer + 1]
     return LapPlan(
         plan=Plan(point[remaining], label[quad]),
-        under_head=label[
-            np.stack([o + rings[: divisions.rings_under_head + 1] for o in cell_offset])
-        ],
+        seat=label[np.stack([o + in_seat for o in cell_offset])],
         first=label[strip_offset[0] + line],
         last=label[strip_offset[-1] + columns[-1] * (across + 1) + line],
     )
 
 
 def bolt_plan(radii: BoltRadii, divisions: CellDivisions) -> BoltPlan:
-    """Head and shank of a bolt: a core of rectangles inside rings, which meet those of the cell."""
+    """Head, shank and washer: a core of rectangles inside rings, which meet those of the cell.
+
+    Raises
+    ------
+    ValueError
+        If there is a washer without rings, or rings without a washer.
+    """
+    check_washer(radii, divisions)
     around = divisions.around
     core, boundary = _core_plan(radii.shank, divisions)
     circle = _circle(divisions.across, around)
     shank_rings = _between(core.point[boundary], radii.shank * circle, divisions.rings_in_shank)
     head_rings = _between(radii.hole * circle, radii.head * circle, divisions.rings_under_head)
-    # the ring from shank to hole spans the clearance and exists in head and nut only
+    if radii.washer_hole is not None:
+        head_rings = np.concatenate([radii.washer_hole * circle[None], head_rings])
+    # the ring from the shank outwards spans the clearance and exists in head and nut only
     outer = np.concatenate([shank_rings[1:], head_rings]).reshape(-1, 2)
     new = len(core.point) + np.arange(len(outer)).reshape(-1, around)
     lattice = np.concatenate([boundary[None], new])
     point = np.concatenate([core.point, outer])
 
+    rim = _between(head_rings[-1], radii.seat * circle, divisions.rings_head_to_washer)[1:]
+    washer = np.concatenate([head_rings, rim])
+    rings_of_washer = np.arange(washer[..., 0].size).reshape(-1, around)
     in_shank = len(core.point) + divisions.rings_in_shank * around
     quads = np.concatenate([core.quad, _quads(_closed(lattice))])
     return BoltPlan(
         head=Plan(point, quads),
         shank=Plan(point[:in_shank], quads[quads.max(axis=1) < in_shank]),
         under_head=new[divisions.rings_in_shank :],
+        washer=Plan(washer.reshape(-1, 2), _quads(_closed(rings_of_washer))),
+        rings_of_washer=rings_of_washer,
+        over_hole=int(radii.washer_hole is not None),
     )
 
 
@@ -301,9 +281,11 @@ def glue(point: Points, kept: Labels, given_up: Labels) -> tuple[Labels, Labels]
 def _cell_plan(length: float, width: float, radii: BoltRadii, divisions: CellDivisions) -> Plan:
     circle = _circle(divisions.across, divisions.around)
     edge = _rectangle_edge(length, width, divisions.along, divisions.across)
-    under_head = _between(radii.hole * circle, radii.head * circle, divisions.rings_under_head)
-    outside = _between(radii.head * circle, edge, divisions.rings_head_to_edge)
-    point = np.concatenate([under_head, outside[1:]]).reshape(-1, 2)
+    lines = [radii.hole * circle, radii.head * circle, radii.seat * circle, edge]
+    in_washer = divisions.rings_head_to_washer
+    rings = [divisions.rings_under_head, in_washer, divisions.rings_head_to_edge - in_washer]
+    parts = [_between(*ends, n) for ends, n in zip(pairwise(lines), rings, strict=True)]
+    point = np.concatenate([parts[0], *(part[1:] for part in parts[1:])]).reshape(-1, 2)
     return Plan(point, _quads(_closed(np.arange(len(point)).reshape(-1, divisions.around))))
 
 

@@ -1,0 +1,70 @@
+"""Parts of a half-lap assembly: their numbers, names and materials."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.dataset import quantity
+
+if TYPE_CHECKING:
+    from boltjoint.config.assembly import Assembly
+
+#: parts of the assembly; the bolts follow the bars, and the washers of each bolt all bolts
+BAR_A, BAR_B, FIRST_BOLT = 0, 1, 2
+
+_GPA = 1e9
+
+#: properties of a material: key, factor to SI, unit and meaning
+_PROPERTIES = {
+    "youngs_modulus": ("youngs_modulus_GPa", _GPA, "Pa", "Young's modulus"),
+    "poissons_ratio": ("poissons_ratio", 1.0, "1", "Poisson's ratio"),
+    "density": ("density_kg_per_m3", 1.0, "kg/m3", "density"),
+}
+
+
+def first_washer(bolts: int) -> int:
+    """Number of the part of the first bolt's washers, where there are any."""
+    return FIRST_BOLT + bolts
+
+
+def part_kinds(assembly: xr.Dataset) -> list[str]:
+    """Kind of each part of an assembly by its number: bar A, bar B, bolts or washers."""
+    bolts = assembly.sizes.get("bolt", 0)
+    washers = int(assembly["part"].max()) + 1 - first_washer(bolts)
+    return ["bar A", "bar B", *["bolts"] * bolts, *["washers"] * max(0, washers)]
+
+
+def part_variable(assembly: "Assembly", part: NDArray[np.integer]) -> xr.Variable:
+    """Part of each element, with the names of all parts."""
+    bolts = range(1, len(assembly.bolt_positions_mm) + 1)
+    names = ["bar_A", "bar_B", *(f"bolt_{b}" for b in bolts)]
+    if assembly.bolts.washer is not None:
+        names += [f"washers_{b}" for b in bolts]
+    # with room for a further number, that of the contact surface in views of the mesh
+    kind = np.int8 if len(names) <= np.iinfo(np.int8).max else np.int16
+    meaning = "part of the assembly the element belongs to"
+    variable = quantity("element", part.astype(kind), "1", meaning)
+    variable.attrs["flag_values"] = np.arange(len(names), dtype=kind)
+    variable.attrs["flag_meanings"] = " ".join(names)
+    return variable
+
+
+def material_variables(assembly: "Assembly") -> dict[str, xr.Variable]:
+    """Material of the bars, and of each part where bolts or washers are given their own."""
+    bars, bolts, washer = assembly.material, assembly.bolts, assembly.bolts.washer
+    variables = {
+        name: quantity((), factor * getattr(bars, key), unit, meaning)
+        for name, (key, factor, unit, meaning) in _PROPERTIES.items()
+    }
+    if bolts.material is None and (washer is None or washer.material is None):
+        return variables
+    count = len(assembly.bolt_positions_mm)
+    of_parts = [bars] * FIRST_BOLT + [assembly.bolt_material] * count
+    of_parts += [assembly.washer_material] * (count if washer is not None else 0)
+    for name, (key, factor, unit, meaning) in _PROPERTIES.items():
+        values = [factor * getattr(each, key) for each in of_parts]
+        meaning = f"{meaning} of each part"
+        variables[f"part_{name}"] = quantity("part_number", values, unit, meaning)
+    return variables
