@@ -1,20 +1,30 @@
 # What CalculiX finds in an assembly, beside the library's own: made by `make verify`, not by `all`.
 
-VERIFIED = {
-    "assembly": layout.path("assembly", assembly="three_bolt"),
-    "modes": layout.path("modes", assembly="three_bolt", basis="free-4"),
-    "preload": layout.path("preload", assembly="three_bolt", preload_N=10000),
+#: those that the study has, with 10 kN in each bolt
+VERIFIED = [
+    name for name in ("three_bolt", "three_bolt_aluminium") if name in study.assemblies
+] or ["three_bolt"]
+OURS = {
+    "assembly": layout.PATHS["assembly"],
+    "modes": layout.path("modes", assembly="{assembly}", basis="free-4"),
+    "preload": layout.path("preload", assembly="{assembly}", preload_N=10000),
+}
+DECKS = {
+    name: f"results/verification/{{assembly}}/{name}/calculix.inp"
+    for name in ("modes", "preload")
+}
+PRINTED = {
+    f"printed_{name}": path.replace(".inp", ".dat") for name, path in DECKS.items()
 }
 
 
 rule write_decks:
     input:
-        **VERIFIED,
+        **OURS,
     output:
-        modes="results/verification/modes/calculix.inp",
-        preload="results/verification/preload/calculix.inp",
+        **DECKS,
     log:
-        "results/logs/write_decks.log",
+        "results/logs/write_decks/{assembly}.log",
     conda:
         "../envs/boltjoint.yaml"
     resources:
@@ -27,14 +37,14 @@ rule write_decks:
 
 rule run_calculix:
     input:
-        deck="results/verification/{deck}/calculix.inp",
+        deck="results/verification/{assembly}/{deck}/calculix.inp",
     output:
-        printed="results/verification/{deck}/calculix.dat",
+        printed="results/verification/{assembly}/{deck}/calculix.dat",
     log:
-        job="results/logs/run_calculix/{deck}.log",
-        program="results/logs/run_calculix/{deck}_ccx.log",
+        job="results/logs/run_calculix/{assembly}_{deck}.log",
+        program="results/logs/run_calculix/{assembly}_{deck}_ccx.log",
     benchmark:
-        "results/benchmarks/run_calculix/{deck}.tsv"
+        "results/benchmarks/run_calculix/{assembly}_{deck}.tsv"
     wildcard_constraints:
         deck="modes|preload",
     conda:
@@ -50,9 +60,10 @@ rule run_calculix:
 
 rule compare_calculix:
     input:
-        **VERIFIED,
-        printed_modes="results/verification/modes/calculix.dat",
-        printed_preload="results/verification/preload/calculix.dat",
+        **{
+            name: expand(path, assembly=VERIFIED)
+            for name, path in (OURS | PRINTED).items()
+        },
     output:
         csv="results/verification/calculix.csv",
         html="results/verification/calculix.html",
@@ -65,5 +76,6 @@ rule compare_calculix:
         **SMALL,
     params:
         library=library("compare_calculix.py"),
+        assemblies=VERIFIED,
     script:
         "../scripts/compare_calculix.py"

@@ -1,4 +1,6 @@
-"""Compare modes and contact of an assembly with those that CalculiX finds."""
+"""Compare modes and contact of assemblies with those that CalculiX finds."""
+
+import pandas as pd
 
 from boltjoint import dataset
 from boltjoint.structure.calculix.comparison import compare_with_calculix
@@ -7,12 +9,12 @@ from boltjoint.study.tables import files as tables
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-found = snakemake.input
-assembly = dataset.load(found.assembly)
-ours = dataset.load(found.modes), dataset.load(found.preload)
-theirs = (
-    read_modes(assembly, found.printed_modes),
-    read_preload(assembly, found.printed_preload),
-)
-table = compare_with_calculix(assembly, *ours, *theirs)
+found, compared = snakemake.input, {}
+for number, name in enumerate(snakemake.params.assemblies):
+    kinds = ("assembly", "modes", "preload")
+    assembly, modes, preload = (dataset.load(found[kind][number]) for kind in kinds)
+    other_modes = read_modes(assembly, found.printed_modes[number])
+    other_preload = read_preload(assembly, found.printed_preload[number])
+    compared[name] = compare_with_calculix(assembly, modes, preload, other_modes, other_preload)
+table = pd.concat(compared, names=["assembly"]).reset_index(level="assembly")
 tables.write(table, snakemake.output.csv, snakemake.output.html, "Structure beside CalculiX")
