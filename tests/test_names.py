@@ -7,7 +7,7 @@ import re
 import pytest
 
 from boltjoint import names
-from boltjoint.names import Basis, ComparedBasis, Coordinates, JointName
+from boltjoint.names import Basis, ComparedBasis, Coordinates, JointName, Preload, repeats_pattern
 
 
 def test_examples_hold():
@@ -152,3 +152,12 @@ def test_coordinates_are_parsed_and_labelled(name, parts, words, short):
 def test_other_names_of_coordinates_are_refused(name):
     with pytest.raises(ValueError, match="must be linear, backbone, rdnm-N or complex-rdnm-N"):
         Coordinates(name)
+
+
+@pytest.mark.parametrize("ratios", [(0.5, 1, 1), (1, *59 * [0.8]), (*30 * [1], 0, *29 * [1])])
+def test_a_preload_of_many_bolts_is_a_short_name_of_its_tensions(ratios):
+    preload = Preload.of(10000.0, ratios)
+    assert Preload(str(preload)).of_bolts == tuple(10000 * ratio for ratio in ratios)
+    assert re.fullmatch(Preload.wildcard(), preload)
+    assert len(preload) < 40
+    assert not repeats_pattern(preload)

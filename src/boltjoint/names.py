@@ -8,6 +8,7 @@ import difflib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import ClassVar, Literal, Self
 
 #: more modes or vectors than tolerances ask for; the patterns hold the number
@@ -29,6 +30,13 @@ DATA_FILE_MEANING = (
     "must be a file in the folder that holds config/, as config/designs.csv, without { } : \\ and "
     "names that begin with a point"
 )
+
+#: a pattern at the end of a name that Snakemake takes for a rule whose output is its own input
+REPETITION = r"(.+)\1{19}$"
+REPETITION_MEANING = "must not end in a pattern that stands 20 times or more: Snakemake refuses it"
+
+#: bolts of the same preload, one after the other, from which on they are counted
+_LONG_RUN = 10
 
 #: pages of the report beside those of the cases
 PAGES = ("overview", "accuracy", "structure")
@@ -336,20 +344,27 @@ class Coordinates(ParsedName):
 class Preload(ParsedName):
     """Tension of the bolts [N]: a number for all of them, or one for each with commas between.
 
+    ``10000x12`` stands for twelve bolts of 10000 N that follow each other, and so on from ten on.
+
     >>> Preload("10000").of_bolts, Preload.of(10000.0, (1.0, 0.5, 1.0))
     (10000.0, '10000,5000,10000')
     >>> Preload.of(37976.0, (1.0, 1.0)), Preload("10000,0").of_bolts
     ('37976', (10000.0, 0.0))
+    >>> Preload.of(10000.0, (0.5, *12 * [1.0])), len(Preload("5000,10000x12").of_bolts)
+    ('5000,10000x12', 13)
     """
 
     QUANTITY = "preload"
-    PATTERN = r"^([0-9.e+-]+(?:,[0-9.e+-]+)*)$"
+    PATTERN = r"^([0-9.e+-]+(?:x[0-9]{2,4})?(?:,[0-9.e+-]+(?:x[0-9]{2,4})?)*)$"
     MEANING = "must be a number, or one for each bolt with commas between"
 
     of_bolts: float | tuple[float, ...]
 
     def _read(self, *parts: str | None) -> None:
-        values = tuple(float(each) for each in str(parts[0]).split(","))
+        values: tuple[float, ...] = ()
+        for run in str(parts[0]).split(","):
+            value, _, count = run.partition("x")
+            values += int(count or 1) * (float(value),)
         self.of_bolts = values if len(values) > 1 else values[0]
 
     @classmethod
@@ -357,7 +372,11 @@ class Preload(ParsedName):
         """That of bolts with a preload [N] times the ratio of each, of all if there are none."""
         differ = ratios is not None and any(ratio != ratios[0] for ratio in ratios)
         factors = ratios if differ else (ratios or (1.0,))[:1]
-        return cls(",".join(f"{preload * factor:.15g}" for factor in factors))
+        runs: list[str] = []
+        for value, run in groupby(f"{preload * factor:.15g}" for factor in factors):
+            count = len(list(run))
+            runs += [f"{value}x{count}"] if count >= _LONG_RUN else count * [value]
+        return cls(",".join(runs))
 
 
 #: joint and coordinates that all others are compared with
@@ -367,6 +386,11 @@ REFERENCE = (JointName("node-to-node"), Coordinates("linear"))
 def _nearest(word: str, words: Sequence[str]) -> str:
     """The most similar of some words, or the word itself where none is."""
     return next(iter(difflib.get_close_matches(word, words, n=1)), word)
+
+
+def repeats_pattern(name: str) -> bool:
+    """Whether a name ends in a pattern as ``REPETITION``."""
+    return re.search(REPETITION, name) is not None
 
 
 def _counted(number: int, noun: str) -> str:

@@ -224,3 +224,19 @@ def test_a_circular_limit_needs_aft():
         ValueError, match=r"contact\.law: .*coupled-constant, which has no closed form"
     ):
         load_study(ROOT, study | {"solver": {"friction_force": "analytic"}})
+
+
+@pytest.mark.parametrize(
+    ("ratios", "sentence"),
+    [
+        (21 * [1, 0.5], "must not end in a pattern that stands 20 times or more"),
+        (
+            [1 - 1 / n for n in range(3, 30)],
+            "makes names of files of 375 characters with the assembly: must make at most 200",
+        ),
+    ],
+)
+def test_preloads_that_cannot_name_a_folder_are_refused(ratios, sentence):
+    with pytest.raises(ValidationError, match=sentence):
+        changed(preload_N=10, preload_ratios=ratios)
+    assert changed(preload_N=10, preload_ratios=ratios[:10]).preload.of_bolts[1] > 0

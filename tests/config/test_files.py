@@ -7,12 +7,14 @@ import pytest
 from mutations import samples
 from small_study import ASSEMBLY, CASE, SETTINGS, snakemake, write
 from snakemake.common.configfile import load_configfile
+from snakemake.io import PeriodicityDetector
 from test_strict_yaml import HOSTILE
 
 from boltjoint.config.schema import SCHEMAS
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.study.case_studies import CASE_STUDIES, INDEX, name_case_studies
 
 CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY = FILES = (
     "config/config.yaml",
@@ -142,7 +144,10 @@ def test_a_file_that_is_no_text_is_refused(study, file, content, words):
     [
         ("large", '"large" is not in config/cases; there are: small'),
         ("smal", '"smal" is not in config/cases; did you mean small?'),
-        (64 * "a", f'"{56 * "a"}... is not in config/cases'),
+        (8 * "abcdefgh", f'"{7 * "abcdefgh"}... is not in config/cases'),
+        (21 * "xyz", f'"{18 * "xyz"}xy... must not end in a pattern that stands 20 times'),
+        (20 * "a", f'"{20 * "a"}" must not end in a pattern that stands 20 times or more'),
+        (19 * "a", f'"{19 * "a"}" is not in config/cases'),
         (300 * "a", f'"{56 * "a"}... must be a file name without .yaml, of at most 64 letters'),
         ("../cases/small", '"../cases/small" must be a file name'),
         ("/etc/passwd", '"/etc/passwd" must be a file name'),
@@ -288,6 +293,53 @@ def test_a_study_file_is_not_given_as_configfile(copied):
     assert "--configfile is not for this study: name the file by --config study=FILE" in said(
         copied, "--configfile", CONFIG
     )
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "cannot be read: No such file or directory"),
+        ("", "must have a column case"),
+        ("name\nsmall\n", "must have a column case"),
+        (b"case\n\xff\n", "cannot be read as CSV: "),
+    ],
+)
+def test_an_unsuitable_index_of_the_source_is_a_line(tmp_path, content, words):
+    if content is not None:
+        data = content if isinstance(content, bytes) else content.encode()
+        (tmp_path / CASE_STUDIES).write_bytes(data)
+    with pytest.raises(ConfigError) as refused:
+        name_case_studies(tmp_path)
+    (line,) = refused.value.problems
+    assert line.startswith(f"{tmp_path / CASE_STUDIES}: {words}")
+
+
+def test_an_empty_index_of_the_source_stops_before_any_job(copied):
+    source = copied / "resources/source"
+    source.mkdir(parents=True)
+    (source / INDEX).touch()
+    assert f"resources/source/{INDEX}: must have a column file" in said(copied)
+    (source / INDEX).write_text("file,columns\n", encoding="utf-8")
+    assert f"resources/source/{CASE_STUDIES}: cannot be read: No such file" in said(copied)
+    (source / CASE_STUDIES).touch()
+    assert f"resources/source/{CASE_STUDIES}: must have a column case" in said(copied)
+
+
+def test_names_that_snakemake_refuses_are_refused_before_it_does(copied):
+    """The same names, and one repetition less, which Snakemake takes."""
+    names = [20 * "a", 21 * "xyz"]
+    for name in (*names, 19 * "a"):
+        write(copied / f"config/cases/{name}.yaml", CASE)
+    settings = SETTINGS | {"cases": ["small", *names]}
+    write(copied / CONFIG, settings)
+    output = said(copied)
+    for index, name in enumerate(names, start=1):
+        assert f'{CONFIG}: cases[{index}]: "{name}'[:60] in output
+        assert PeriodicityDetector().is_periodic(name)
+    assert output.count("must not end in a pattern that stands 20 times or more") == len(names)
+    write(copied / CONFIG, settings | {"cases": ["small", 19 * "a"]})
+    ran = snakemake(copied, "--dry-run", "--quiet", "all")
+    assert ran.returncode == 0, ran.stderr
 
 
 def said(folder, *options):

@@ -76,10 +76,10 @@ def test_a_small_study_needs_little(study):
     [
         {"ring_cells_across_width": 400, "layers_per_half_height": 300},
         {"ring_cells_along_bar": 10**6},
-        {"layers_per_half_height": 10**300},
+        {"layers_per_half_height": 10**30},
         {"layers_in_head": 10**9},
         {"element_length_free_mm": 1e-9},
-        {"element_length_free_mm": 1e-320},
+        {"element_length_free_mm": 1e-30},
     ],
 )
 def test_a_mesh_that_no_machine_holds_is_refused_by_its_key(study, divisions):

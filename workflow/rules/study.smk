@@ -37,12 +37,6 @@ def own_file(path):
 
 
 SOURCE = "resources/source"
-source_tables = [
-    own_file(f"{SOURCE}/{name}") for name in name_tables(own_file(f"{SOURCE}/{INDEX}"))
-]
-CASE_STUDIES = name_case_studies(
-    Path(source_tables[0]).parent if source_tables else None
-)
 
 if workflow.overwrite_configfiles:
     raise WorkflowError(
@@ -57,11 +51,18 @@ if workflow.modifier.path_modifier.replace_prefix("results/") != "results/":
     )
 
 try:
+    source_tables = [
+        own_file(f"{SOURCE}/{name}")
+        for name in name_tables(own_file(f"{SOURCE}/{INDEX}"))
+    ]
+    CASE_STUDIES = name_case_studies(
+        Path(source_tables[0]).parent if source_tables else None
+    )
     study = load_study(Path.cwd(), config, CASE_STUDIES)
+    needed = estimate.estimate(study)
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
 
-needed = estimate.estimate(study)
 # of this machine; what a cluster has, it knows itself
 cores = workflow.resource_settings.cores
 memory = None if cores is None else estimate.machine_memory()

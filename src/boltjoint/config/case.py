@@ -26,10 +26,21 @@ from boltjoint.config.types import (
     Unknowns,
 )
 from boltjoint.damping import Damping, LossFactor
-from boltjoint.names import Basis, Coordinates, JointName, Preload
+from boltjoint.names import (
+    REPETITION_MEANING,
+    Basis,
+    Coordinates,
+    JointName,
+    Preload,
+    repeats_pattern,
+)
 
 #: loss factor of a case that says nothing of damping; the published study does not give it
 _LOSS_FACTOR = 0.002
+
+
+#: characters of the names of an assembly and a preload; file names have 255, with other words
+_LONGEST_NAMES = 200
 
 
 class SolveBlock(Entry):
@@ -203,6 +214,7 @@ class Case(Entry):
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
         if self.preload_ratios is not None and not any(self.preload_ratios):
             yield ("preload_ratios",), "must have a ratio above 0: a bolt that carries the load"
+        yield from self._conflicts_of_preload_name()
         yield from self._conflicts_of_excitation()
         for index in range(len(self.solve)):
             yield from self._conflicts_in_block(index)
@@ -211,6 +223,18 @@ class Case(Entry):
     def place_of(self, key: str, index: int) -> KeyPath:
         """Where modes or coordinates of a block are given: in the block or in the case."""
         return (key,) if getattr(self.solve[index], key) is None else ("solve", index, key)
+
+    def _conflicts_of_preload_name(self) -> Problems:
+        """Preloads that cannot be the name of a folder and, with the assembly, of files."""
+        length = len(self.assembly) + len(self.preload)
+        if length > _LONGEST_NAMES:
+            yield (
+                ("preload_ratios",),
+                f"makes names of files of {length} characters with the assembly: must make at most "
+                f"{_LONGEST_NAMES}, by ratios of fewer digits",
+            )
+        elif repeats_pattern(self.preload):
+            yield ("preload_ratios",), REPETITION_MEANING
 
     def _conflicts_of_excitation(self) -> Problems:
         level, other = "forces_N", "accelerations_m_per_s2"

@@ -17,7 +17,7 @@ from pydantic import (
 from boltjoint.config.key_paths import key_path, owners
 from boltjoint.config.renamed import MOVED_KEYS, REMOVED_KEYS, RENAMED_KEYS, RENAMED_VALUES
 from boltjoint.config.strict_yaml import as_text, as_word
-from boltjoint.config.types import GRAMMARS, PATTERNS, KeyPath, Problems, refuse
+from boltjoint.config.types import GRAMMARS, PATTERNS, KeyPath, Problems, refuse, unforeseen
 
 
 class Entry(BaseModel):
@@ -27,7 +27,11 @@ class Entry(BaseModel):
 
     @model_validator(mode="after")
     def _values_go_together(self) -> Self:
-        refuse("contradiction", self.conflicts())
+        try:
+            problems = list(self.conflicts())
+        except Exception as error:  # of any value that no rule thought of
+            problems = [((), unforeseen("checked", error))]
+        refuse("contradiction", problems)
         return self
 
     def conflicts(self) -> Problems:

@@ -1,6 +1,7 @@
 """YAML files of a study, settings in layers, and the problems found in them, one line each."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any, TypeVar
@@ -9,8 +10,21 @@ from pydantic import ValidationError
 
 from boltjoint.config.csv_table import read_file
 from boltjoint.config.entries import Entry, choice, explain
-from boltjoint.config.strict_yaml import TextError, as_text, as_word, read_mapping, resolve_types
-from boltjoint.config.types import COMMAND_LINE, CONFIG_FILE, ConfigError, KeyPath
+from boltjoint.config.strict_yaml import (
+    TextError,
+    as_keys,
+    as_text,
+    as_word,
+    read_mapping,
+    resolve_types,
+)
+from boltjoint.config.types import (
+    COMMAND_LINE,
+    CONFIG_FILE,
+    ConfigError,
+    KeyPath,
+    refusing_exceptions,
+)
 
 EntryT = TypeVar("EntryT", bound=Entry)
 
@@ -128,19 +142,25 @@ class StudyFiles:
         """The content as a model; None, with the problems noted, if it is not one."""
         if content is None:
             return None
+        with self.checking(place if isinstance(place, str) else CONFIG_FILE):
+            try:
+                return model.model_validate(content)
+            except ValidationError as error:
+                self.note(place, explain(error, model, content))
+        return None
+
+    @contextmanager
+    def checking(self, file: str) -> Iterator[None]:
+        """Note it as a problem of a file if a check of its values ends in any exception."""
         try:
-            return model.model_validate(content)
-        except ValidationError as error:
-            self.note(place, explain(error, model, content))
-            return None
+            with refusing_exceptions(file, "checked"):
+                yield
+        except ConfigError as error:
+            self.problems += error.problems
 
     def note(self, place: str | Layers, problems: Iterable[tuple[KeyPath, str]]) -> None:
         """Keep problems of a file, or of settings, as lines."""
         for path, problem in problems:
             file = place if isinstance(place, str) else place.origin(path)
-            self.problems.append(f"{file}: {''.join(_keys(path)).removeprefix('.')}: {problem}")
-
-
-def _keys(path: KeyPath) -> Iterator[str]:
-    for part in path:
-        yield f"[{part}]" if isinstance(part, int) else f".{as_word(part)}"
+            keys = f"{as_keys(path)}: " if path else ""
+            self.problems.append(f"{file}: {keys}{problem}")

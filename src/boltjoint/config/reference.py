@@ -131,7 +131,8 @@ def _allowed(field: Schema) -> str:
         case {"const": value}:
             return f"`{value}`"
         case {"pattern": pattern}:
-            refused = "".join(f", not `{name}`" for name in field.get("not", {}).get("enum", ()))
+            of_pages = field.get("not", {}).get("anyOf", [{}])[0].get("enum", ())
+            refused = "".join(f", not `{name}`" for name in of_pages)
             return PATTERNS[pattern].removeprefix("must be ") + refused
         case {"type": kind}:
             limits = (f" {sign} {field[key]:g}" for key, sign in _LIMITS.items() if key in field)

@@ -143,6 +143,12 @@ def as_word(value: object) -> str:
     return text if re.fullmatch(r"[\w./=+~\[\]-]{1,200}", text) else as_text(value)
 
 
+def as_keys(path: KeyPath) -> str:
+    """A key path as it stands in lines, ``solve[0].joints[1]``."""
+    parts = (f"[{part}]" if isinstance(part, int) else f".{as_word(part)}" for part in path)
+    return "".join(parts).removeprefix(".")
+
+
 def _document(events: Iterator[yaml.Event]) -> Any:  # noqa: ANN401 - YAML
     """The content of the only document; None if there is none."""
     documents: list[Any] = []
@@ -154,8 +160,8 @@ def _document(events: Iterator[yaml.Event]) -> Any:  # noqa: ANN401 - YAML
     return documents[0] if documents else None
 
 
-def _content(event: yaml.Event, events: Iterator[yaml.Event], depth: int = 0) -> Any:  # noqa: ANN401
-    """The value that begins with an event; its last event has then been read."""
+def _content(event: yaml.Event, events: Iterator[yaml.Event], path: KeyPath = ()) -> Any:  # noqa: ANN401
+    """The value at a key path, which begins with an event; its last event has then been read."""
     place = event.start_mark
     if event.anchor is not None:
         _refuse(place, "anchors (&) and aliases (*) are not allowed: write the value again")
@@ -167,19 +173,19 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], depth: int = 0) ->
         try:
             return _resolve_type(event.value) if event.style is None else event.value
         except ValueError as error:
-            _refuse(place, str(error))
-    if depth == DEEPEST:
+            _refuse(place, f"{as_keys(path)}: {error}" if path else str(error))
+    if len(path) == DEEPEST:
         _refuse(place, f"is nested deeper than {DEEPEST} levels")
     if isinstance(event, yaml.SequenceStartEvent):
         inner = []
         while not isinstance(event := next(events), yaml.SequenceEndEvent):
-            inner.append(_content(event, events, depth + 1))
+            inner.append(_content(event, events, (*path, len(inner))))
         return inner
     mapping: dict[str, Any] = {}
     lines: dict[str, int] = {}
     last = ""
     while not isinstance(event := next(events), yaml.MappingEndEvent):
-        key, place = _content(event, events, depth + 1), event.start_mark
+        key, place = _content(event, events, (*path, "?")), event.start_mark
         before, written = last, getattr(event, "value", "")
         if not isinstance(key, str):
             _refuse(place, f"the key {as_text(key)} must be text{_of_decimal(before, written)}")
@@ -188,7 +194,7 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], depth: int = 0) ->
         lines[key] = place.line + 1
         event = next(events)
         last = getattr(event, "value", "")
-        mapping[key] = _content(event, events, depth + 1)
+        mapping[key] = _content(event, events, (*path, key))
     return mapping
 
 

@@ -37,6 +37,7 @@ from boltjoint.config.sweep import Sweep, Table
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
     CASE_FOLDER,
+    CONFIG_FILE,
     SWEEP_FOLDER,
     KeyPath,
     Problems,
@@ -197,57 +198,64 @@ def load_study(
     gap_maps = _read_gap_maps(assemblies, files)
     for name, assembly in assemblies.items():
         if assembly is not None:
-            found = conflicts_of_gap(assembly, gap_maps)
-            content = assembly.model_dump()
-            files.note(_assembly_file(name), (with_value(content, *each) for each in found))
+            with files.checking(_assembly_file(name)):
+                found = conflicts_of_gap(assembly, gap_maps)
+                content = assembly.model_dump()
+                files.note(_assembly_file(name), (with_value(content, *each) for each in found))
 
     for name, case in cases.items():
         if case is not None:
-            assembly = assemblies[case.assembly]
-            problems = conflicts_of_case(case, assembly, settings, published)
-            if name not in runs:
-                # only that is solved which its sweeps ask for
-                problems = [
-                    *conflicts_of_preload(case, assembly),
-                    *conflicts_of_points(case, assembly),
-                ]
-            found = (with_value(contents[name], *problem) for problem in dict.fromkeys(problems))
-            files.note(_case_file(name), found)
-    if all(cases.values()):
-        if not files.problems:
-            compared = settings.convergence.bases
-            for name, key, sentence in other_preloads(cases, assemblies, compared):
-                problem = with_value(contents[name], (key,), sentence)
-                files.note(_case_file(name), [problem])
-        for name, sentence in missing_preloads(cases.values(), assemblies):
-            files.note(_assembly_file(name), [(("preload_N",), sentence)])
+            with files.checking(_case_file(name)):
+                assembly = assemblies[case.assembly]
+                problems = conflicts_of_case(case, assembly, settings, published)
+                if name not in runs:
+                    # only that is solved which its sweeps ask for
+                    problems = [
+                        *conflicts_of_preload(case, assembly),
+                        *conflicts_of_points(case, assembly),
+                    ]
+                found = (
+                    with_value(contents[name], *problem) for problem in dict.fromkeys(problems)
+                )
+                files.note(_case_file(name), found)
+    with files.checking(CONFIG_FILE):
+        if all(cases.values()):
+            if not files.problems:
+                compared = settings.convergence.bases
+                for name, key, sentence in other_preloads(cases, assemblies, compared):
+                    problem = with_value(contents[name], (key,), sentence)
+                    files.note(_case_file(name), [problem])
+            for name, sentence in missing_preloads(cases.values(), assemblies):
+                files.note(_assembly_file(name), [(("preload_N",), sentence)])
     designs, varied, variants = {}, {}, {}
     for name, sweep in sweeps.items():
         if sweep is not None and (case := cases.get(sweep.case)) is not None:
             file, assembly = f"{SWEEP_FOLDER}/{name}.yaml", assemblies[case.assembly]
-            if assembly is None or settings is None:
-                continue
-            allowed = keys_that_vary(case, assembly, sweep.joint)
-            problems = list(conflicts_of_sweep(sweep, case, assembly, settings, allowed))
-            columns = None
-            if isinstance(sweep.design, Table):
-                columns = _read_designs(sweep.design.file, allowed, files)
-            if not files.problems:
-                keys = columns or sweep.vary
-                problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
-            if not problems and not files.problems:
-                if columns is None and not all(map(is_rescaled, sweep.vary)):
-                    columns = design_columns(sweep.vary, sweep.design)
-                conflicts = partial(_conflicts_of_variant, settings=settings, gap_maps=gap_maps)
-                found = find_variants(sweep, case, assembly, columns or {}, conflicts)
-                problems += conflicts_of_variants(sweep, found)
-                variants[name] = tuple(found)
-            varied[name] = tuple(sweep.vary or columns or ())
-            files.note(file, (with_value(contents[file], *each) for each in problems))
-            designs[name] = sweep.designs or len(next(iter((columns or {0: ()}).values())))
-    if settings is not None:
-        problems = conflicts_of_convergence(settings, cases.values(), assemblies)
-        files.note(layers, (with_value(layers.content, *problem) for problem in problems))
+            with files.checking(file):
+                if assembly is None or settings is None:
+                    continue
+                allowed = keys_that_vary(case, assembly, sweep.joint)
+                problems = list(conflicts_of_sweep(sweep, case, assembly, settings, allowed))
+                columns = None
+                if isinstance(sweep.design, Table):
+                    columns = _read_designs(sweep.design.file, allowed, files)
+                if not files.problems:
+                    keys = columns or sweep.vary
+                    problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
+                if not problems and not files.problems:
+                    if columns is None and not all(map(is_rescaled, sweep.vary)):
+                        columns = design_columns(sweep.vary, sweep.design)
+                    conflicts = partial(_conflicts_of_variant, settings=settings, gap_maps=gap_maps)
+                    found = find_variants(sweep, case, assembly, columns or {}, conflicts)
+                    problems += conflicts_of_variants(sweep, found)
+                    variants[name] = tuple(found)
+                varied[name] = tuple(sweep.vary or columns or ())
+                files.note(file, (with_value(contents[file], *each) for each in problems))
+                designs[name] = sweep.designs or len(next(iter((columns or {0: ()}).values())))
+    with files.checking(CONFIG_FILE):
+        if settings is not None:
+            problems = conflicts_of_convergence(settings, cases.values(), assemblies)
+            files.note(layers, (with_value(layers.content, *problem) for problem in problems))
 
     files.refuse_problems()
     found = {
@@ -279,7 +287,8 @@ def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]
 
 
 def _is_name(value: object) -> bool:
-    return isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
+    is_file_name = isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
+    return is_file_name and not names.repeats_pattern(value)
 
 
 def _read_designs(

@@ -9,13 +9,13 @@ from boltjoint.config.distributions import Range, Values
 from boltjoint.config.entries import Entry
 from boltjoint.config.types import (
     INTEGRAL,
+    CaseName,
     Count,
     DataFile,
     Description,
     Joint,
     ModalBasis,
     ModesCount,
-    Name,
     Positive,
     Problems,
     Several,
@@ -99,7 +99,7 @@ class Sweep(Entry):
 
     description: Description = ""
     """Description of the sweep in one line; no result depends on it."""
-    case: Name
+    case: CaseName
     """The base case: a file of ``cases/`` without ``.yaml``. What does not vary is as it says."""
     vary: dict[str, Values] = Field({})
     """Keys that vary, each with its values: a list, a range or a distribution. Of the base case as

@@ -58,11 +58,15 @@ def refusing_exceptions(place: str, what: str) -> Iterator[None]:
     except ConfigError:
         raise
     except Exception as error:
-        reason = f"{type(error).__name__}: {error}"[:200]
-        raise ConfigError([f"{place}: cannot be {what}: its values end in {reason}"]) from error
+        raise ConfigError([f"{place}: {unforeseen(what, error)}"]) from error
 
 
-def refuse(kind: str, problems: Problems) -> None:
+def unforeseen(what: str, error: Exception) -> str:
+    """What is said of values with which something ends in an exception."""
+    return f"cannot be {what}: ends in {type(error).__name__}: {str(error)[:200]}"
+
+
+def refuse(kind: str, problems: Iterable[tuple[KeyPath, str]]) -> None:
     """Make the problems of a value known to pydantic, if there are any.
 
     Parameters
@@ -93,6 +97,12 @@ def _no_page(name: str) -> str:
     return name
 
 
+def _no_repetition(name: str) -> str:
+    if names.repeats_pattern(name):
+        refuse("rule", iter([((), names.REPETITION_MEANING)]))
+    return name
+
+
 #: makes numbers such as 5e3 whole ones; it comes last, or pydantic leaves limits out of the schema
 INTEGRAL = BeforeValidator(_integral)
 # strict: true and false are not numbers
@@ -109,10 +119,15 @@ Distinct = Annotated[
 ]
 Several = Distinct[Annotated[tuple[ItemT, ...], Field(min_length=1)]]
 
-Name = Annotated[str, Field(pattern=names.NAME)]
+_OF_PAGE, _REPETITION = {"enum": list(names.PAGES)}, {"pattern": names.REPETITION}
+Name = Annotated[
+    str,
+    Field(pattern=names.NAME, json_schema_extra={"not": _REPETITION}),
+    AfterValidator(_no_repetition),
+]
 CaseName = Annotated[
     Name,
-    Field(json_schema_extra={"not": {"enum": list(names.PAGES)}}),
+    Field(json_schema_extra={"not": {"anyOf": [_OF_PAGE, _REPETITION]}}),
     AfterValidator(_no_page),
 ]
 DataFile = Annotated[str, Field(pattern=names.DATA_FILE)]

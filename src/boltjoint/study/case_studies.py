@@ -3,6 +3,8 @@
 import csv
 from pathlib import Path
 
+from boltjoint.config.types import ConfigError
+
 #: files of a folder of published tables: its case studies, and its index of all tables
 CASE_STUDIES = "case_studies.csv"
 INDEX = "tables.csv"
@@ -12,14 +14,24 @@ _BESIDE_TABLES = (INDEX, "figures.csv", "natural_frequencies.csv")
 
 
 def name_case_studies(folder: Path | None) -> list[str]:
-    """Names of the case studies among published tables; none without their folder."""
-    if folder is None:
-        return []
-    return _column(folder / CASE_STUDIES, "case")
+    """Names of the case studies among published tables; none without their folder.
+
+    Raises
+    ------
+    ConfigError
+        If the file of case studies cannot be read.
+    """
+    return [] if folder is None else _column(folder / CASE_STUDIES, "case")
 
 
 def name_tables(index: str | Path) -> list[str]:
-    """Names of all files of published tables, by their index; none without an index."""
+    """Names of all files of published tables, by their index; none without an index.
+
+    Raises
+    ------
+    ConfigError
+        If the index cannot be read.
+    """
     index = Path(index)
     if not index.is_file():
         return []
@@ -27,5 +39,14 @@ def name_tables(index: str | Path) -> list[str]:
 
 
 def _column(path: Path, name: str) -> list[str]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return [row[name] for row in csv.DictReader(file)]
+    """The cells of a column of a CSV file; a ``ConfigError`` if it has none or cannot be read."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = csv.DictReader(file)
+            if name not in (rows.fieldnames or ()):
+                raise ConfigError([f"{path}: must have a column {name}, as in the project's own"])
+            return [row[name] for row in rows]
+    except OSError as error:
+        raise ConfigError([f"{path}: cannot be read: {error.strerror}"]) from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ConfigError([f"{path}: cannot be read as CSV: {error}"]) from None

@@ -30,7 +30,13 @@ from typing import NamedTuple
 
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
-from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER, CONFIG_FILE, SWEEP_FOLDER
+from boltjoint.config.types import (
+    ASSEMBLY_FOLDER,
+    CASE_FOLDER,
+    CONFIG_FILE,
+    SWEEP_FOLDER,
+    refusing_exceptions,
+)
 from boltjoint.names import JointName
 from boltjoint.structure.bolts import yield_warning
 from boltjoint.study.artefact_list import Contents
@@ -126,8 +132,16 @@ class _Job(NamedTuple):
 
 
 def estimate(study: Study) -> Estimate:
-    """What a study needs: memory of its largest job, and time of all jobs."""
-    jobs, variants = list(_jobs(Contents(study))), study.possible_variants()
+    """What a study needs: memory of its largest job, and time of all jobs.
+
+    Raises
+    ------
+    ConfigError
+        If the values of a file cannot be estimated.
+    """
+    with refusing_exceptions(CONFIG_FILE, "planned"):
+        contents = Contents(study)
+    jobs, variants = list(_jobs(contents)), study.possible_variants()
     largest = max(jobs, key=lambda job: job.memory)
     return Estimate(
         memory=largest.memory,
@@ -241,12 +255,15 @@ class Resources:
 
 def _jobs(contents: Contents) -> Iterator[_Job]:
     varied = (each.assembly_name for each in contents.study.possible_variants())
-    for name in dict.fromkeys([*contents.study.assemblies, *varied]):
-        yield from _of_assembly(contents, name)
-    for name in contents.study.cases:
-        yield from _of_case(contents, name)
-    for name in contents.study.sweeps:
-        yield from _of_sweep(contents, name)
+    of_folders = {
+        ASSEMBLY_FOLDER: (_of_assembly, dict.fromkeys([*contents.study.assemblies, *varied])),
+        CASE_FOLDER: (_of_case, contents.study.cases),
+        SWEEP_FOLDER: (_of_sweep, contents.study.sweeps),
+    }
+    for folder, (jobs_of, names) in of_folders.items():
+        for name in names:
+            with refusing_exceptions(f"{folder}/{name}.yaml", "estimated"):
+                yield from jobs_of(contents, name)
 
 
 def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:

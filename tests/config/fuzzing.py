@@ -1,0 +1,256 @@
+"""A small study of files of every kind, and random changes of one of them at a time.
+
+Values are of any type and magnitude, in YAML under any key and in CSV in any cell; lines of a text
+are cut, repeated and strewn with characters. Every change follows from its seed.
+"""
+
+import copy
+import json
+import random
+import re
+import string
+
+import yaml
+from small_study import ASSEMBLY, CASE, SETTINGS, SWEEP, VARIABLE
+
+DISTRIBUTIONS = {
+    "loss_factor": {"kind": "triangular", "lowest": 0.001, "likeliest": 0.002, "highest": 0.004},
+    "contact.friction_coefficient": {
+        "kind": "lognormal",
+        "mean": 0.1,
+        "coefficient_of_variation": 0.2,
+    },
+    "contact.tangential_stiffness_N_per_m": {"kind": "log", "lowest": 1e8, "highest": 1e9},
+    "contact.normal_stiffness_N_per_m": {"kind": "normal", "mean": 1e8, "standard_deviation": 1e6},
+    "assembly.bar.lap_mm": [62, 64.0],
+    "joint.regions": [2, 3],
+}
+SAMPLES = {
+    "case": "shaped",
+    "vary": DISTRIBUTIONS,
+    "levels": [5, 20],
+    "design": {"kind": "latin-hypercube", "number": 20, "seed": 1},
+    "basis": "free-2",
+    "joint": "regions=3",
+    "amplitudes_mm": [0.01, 1],
+    "observe": ["peaks", "backbone"],
+}
+FORCE = {"x_mm": 100, "y_mm": 0, "z_mm": 10, "direction": "z"}
+POINTS = {
+    "excitation": {"kind": "forces", "points": [FORCE | {"phase_deg": 90.0}]},
+    "sensors": [FORCE | {"name": "lap"}],
+}
+GAP = {"flatness_um": 5, "waviness_um": 1, "wavelength_mm": 60}
+
+#: content of the YAML files, by kind
+CONTENTS = {
+    "config": {
+        "config/config.yaml": SETTINGS
+        | {
+            "cases": ["small", "shaped"],
+            "sweeps": ["grid", "samples", "table"],
+            "assemblies": ["two_bolt", "mapped"],
+            "omit": ["timing"],
+            "solver": {"friction_force": "aft", "harmonics": 3, "time_samples": 64},
+            "hyper_reduction": {"frequency_tolerance": 0.001},
+        }
+    },
+    "assembly": {
+        "config/assemblies/two_bolt.yaml": ASSEMBLY,
+        "config/assemblies/mapped.yaml": ASSEMBLY
+        | {"contact": {"gap_um": "config/map.csv"}, "preload_N": 1000},
+        "config/assemblies/shaped.yaml": ASSEMBLY | {"contact": {"gap_um": GAP}},
+    },
+    "case": {
+        "config/cases/small.yaml": CASE | POINTS | {"solve": CASE["solve"][:2]},
+        "config/cases/shaped.yaml": VARIABLE
+        | {"assembly": "shaped", "preload_ratios": [1, 0.5], "regions": {"motion": "mean"}},
+    },
+    "sweep": {
+        "config/sweeps/grid.yaml": SWEEP,
+        "config/sweeps/samples.yaml": SAMPLES,
+        "config/sweeps/table.yaml": {
+            "case": "small",
+            "design": {"kind": "table", "file": "config/designs.csv"},
+            "basis": "free-2",
+            "joint": "regions=3/elements=2",
+        },
+    },
+}
+#: text of all files, by kind
+TEXTS = {
+    kind: {file: yaml.safe_dump(content) for file, content in contents.items()}
+    for kind, contents in CONTENTS.items()
+} | {
+    "table of designs": {
+        "config/designs.csv": "preload_N,contact.friction_coefficient,assembly.bar.lap_mm\n"
+        "10000,0.1,62\n12000,0.2,62\n11000,0.15,64\n"
+    },
+    "map of a gap": {
+        "config/map.csv": "x_mm,y_mm,gap_um\n"
+        + "".join(f"{x},{y},{x * x / 100}\n" for x in (-40, 0, 40) for y in (-10, 0, 10))
+    },
+}
+KINDS = tuple(TEXTS)
+
+#: words that mean something somewhere
+WORDS = sorted(
+    set(re.findall(r"[\w./=-]+", " ".join(json.dumps(each) for each in CONTENTS.values())))
+)
+#: characters that mean something in YAML and CSV, in a file name or on a screen
+ODD = "\n\r\t\0\x1b\u2028\ufeff\ud7ffé😀١,;:\"'#&*!|>%@`{}[]()-~.=/\\<$ \xa0"
+
+
+def write_study(folder):
+    """Write all files."""
+    for texts in TEXTS.values():
+        for file, text in texts.items():
+            (folder / file).parent.mkdir(parents=True, exist_ok=True)
+            (folder / file).write_text(text, encoding="utf-8")
+
+
+def mutation(seed, kind):
+    """A file of a kind and its text with random changes."""
+    chance = random.Random(f"{kind} {seed}")
+    file = chance.choice(list(TEXTS[kind]))
+    if kind in CONTENTS and chance.random() < 0.7:
+        return file, _dumped(_changed(CONTENTS[kind][file], chance), chance)
+    if kind not in CONTENTS and chance.random() < 0.6:
+        return file, _other_cells(TEXTS[kind][file], chance)
+    return file, _strewn(TEXTS[kind][file], chance)
+
+
+def _changed(content, chance):
+    """The content with other values, or without or with keys, in one to three places."""
+    content = copy.deepcopy(content)
+    for _ in range(chance.choice([1, 1, 1, 2, 3])):
+        places = list(_places(content))
+        if not places:
+            break
+        holder, key = chance.choice(places)
+        match chance.choice(["magnitude"] * 4 + ["value"] * 3 + ["empty", "key", "less", "more"]):
+            case "magnitude":
+                # the type that is asked for, most of the time
+                numbers = [(h, k) for h, k in places if type(h[k]) in (int, float)]
+                if numbers:
+                    holder, key = chance.choice(numbers)
+                holder[key] = _number(chance)
+            case "value":
+                holder[key] = _value(chance)
+            case "empty":
+                holder[key] = type(holder[key])()
+            case "key" if isinstance(holder, dict):
+                holder[_word(chance)] = holder.pop(key)
+            case "less":
+                del holder[key]
+            case _ if isinstance(holder, dict):
+                holder[_word(chance)] = _value(chance)
+            case _:
+                holder.insert(key, chance.choice([holder[key], _value(chance)]))
+    return content
+
+
+def _places(content):
+    """Each mapping or list with each of its keys."""
+    for key in list(content) if isinstance(content, dict) else range(len(content)):
+        yield content, key
+        if isinstance(content[key], dict | list):
+            yield from _places(content[key])
+
+
+def _number(chance):
+    """A number of any magnitude."""
+    match chance.randrange(6):
+        case 0:
+            return chance.choice([0, -0.0, 1, 2, -1, 5e-324, 1.8e308, 2**31, 2**63, 2**64, 10**308])
+        case 1:
+            return chance.choice([1, -1]) * chance.randrange(10 ** chance.randrange(1, 320))
+        case 2:
+            return chance.randrange(100)
+        case _:
+            sign = chance.choice([1, 1, 1, -1])
+            return sign * chance.uniform(1, 9) * 10 ** chance.uniform(-323, 307)
+
+
+def _word(chance):
+    """A word of the study, or of any characters and length."""
+    match chance.randrange(4):
+        case 0:
+            return chance.choice(WORDS)
+        case 1:
+            letters = string.printable + ODD
+            return "".join(chance.choices(letters, k=chance.choice([0, 1, 5, 30, 300])))
+        case 2:
+            return chance.choice(WORDS)[: chance.randrange(1, 9)] * chance.randrange(1, 30)
+        case _:
+            return chance.choice(WORDS).replace(chance.choice("abe_-=."), chance.choice(ODD))
+
+
+def _value(chance, depth=0):
+    """A value of any type."""
+    match chance.randrange(4 if depth > 3 else 7):
+        case 0:
+            return chance.choice([None, True, False, "", [], {}])
+        case 1 | 2:
+            return _number(chance)
+        case 3:
+            return _word(chance)
+        case 4:
+            return str(_number(chance))
+        case 5:
+            return [_value(chance, depth + 1) for _ in range(chance.randrange(4))]
+        case _:
+            return {_word(chance): _value(chance, depth + 1) for _ in range(chance.randrange(4))}
+
+
+def _dumped(content, chance):
+    """The content as text, in one of the ways to write it."""
+    if chance.random() < 0.5:
+        return json.dumps(content, ensure_ascii=chance.random() < 0.5)
+    return yaml.safe_dump(content, allow_unicode=True, default_flow_style=chance.random() < 0.3)
+
+
+def _other_cells(text, chance):
+    """A CSV text with other cells, or another number of them."""
+    rows = [line.split(",") for line in text.splitlines()]
+    for _ in range(chance.choice([1, 1, 2, 3])):
+        row = chance.choice(rows[:1] + 3 * rows[1:])
+        column = chance.randrange(len(row))
+        match chance.randrange(6):
+            case 0:
+                row[column] = _word(chance)
+            case 1:
+                del row[column]
+                row += [] if row else [""]
+            case 2:
+                row.insert(column, str(_number(chance)))
+            case 3:
+                rows.insert(chance.randrange(len(rows)), list(row))
+            case _:
+                row[column] = str(_number(chance))
+    return chance.choice(["\n", "\r\n"]).join(chance.choice(",,,;\t").join(row) for row in rows)
+
+
+def _strewn(text, chance):
+    """A text with characters or lines that are cut, repeated, put in or exchanged."""
+    for _ in range(chance.choice([1, 1, 2, 5, 20])):
+        here, there = sorted(chance.randrange(len(text) + 1) for _ in range(2))
+        there = min(there, here + chance.choice([1, 1, 4, 40, 400]))
+        match chance.randrange(6):
+            case 0:
+                text = text[:here] + text[there:]
+            case 1:
+                text = text[:here] + chance.choice(string.printable + ODD) + text[here:]
+            case 2:
+                text = text[:here] + text[here:there] * chance.choice([2, 3, 100]) + text[there:]
+            case 3:
+                text = text[:here] + json.dumps(_value(chance)) + text[there:]
+            case 4:
+                lines = text.splitlines(keepends=True)
+                chance.shuffle(lines)
+                text = "".join(lines)
+            case _:
+                text = text[:here] + _word(chance) + text[there:]
+        if not text:
+            break
+    return text
