@@ -102,8 +102,9 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(
     (line,) = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
     assert str(damaged.relative_to(copied)) in line and "checksum" in line
     assert "Traceback" not in ran.stderr
-    logs = (copied / f"results/logs/{rule}").rglob("*.log")
-    (log,) = [text for each in logs if line in (text := each.read_text())]
+    logs = {path: path.read_text() for path in (copied / "results/logs").rglob("*.log")}
+    ((path, log),) = [each for each in logs.items() if line in each[1]]
+    assert rule in str(path.relative_to(copied))
     assert "Traceback" in log
     # what it would have written is gone, and comes back with what it is made from
     assert not (copied / made_of_it).exists()
