@@ -20,13 +20,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
-from boltjoint.friction.modal_aft import (
-    HarmonicBasis,
-    ModalElements,
-    ModalTangent,
-    modal_force_and_tangent,
-    slider_delay,
-)
+from boltjoint.friction.modal_elements import HarmonicBasis, ModalElements, ModalTangent
 
 
 @dataclass(frozen=True)
@@ -143,13 +137,13 @@ class AlternatingFrequencyTime(FrictionLaw):
             If shapes do not fit each other, the elements and the components.
         """
         amplitude, elements = self._in_modes(rows, amplitude)
-        return modal_force_and_tangent(elements, self._basis, amplitude)
+        return elements.force_and_tangent(self._basis, amplitude)
 
     def modal_slider_delay(self, rows: tuple[Array, ...], amplitude: Array) -> Array:
         """What the delay of the sliders adds to the derivative of ``modal_force_and_tangent``.
 
         That is by the rate, over a period, at which a change of the motion grows
-        (``modal_aft.slider_delay``).
+        (``ModalElements.delay``).
 
         Parameters
         ----------
@@ -167,7 +161,7 @@ class AlternatingFrequencyTime(FrictionLaw):
             As for ``modal_force_and_tangent``.
         """
         amplitude, elements = self._in_modes(rows, amplitude)
-        return slider_delay(elements, self._basis, amplitude)
+        return elements.delay(self._basis, amplitude)
 
     def _in_modes(self, rows: tuple[Array, ...], amplitude: Array) -> tuple[Array, ModalElements]:
         """Modal coordinates by component, checked, and the elements in modal coordinates."""
@@ -179,19 +173,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
         if min(map(len, rows)) < self._points:
             raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
-        sliders = self.elements.cached_sliders
-        on, lateral = sliders.point, sliders.lateral
-        R = rows[0][on] if lateral is None else np.where(lateral[:, None], rows[1][on], rows[0][on])
-        N = V = None
-        if sliders.normal_stiffness is not None:
-            N = rows[-1][on]
-            V = sliders.normal_stiffness[:, None] * N
-            if lateral is not None:
-                # two sliders have a normal load in common, and it acts once
-                N = np.where(lateral[:, None], 0.0, N)
-        X = sliders.tangential_stiffness[:, None] * R
-        of_sliders = sliders.normal_load, sliders.friction_coefficient
-        return amplitude, ModalElements(R, N, X, V, *of_sliders)
+        return amplitude, self.elements.in_modes(rows)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         return self.elements.states_at_samples(self._displacement(motion))

@@ -20,7 +20,7 @@ D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Appl
 (2005) 752-760.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, exp, hypot, lgamma, pi, sqrt
@@ -31,19 +31,19 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.compiled import kept_loop, loop
+from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import IWAN, LawDeclaration
+from boltjoint.friction.iwan_at_samples import Hysteresis, ModalIwan
 from boltjoint.friction.kernels import Elements
 from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
+from boltjoint.friction.modal_elements import ModalElements
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding
 _TERMS = 52
 
 #: smallest slip displacement over phi_max of the sliders that stand for an element
 _SMALLEST = 1e-6
-
-#: reversals of the motion that are remembered: one harmonic needs three
-_REVERSALS = 8
 
 
 @dataclass(frozen=True)
@@ -161,13 +161,38 @@ class FourParameterIwan(ElementLaw):
         """As of any law, by Masing's rule with a memory of the reversals: exact at the samples."""
         phase = 2 * np.pi * np.arange(1, samples + 1) / samples
         table = np.column_stack([np.ones(samples), np.sin(phase), np.cos(phase)])
-        force = np.zeros_like(motion)
-        _follow(self.compiled_elements, motion, table, force)
-        return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
+        force, weight = np.zeros_like(motion), np.array([1.0, 2.0, 2.0]) / samples
+        found = self._hysteresis(motion[:, :3] @ table.T)
+        np.add.at(force[:, :3], self.point_of_element, found.force @ table * weight)
+        return force
+
+    def evaluate_at_samples(self, motion: Array, tables: SampleTables, tangent: Array) -> Array:
+        """As of any law, by Masing's rule."""
+        on, force = self.point_of_element, np.zeros_like(motion)
+        found = self._hysteresis(motion @ tables.synthesis)
+        np.add.at(force, on, found.force @ tables.synthesis.T * tables.weight)
+        if tangent.size:
+            np.add.at(tangent, on, found.tangents(tables.synthesis, tables.weight))
+        return force
+
+    def in_modes(self, rows: Sequence[Array]) -> ModalElements:
+        """The elements in modal coordinates, for AFT, by Masing's rule."""
+        return ModalIwan(rows[0][self.point_of_element], self.compiled_elements.quantities)
+
+    def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
+        """State of each element over a period of samples: some of it slips unless it is at rest."""
+        return self._states_by(displacement[:, 0].any(axis=1))
+
+    def _hysteresis(self, displacement: Array) -> Hysteresis:
+        """Of the elements along displacements of the points, (points, samples)."""
+        return Hysteresis.of(self.compiled_elements.quantities, displacement[self.point_of_element])
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
-        moves = np.hypot(motion[:, 0], motion[:, 1])[self.point_of_element] > 0
-        return np.where(moves, STICK_SLIP, STICK).astype(np.int8)
+        return self._states_by(motion.any(axis=1))
+
+    def _states_by(self, moves: NDArray[np.bool_]) -> NDArray[np.int8]:
+        """States by whether points move, (points,)."""
+        return np.where(moves[self.point_of_element], STICK_SLIP, STICK).astype(np.int8)
 
     @cached_property
     def _power_law_stiffness(self) -> Array:
@@ -257,59 +282,3 @@ def _add_forces(elements: Elements, motion: Array, force: Array, tangent: Array)
         tangent[p, 0, 1] += -imag + g_s * unit_c
         tangent[p, 1, 0] += imag + g_c * unit_s
         tangent[p, 1, 1] += real + g_c * unit_c
-
-
-@loop
-def _first_loading(k_p: float, phi: float, chi: float, beta: float, u: float) -> float:
-    """Force on first loading by u >= 0."""
-    part = min(u / phi, 1.0)
-    return k_p * phi * part * (1 + beta - part ** (chi + 1) / (chi + 2))
-
-
-@kept_loop
-def _follow(elements: Elements, motion: Array, table: Array, force: Array) -> None:
-    """Sum the friction of all elements over a second period, times 1, sine and cosine.
-
-    From a reversal at (u_r, f_r) the force is ``f_r +- 2 F(|u - u_r| / 2)`` (Masing), until it
-    meets the curve that was left at the reversal before, and follows that one again.
-    """
-    point_of_element, quantities, _ = elements
-    k_p, phi, chi, beta = quantities[0], quantities[1], quantities[2], quantities[3]
-    samples = len(table)
-    at, held = np.empty(_REVERSALS), np.empty(_REVERSALS)
-    for e in range(point_of_element.size):
-        p = point_of_element[e]
-        shape = k_p[e], phi[e], chi[e], beta[e]
-        # from the assembled state to the start of the period, sine 0 and cosine 1
-        u = motion[p, 0] + motion[p, 2]
-        direction, count = np.sign(u), 0
-        for i in range(2 * samples):
-            row = table[i % samples]
-            new = motion[p, 0] * row[0] + motion[p, 1] * row[1] + motion[p, 2] * row[2]
-            heading = np.sign(new - u)
-            if heading not in (0.0, direction) and direction != 0.0:
-                held[count] = _on_branch(shape, at, held, count, u)
-                at[count] = u
-                count += 1
-            if heading != 0.0:
-                direction = heading
-            u = new
-            while count > 1 and (u - at[count - 2]) * direction >= 0:
-                count -= 2
-            if count == 1 and (u + at[0]) * direction >= 0:
-                count = 0
-            if i >= samples:
-                friction = _on_branch(shape, at, held, count, u)
-                for j in range(3):
-                    force[p, j] += friction * row[j]
-
-
-@loop
-def _on_branch(
-    shape: tuple[float, float, float, float], at: Array, held: Array, count: int, u: float
-) -> float:
-    """Force at u after this number of reversals."""
-    if count == 0:
-        return np.sign(u) * _first_loading(*shape, abs(u))
-    moved = u - at[count - 1]
-    return held[count - 1] + np.sign(moved) * 2 * _first_loading(*shape, abs(moved) / 2)

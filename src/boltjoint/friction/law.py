@@ -5,7 +5,7 @@ can also be made from the contact under preload, stored, and followed in time.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Self
@@ -18,7 +18,9 @@ from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.declarations import LawDeclaration
 from boltjoint.friction.kernels import Elements
-from boltjoint.friction.sliders_at_samples import slider_forces
+from boltjoint.friction.modal_aft import ModalSliders
+from boltjoint.friction.modal_elements import ModalElements
+from boltjoint.friction.sliders_at_samples import Sliders, slider_forces
 from boltjoint.friction.sliders_in_time import integrate_friction
 
 Array = NDArray[np.float64]
@@ -44,26 +46,6 @@ class ContactPairs:
         if np.ndim(value) == 0:
             return np.full(self.normal_load.size, checks.number(name, value, **limits))
         return checks.array(name, value, self.normal_load.shape, **limits)
-
-
-@dataclass(frozen=True)
-class Sliders:
-    """Springs in series with sliders, whose forces add up to those of the elements of a law.
-
-    They follow any motion, so they are what AFT and time integration know of a law. Each belongs to
-    an ``element``, acts on a ``point``, both counted from 0, and slips at the friction coefficient
-    times the normal load [N], which is constant where ``normal_stiffness`` is None; all have the
-    shape (sliders,). Those that are ``lateral`` slide along the width of the bar, and have the
-    normal spring in common with another slider of their element; None where all slide along it.
-    """
-
-    element: NDArray[np.int64]
-    point: NDArray[np.int64]
-    tangential_stiffness: Array
-    normal_stiffness: Array | None
-    normal_load: Array
-    friction_coefficient: Array
-    lateral: NDArray[np.bool_] | None = None
 
 
 class FrictionLaw(ABC):
@@ -288,6 +270,16 @@ class ElementLaw(FrictionLaw):
             To which the tangents are added, or empty.
         """
         return slider_forces(self.cached_sliders, motion, tables, tangent)
+
+    def in_modes(self, rows: Sequence[Array]) -> ModalElements:
+        """The elements in modal coordinates, for AFT; here the ``sliders`` of the law.
+
+        Parameters
+        ----------
+        rows
+            Modal rows of the points in each direction [kg^-1/2], each (points, modes).
+        """
+        return ModalSliders.of(self.cached_sliders, rows)
 
     def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
         """State of each element over a period of samples; here by the ``sliders`` of the law.

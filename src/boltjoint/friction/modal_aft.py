@@ -7,8 +7,8 @@ contact states, and those by the displacement at the samples that determine slid
 grows with the number of elements, and with the square of the harmonics only as the Jacobian does.
 """
 
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.linalg import multi_dot
@@ -22,10 +22,12 @@ from boltjoint.friction.aft_kernels import (
     SLIP_NEGATIVE,
     SLIP_POSITIVE,
     STICK,
+    Array,
     move_through_period,
     slider_derivative,
 )
-from boltjoint.friction.law import Array
+from boltjoint.friction.modal_elements import HarmonicBasis
+from boltjoint.friction.sliders_at_samples import Sliders
 
 #: samples whose derivatives are transformed to harmonics at once, so that they stay small
 _SAMPLES_AT_ONCE = 64
@@ -33,8 +35,8 @@ _SAMPLES_AT_ONCE = 64
 _ELEMENTS_AT_ONCE = 4096
 
 
-class ModalElements(NamedTuple):
-    """Elements in modal coordinates.
+class ModalSliders(NamedTuple):
+    """Springs with sliders in modal coordinates.
 
     ``x = X q`` and ``n = n0 + V q`` are the forces of their springs; R and N, of the same shape
     (elements, modes), project friction force and normal load onto the modes; V and N are None
@@ -49,20 +51,35 @@ class ModalElements(NamedTuple):
     normal_load: Array
     friction_coefficient: Array
 
+    @classmethod
+    def of(cls, sliders: Sliders, rows: Sequence[Array]) -> Self:
+        """Sliders by the modal rows of their points in each direction, each (points, modes)."""
+        on, lateral = sliders.point, sliders.lateral
+        R = rows[0][on] if lateral is None else np.where(lateral[:, None], rows[1][on], rows[0][on])
+        N = V = None
+        if sliders.normal_stiffness is not None:
+            N = rows[-1][on]
+            V = sliders.normal_stiffness[:, None] * N
+            if lateral is not None:
+                # two sliders have a normal load in common, and it acts once
+                N = np.where(lateral[:, None], 0.0, N)
+        X = sliders.tangential_stiffness[:, None] * R
+        return cls(R, N, X, V, sliders.normal_load, sliders.friction_coefficient)
 
-class HarmonicBasis(NamedTuple):
-    """Components of motion and force: ``harmonic`` number and ``is_sine``, shape (components,).
+    def force_and_tangent(
+        self, basis: HarmonicBasis, amplitude: Array
+    ) -> tuple[Array, "ModalSliderTangent"]:
+        """As ``ModalElements.force_and_tangent``."""
+        x, n = _spring_forces(self, amplitude, basis)
+        friction = np.empty_like(x)
+        changes = _Changes(*_follow(x, n, self.friction_coefficient, friction))
+        load = np.maximum(n, 0.0) - np.maximum(self.normal_load, 0.0)[:, None]
+        force = _in_modes(self, basis, friction, load)
+        return force, ModalSliderTangent(self, basis, changes, (x, n, friction, load))
 
-    ``synthesis`` has their values at the samples, shape (components, samples); ``weight`` that of a
-    sample in each; ``mean`` the sums of the weighted values up to a sample, (samples + 1,
-    components).
-    """
-
-    harmonic: NDArray[np.int64]
-    is_sine: NDArray[np.bool_]
-    synthesis: Array
-    weight: Array
-    mean: Array
+    def delay(self, basis: HarmonicBasis, amplitude: Array) -> Array:
+        """As ``ModalElements.delay``."""
+        return slider_delay(self, basis, amplitude)
 
 
 class _Changes(NamedTuple):
@@ -78,14 +95,14 @@ class _Changes(NamedTuple):
     of_slider: Array
 
 
-class ModalTangent(NamedTuple):
-    """Derivative of harmonic forces in modal coordinates, evaluated when it is called.
+class ModalSliderTangent(NamedTuple):
+    """As ``ModalTangent``, of sliders.
 
     ``work`` has arrays for x, n, friction and load, each (elements, samples): new ones cost as much
     as what is done with them.
     """
 
-    elements: ModalElements
+    elements: ModalSliders
     basis: HarmonicBasis
     changes: _Changes
     work: tuple[Array, Array, Array, Array]
@@ -106,34 +123,7 @@ class ModalTangent(NamedTuple):
         return _in_modes(self.elements, self.basis, friction, load)
 
 
-def modal_force_and_tangent(
-    elements: ModalElements, basis: HarmonicBasis, amplitude: Array
-) -> tuple[Array, ModalTangent]:
-    """Harmonic forces in modal coordinates, and their lazily evaluated derivative.
-
-    Parameters
-    ----------
-    elements, basis
-        The elements, and the components of motion and force.
-    amplitude
-        Modal coordinates by component [kg^1/2 m], shape (components, modes).
-
-    Returns
-    -------
-    force : ndarray
-        Shape (components, modes) [kg^-1/2 N].
-    tangent : ModalTangent
-        Derivative of the forces by the amplitudes.
-    """
-    x, n = _spring_forces(elements, amplitude, basis)
-    friction = np.empty_like(x)
-    changes = _Changes(*_follow(x, n, elements.friction_coefficient, friction))
-    load = np.maximum(n, 0.0) - np.maximum(elements.normal_load, 0.0)[:, None]
-    force = _in_modes(elements, basis, friction, load)
-    return force, ModalTangent(elements, basis, changes, (x, n, friction, load))
-
-
-def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array) -> Array:
+def slider_delay(elements: ModalSliders, basis: HarmonicBasis, amplitude: Array) -> Array:
     """Derivative of the harmonic forces by the rate at which a change of the motion grows.
 
     Under a change ``exp(r t)`` times a periodic one, a slider holds what the motion was at the time
@@ -165,7 +155,7 @@ def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array
     found = np.zeros((modes, modes, count, count))
     for first in range(0, len(elements.R), _ELEMENTS_AT_ONCE):
         at = slice(first, first + _ELEMENTS_AT_ONCE)
-        block = ModalElements(*(None if each is None else each[at] for each in elements))
+        block = ModalSliders(*(None if each is None else each[at] for each in elements))
         x, n = _spring_forces(block, amplitude, basis)
         of_slider = _follow(x, n, block.friction_coefficient, np.empty_like(x))[1]
         moving = of_slider[:, 5] - of_slider[:, 4] < samples
@@ -173,7 +163,7 @@ def slider_delay(elements: ModalElements, basis: HarmonicBasis, amplitude: Array
     return found.transpose(2, 0, 3, 1) / samples
 
 
-def _in_modes(elements: ModalElements, basis: HarmonicBasis, friction: Array, load: Array) -> Array:
+def _in_modes(elements: ModalSliders, basis: HarmonicBasis, friction: Array, load: Array) -> Array:
     """Harmonic forces on the modes of forces at the samples, shape (components, modes)."""
     force = multi_dot([basis.synthesis, friction.T, elements.R])
     if elements.N is not None:
@@ -182,7 +172,7 @@ def _in_modes(elements: ModalElements, basis: HarmonicBasis, friction: Array, lo
 
 
 def _spring_forces(
-    elements: ModalElements, amplitude: Array, basis: HarmonicBasis
+    elements: ModalSliders, amplitude: Array, basis: HarmonicBasis
 ) -> tuple[Array, Array]:
     """Forces of the springs of the elements at the samples, each (elements, samples)."""
     x = multi_dot([elements.X, amplitude.T, basis.synthesis])
@@ -192,7 +182,7 @@ def _spring_forces(
     return x, n
 
 
-def _tangent(elements: ModalElements, basis: HarmonicBasis, changes: _Changes) -> Array:
+def _tangent(elements: ModalSliders, basis: HarmonicBasis, changes: _Changes) -> Array:
     """Derivative of the harmonic forces, (components, modes, components, modes)."""
 
     def during(_: int, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
@@ -203,7 +193,7 @@ def _tangent(elements: ModalElements, basis: HarmonicBasis, changes: _Changes) -
     return by_state.transpose(0, 2, 1, 3) - by_slider.transpose(2, 0, 3, 1)
 
 
-def _by_state(elements: ModalElements, basis: HarmonicBasis, of_state: Array) -> Array:
+def _by_state(elements: ModalSliders, basis: HarmonicBasis, of_state: Array) -> Array:
     """Derivative by the displacements at the same time, (components, components, modes, modes).
 
     ``sum_t phi_i(t) G(t) phi_j(t)``: products of two harmonics are the harmonics of sum and
@@ -239,7 +229,7 @@ def _by_state(elements: ModalElements, basis: HarmonicBasis, of_state: Array) ->
 
 
 def _by_slider(
-    elements: ModalElements,
+    elements: ModalSliders,
     basis: HarmonicBasis,
     of_slider: Array,
     during: Callable[[int, NDArray[np.int64], NDArray[np.int64]], Array],

@@ -1,17 +1,37 @@
-"""Forces of sliders at the samples of a period, for each direction of motion on its own (AFT)."""
+"""Springs with sliders, and their forces at the samples of a period (AFT)."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from boltjoint.friction.aft_kernels import Array, SampleTables, add_forces
 
-if TYPE_CHECKING:
-    from boltjoint.friction.law import Sliders
+
+@dataclass(frozen=True)
+class Sliders:
+    """Springs in series with sliders, whose forces add up to those of the elements of a law.
+
+    They follow any motion, so they are what AFT and time integration know of a law. Each belongs to
+    an ``element``, acts on a ``point``, both counted from 0, and slips at the friction coefficient
+    times the normal load [N], which is constant where ``normal_stiffness`` is None; all have the
+    shape (sliders,). Those that are ``lateral`` slide along the width of the bar, and have the
+    normal spring in common with another slider of their element; None where all slide along it.
+    """
+
+    element: NDArray[np.int64]
+    point: NDArray[np.int64]
+    tangential_stiffness: Array
+    normal_stiffness: Array | None
+    normal_load: Array
+    friction_coefficient: Array
+    lateral: NDArray[np.bool_] | None = None
 
 
-def slider_forces(sliders: "Sliders", motion: Array, tables: SampleTables, tangent: Array) -> Array:
+def slider_forces(sliders: Sliders, motion: Array, tables: SampleTables, tangent: Array) -> Array:
     """Harmonic forces of sliders on their points, and their tangents.
+
+    Each direction of motion is on its own.
 
     Parameters
     ----------
@@ -42,7 +62,7 @@ def slider_forces(sliders: "Sliders", motion: Array, tables: SampleTables, tange
 
 
 def _forces(
-    sliders: "Sliders",
+    sliders: Sliders,
     mine: Array | slice,
     motion: Array,
     tables: SampleTables,
