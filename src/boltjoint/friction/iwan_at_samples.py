@@ -3,12 +3,15 @@
 From a reversal of the motion at (u_r, f_r) the force follows the curve F of first loading, twice as
 large, ``f = f_r +- 2 F(|u - u_r| / 2)``, until it meets the branch that was left at the reversal
 before, and follows that one again (Masing 1926). The largest displacement of a period lies on the
-curve of first loading itself: from there on a single period is the steady state. At the samples
-this is exact for the whole distribution; between them the motion is taken as straight.
+curve of first loading itself: from there on a single period is the steady state. So the whole
+distribution slips, and sticks, as it does along the motion. Reversals lie between samples: they are
+the vertices of parabolas through three of them. In microslip the force of one harmonic so has an
+error of third order in the sampling interval; at the corner where all of an element begins to slip
+it is of second order.
 
-The force at a reversal is that of a sample, so that changes follow branches as forces do,
-``df = df_r + F'(|u - u_r| / 2) (du - du_r)``. They are summed along the period, or, for derivatives
-by all displacements at once, against it.
+A change of the motion changes forces along the same branches, ``df = df_r + F'(|u - u_r| / 2) (du -
+du_r)``. It is followed along the period, or, for the derivatives of harmonic forces by all
+displacements at once, against it.
 
 References
 ----------
@@ -28,28 +31,36 @@ from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.aft_kernels import Array
 from boltjoint.friction.modal_elements import HarmonicBasis
 
+#: origin where there is no reversal
+_NO_REVERSAL = -2
+
 #: elements whose derivatives are formed together, so that they stay small
 _ELEMENTS_AT_ONCE = 256
 
 
 class Hysteresis(NamedTuple):
-    """Iwan elements along a period of samples, each of shape (elements, samples).
+    """Iwan elements along a period of samples.
 
     Parameters
     ----------
     force
-        Of each element [N].
+        Of each element [N], shape (elements, samples).
     stiffness
-        Slope of the branch [N/m].
-    reversal
-        Sample of the reversal from which the branch started, -1 on first loading.
+        Slope of the branch of each sample, and of that which ends at a reversal near it [N/m],
+        shape (2, elements, samples).
+    origin
+        Sample of the reversal from which these branches started, -1 on first loading; -2 where
+        there is no reversal; shape of ``stiffness``.
+    offset
+        Time from the sample to its reversal, over the sampling interval, (elements, samples).
     first
         Sample of the largest displacement, shape (elements,).
     """
 
     force: Array
     stiffness: Array
-    reversal: NDArray[np.int32]
+    origin: NDArray[np.int32]
+    offset: Array
     first: NDArray[np.int64]
 
     @classmethod
@@ -58,33 +69,41 @@ class Hysteresis(NamedTuple):
 
         ``quantities`` are those of ``FourParameterIwan.compiled_elements``.
         """
-        displacement = np.ascontiguousarray(displacement)
-        force, stiffness = np.empty((2, *displacement.shape))
-        reversal = np.empty(displacement.shape, np.int32)
-        first = np.empty(len(displacement), np.int64)
-        _follow(quantities, displacement, force, stiffness, reversal, first)
-        return cls(force, stiffness, reversal, first)
+        shape = displacement.shape
+        force, offset, stiffness = np.empty(shape), np.zeros(shape), np.zeros((2, *shape))
+        origin, first = np.full((2, *shape), _NO_REVERSAL, np.int32), np.empty(len(force), np.int64)
+        found = cls(force, stiffness, origin, offset, first)
+        _follow(quantities, np.ascontiguousarray(displacement), found)
+        return found
 
     def change(self, displacement: Array) -> Array:
         """Change of the forces [N] along a change of the displacements [m]."""
         force = np.empty_like(self.force)
-        _follow_change(*self[1:], np.ascontiguousarray(displacement), force)
+        _follow_change(self, np.ascontiguousarray(displacement), force)
         return force
 
-    def tangents(self, synthesis: Array, weight: Array, *, delayed: bool = False) -> Array:
-        """Derivatives of the harmonic forces of each element, (elements, components, components).
+    def tangents(
+        self,
+        synthesis: Array,
+        weight: Array,
+        elements: slice = slice(None),
+        *,
+        delayed: bool = False,
+    ) -> Array:
+        """Derivatives of the harmonic forces of elements, shape (elements, components, components).
 
         Parameters
         ----------
         synthesis, weight
             As of ``SampleTables``.
+        elements
+            Which; all by default.
         delayed
             Each derivative by the displacement at a sample times the samples since then.
         """
-        count = len(synthesis)
-        tangents = np.empty((len(self.force), count, count))
-        contribution = np.ascontiguousarray(synthesis.T * weight)
-        _add_up(*self[1:], np.ascontiguousarray(synthesis), contribution, delayed, tangents)
+        of_each = np.arange(len(self.force))[elements]
+        tangents = np.empty((of_each.size, len(weight), len(weight)))
+        _add_up(self, of_each, np.ascontiguousarray(synthesis.T), weight, delayed, tangents)
         return tangents
 
 
@@ -147,8 +166,7 @@ def _sum_of_tangents(
     total = np.zeros((modes * modes, count * count))
     for begin in range(0, len(R), _ELEMENTS_AT_ONCE):
         at = slice(begin, begin + _ELEMENTS_AT_ONCE)
-        some = Hysteresis(*(each[at] for each in hysteresis))
-        tangents = some.tangents(basis.synthesis, basis.weight, delayed=delayed)
+        tangents = hysteresis.tangents(basis.synthesis, basis.weight, at, delayed=delayed)
         products = (R[at, :, None] * R[at, None, :]).reshape(-1, modes * modes)
         total += products.T @ tangents.reshape(-1, count * count)
     return total.reshape(modes, modes, count, count).transpose(2, 0, 3, 1)
@@ -165,112 +183,182 @@ def _first_loading(
     return k_p * u * (1 + beta - part / (chi + 2)), k_p * (1 + beta - part)
 
 
+@loop
+def _vertex(before: float, at: float, after: float) -> tuple[float, float]:
+    """Vertex of the parabola through three samples: time from the second, and value."""
+    slope, bend = (after - before) / 2, after - 2 * at + before
+    if bend == 0.0:
+        return 0.0, at
+    offset = -slope / bend
+    return offset, at + offset * slope / 2
+
+
+@loop
+def _largest(u: Array) -> int:
+    """Sample next to the largest vertex without sign."""
+    samples, largest, found = u.size, -1.0, 0
+    for at in range(samples):
+        before, after = u[at - 1], u[(at + 1) % samples]
+        sign = np.sign(u[at])
+        if sign * (u[at] - before) >= 0 and sign * (u[at] - after) >= 0:
+            size = abs(_vertex(before, u[at], after)[1])
+            if size > largest:
+                found, largest = at, size
+    return found
+
+
 @kept_loop
-def _follow(
-    quantities: Array,
-    u: Array,
-    force: Array,
-    stiffness: Array,
-    reversal: NDArray[np.int32],
-    first: NDArray[np.int64],
-) -> None:
+def _follow(quantities: Array, displacement: Array, hysteresis: Hysteresis) -> None:
     """Follow the elements through a period from their largest displacement."""
-    elements, samples = u.shape
-    # reversals that are remembered, the oldest first
+    samples = displacement.shape[1]
+    # reversals that are remembered, the oldest first: sample, displacement, force
     memory = np.empty(samples + 1, np.int64)
-    for e in range(elements):
-        k_p, phi, chi, beta = quantities[0, e], quantities[1, e], quantities[2, e], quantities[3, e]
-        begin = 0
-        for i in range(1, samples):
-            if abs(u[e, i]) > abs(u[e, begin]):
-                begin = i
-        first[e] = begin
-        count, before, direction = 0, begin, np.sign(u[e, begin])
+    u_r, f_r = np.empty(samples + 1), np.empty(samples + 1)
+    for e in range(len(displacement)):
+        shape = quantities[0, e], quantities[1, e], quantities[2, e], quantities[3, e]
+        u, force, offset = displacement[e], hysteresis.force[e], hysteresis.offset[e]
+        stiffness, origin = hysteresis.stiffness[:, e], hysteresis.origin[:, e]
+        begin = hysteresis.first[e] = _largest(u)
+        count, before, direction = 0, begin, np.sign(u[begin])
         for i in range(begin, begin + samples):
             at = i % samples
-            now = u[e, at]
-            heading = np.sign(now - u[e, before])
+            heading = np.sign(u[at] - u[before])
             if heading not in (0.0, direction):
-                memory[count] = before
+                offset[before], vertex = _vertex(u[before - 1], u[before], u[at])
+                count = _remembered(u_r, count, vertex, direction)
+                origin[1, before] = memory[count - 1] if count else -1
+                f_r[count], stiffness[1, before] = _on_branch(shape, u_r, f_r, count, vertex)
+                memory[count], u_r[count] = before, vertex
                 count, direction = count + 1, heading
+                if offset[before] < 0:
+                    # the sample lies behind the reversal already
+                    origin[0, before] = before
+                    force[before], stiffness[0, before] = _on_branch(
+                        shape, u_r, f_r, count, u[before]
+                    )
             before = at
-            while count > 1 and (now - u[e, memory[count - 2]]) * direction >= 0:
-                count -= 2
-            if count == 0:
-                reversal[e, at] = -1
-                loading, stiffness[e, at] = _first_loading(k_p, phi, chi, beta, abs(now))
-                force[e, at] = np.sign(now) * loading
-            else:
-                last = memory[count - 1]
-                reversal[e, at] = last
-                moved = now - u[e, last]
-                half, stiffness[e, at] = _first_loading(k_p, phi, chi, beta, abs(moved) / 2)
-                force[e, at] = force[e, last] + np.sign(moved) * 2 * half
+            count = _remembered(u_r, count, u[at], direction)
+            origin[0, at] = memory[count - 1] if count else -1
+            force[at], stiffness[0, at] = _on_branch(shape, u_r, f_r, count, u[at])
+
+
+@loop
+def _remembered(u_r: Array, count: int, u: float, direction: float) -> int:
+    """Reversals that are still remembered when the motion in this direction has come to u."""
+    while count > 1 and (u - u_r[count - 2]) * direction >= 0:
+        count -= 2
+    return count
+
+
+@loop
+def _on_branch(
+    shape: tuple[float, float, float, float], u_r: Array, f_r: Array, count: int, u: float
+) -> tuple[float, float]:
+    """Force and stiffness at u, on the branch from the last of the reversals."""
+    if count == 0:
+        force, stiffness = _first_loading(*shape, abs(u))
+        return np.sign(u) * force, stiffness
+    moved = u - u_r[count - 1]
+    half, stiffness = _first_loading(*shape, abs(moved) / 2)
+    return f_r[count - 1] + np.sign(moved) * 2 * half, stiffness
+
+
+@loop
+def _at_vertex(offset: float) -> tuple[float, float, float]:
+    """Derivatives of the value of a vertex by the three samples: those of interpolation there."""
+    return offset * (offset - 1) / 2, 1 - offset * offset, offset * (offset + 1) / 2
 
 
 @kept_loop
-def _follow_change(
-    stiffness: Array, reversal: NDArray[np.int32], first: NDArray[np.int64], u: Array, force: Array
-) -> None:
+def _follow_change(hysteresis: Hysteresis, displacement: Array, change: Array) -> None:
     """Changes of the forces along the branches, of changes of the displacements."""
-    elements, samples = u.shape
-    for e in range(elements):
-        for i in range(first[e], first[e] + samples):
+    samples = displacement.shape[1]
+    u_r, f_r = np.empty(samples), np.empty(samples)
+    for e in range(len(displacement)):
+        u, force, first = displacement[e], change[e], hysteresis.first[e]
+        stiffness, origin = hysteresis.stiffness[:, e], hysteresis.origin[:, e]
+        for i in range(first, first + samples):
             at = i % samples
-            last = reversal[e, at]
-            if last < 0:
-                force[e, at] = stiffness[e, at] * u[e, at]
-            else:
-                force[e, at] = force[e, last] + stiffness[e, at] * (u[e, at] - u[e, last])
+            if origin[1, at] != _NO_REVERSAL:
+                last = origin[1, at]
+                by_before, by_at, by_after = _at_vertex(hysteresis.offset[e, at])
+                after = u[(at + 1) % samples]
+                u_r[at] = by_before * u[at - 1] + by_at * u[at] + by_after * after
+                f_r[at] = stiffness[1, at] * u_r[at]
+                if last >= 0:
+                    f_r[at] += f_r[last] - stiffness[1, at] * u_r[last]
+            last = origin[0, at]
+            force[at] = stiffness[0, at] * u[at]
+            if last >= 0:
+                force[at] += f_r[last] - stiffness[0, at] * u_r[last]
 
 
 @loop
 def _by_displacement(
-    stiffness: Array, reversal: NDArray[np.int32], first: int, weight: Array, found: Array
+    stiffness: Array,
+    origin: NDArray[np.int32],
+    offset: Array,
+    first: int,
+    weight: Array,
+    found: Array,
 ) -> None:
     """Derivatives of weighted sums of the forces of an element by its displacements.
 
-    ``weight`` has the weights of the samples in each sum, (samples, sums); so has what is found.
+    Rows of ``weight`` and ``found``, (samples + 1, sums), begin at the sample before the first: it
+    is one of the three of the first reversal, and has no weight.
     """
-    samples, sums = weight.shape
-    # weights of the force at a sample and of all that start from there
-    whole = weight.copy()
+    samples, sums = offset.size, weight.shape[1]
+    by_u, by_f = np.zeros((samples, sums)), np.zeros((samples, sums))
     found[:] = 0.0
-    for i in range(first + samples - 1, first - 1, -1):
-        at = i % samples
-        last = reversal[at]
+    for row in range(samples, 0, -1):
+        at = (first + row - 1) % samples
+        last, k = origin[0, at], stiffness[0, at]
         for c in range(sums):
-            change = stiffness[at] * whole[at, c]
-            found[at, c] += change
+            found[row, c] += k * weight[row, c]
             if last >= 0:
-                found[last, c] -= change
-                whole[last, c] += whole[at, c]
+                by_u[last, c] -= k * weight[row, c]
+                by_f[last, c] += weight[row, c]
+        if origin[1, at] == _NO_REVERSAL:
+            continue
+        last, k = origin[1, at], stiffness[1, at]
+        by_before, by_at, by_after = _at_vertex(offset[at])
+        for c in range(sums):
+            by_vertex = by_u[at, c] + k * by_f[at, c]
+            found[row - 1, c] += by_before * by_vertex
+            found[row, c] += by_at * by_vertex
+            found[row + 1, c] += by_after * by_vertex
+            if last >= 0:
+                by_u[last, c] -= k * by_f[at, c]
+                by_f[last, c] += by_f[at, c]
 
 
 @kept_loop
 def _add_up(
-    stiffness: Array,
-    reversal: NDArray[np.int32],
-    first: NDArray[np.int64],
-    synthesis: Array,
-    contribution: Array,
+    hysteresis: Hysteresis,
+    elements: NDArray[np.int64],
+    components: Array,
+    weight: Array,
     delayed: bool,
     tangents: Array,
 ) -> None:
-    """Derivatives of the harmonic forces of each element by its harmonic displacements."""
-    count, samples = synthesis.shape
-    found, late = np.empty((samples, count)), np.empty((samples, count))
-    later, displaced = np.empty((samples, count)), np.empty((count, samples))
-    for e in range(len(stiffness)):
-        branches = stiffness[e], reversal[e], first[e]
-        _by_displacement(*branches, contribution, found)
+    """Derivatives of the harmonic forces of elements by their harmonic displacements.
+
+    ``components`` has the values of the harmonic components at the samples, (samples, components).
+    """
+    samples, count = components.shape
+    shape = samples + 1, count
+    displacement, force, found = np.empty(shape), np.zeros(shape), np.empty(shape)
+    time = np.arange(samples + 1.0).reshape(-1, 1)
+    for place, e in enumerate(elements):
+        first = hysteresis.first[e]
+        branches = hysteresis.stiffness[:, e], hysteresis.origin[:, e], hysteresis.offset[e], first
+        for row in range(samples + 1):
+            displacement[row] = components[(first + row - 1) % samples]
+        force[1:] = weight * displacement[1:]
+        _by_displacement(*branches, force, found)
         if not delayed:
-            tangents[e] = np.dot(found.T, synthesis.T)
+            tangents[place] = np.dot(found.T, displacement)
             continue
-        # times of force and displacement from the largest displacement on
-        for i in range(samples):
-            at = (first[e] + i) % samples
-            later[at] = i * contribution[at]
-            displaced[:, at] = i * synthesis[:, at]
-        _by_displacement(*branches, later, late)
-        tangents[e] = np.dot(late.T, synthesis.T) - np.dot(found.T, displaced.T)
+        earlier = np.dot(found.T, time * displacement)
+        _by_displacement(*branches, time * force, found)
+        tangents[place] = np.dot(found.T, displacement) - earlier
