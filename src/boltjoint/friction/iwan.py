@@ -132,11 +132,14 @@ class FourParameterIwan(ElementLaw):
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
         return total[:, None]
 
-    def sliders(self, ratio: float = 1.15) -> Sliders:
+    def sliders(self, ratio: float = 1.02) -> Sliders:
         """Sliders that stand for the distribution, with the same stiffness and slip force.
 
-        Each stands for the part of the distribution between two displacements of this ratio. The
-        error of forces is of second order in its logarithm: at most 1e-3 of them by default.
+        Time integration follows the law by them; AFT needs none. Each stands for the part of the
+        distribution between two displacements of this ratio, from a millionth of phi_max on: 700 by
+        default. At amplitudes above a thousandth of phi_max the force on first loading errs by up
+        to 0.23, the dissipation by up to 0.65 times the square of the logarithm of the ratio: by
+        9e-5 and 2.6e-4 by default.
         """
         ratio = checks.number("ratio", ratio, above=1)
         count = int(np.ceil(-np.log(_SMALLEST) / np.log(ratio)))

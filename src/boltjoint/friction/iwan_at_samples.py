@@ -99,7 +99,8 @@ class Hysteresis(NamedTuple):
         elements
             Which; all by default.
         delayed
-            Each derivative by the displacement at a sample times the samples since then.
+            Instead, the derivative of these by the rate at which a change of the motion grows, over
+            a sample: each part is held from the displacement at an earlier sample.
         """
         of_each = np.arange(len(self.force))[elements]
         tangents = np.empty((of_each.size, len(weight), len(weight)))
@@ -359,6 +360,7 @@ def _add_up(
         if not delayed:
             tangents[place] = np.dot(found.T, displacement)
             continue
-        earlier = np.dot(found.T, time * displacement)
+        # each part is multiplied by exp(-r tau), tau the time between displacement and force
+        of_displacement = np.dot(found.T, time * displacement)
         _by_displacement(*branches, time * force, found)
-        tangents[place] = np.dot(found.T, displacement) - earlier
+        tangents[place] = of_displacement - np.dot(found.T, displacement)
