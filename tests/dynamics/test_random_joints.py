@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from random_joints import LAWS, solve
+from random_joints import LAWS, random_joint, solve
+
+from boltjoint import solve_branch
 
 #: joints of each law; a complex mode costs more
 COUNT = {"linear": 25, "complex-rdnm-1": 5, "backbone": 25}
@@ -20,3 +22,22 @@ def test_branches_of_random_joints_are_complete_and_end_at_no_lower_peak(law, co
     # in linear modes the equations hold at the peak; the others leave modes out
     if coordinates == "linear":
         assert np.max([one["residual_in_time"] for one in peaks]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "index", "seed"),
+    [("linear", 33, 4041), ("backbone", 119, 6161)],
+)
+def test_a_branch_is_not_followed_back_on_another_part_of_it(coordinates, index, seed):
+    """A step that ends on another part changes the orientation, and is repeated."""
+    joint, force, loss_factor = random_joint("variable", index, seed)
+    branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
+    assert branch.complete, branch.reason
+    assert branch.peak is not None
+
+
+def test_a_backbone_starts_from_modes_that_damping_couples():
+    """Two stuck modes are 1.1 % apart, and damped by 1.7 % of their stiffness."""
+    joint, force, loss_factor = random_joint("constant", 139, seed=6161)
+    branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates="backbone")
+    assert branch.complete, branch.reason

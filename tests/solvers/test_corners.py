@@ -162,3 +162,66 @@ def test_where_all_continuations_end_the_first_is_kept():
     # the one that turns least
     assert branch.solutions[-1].p == pytest.approx(1.01, abs=1e-6)
     assert branch.solutions[-1].x[0] == pytest.approx(1 - 0.01 / np.tan(np.radians(60)), abs=1e-6)
+
+
+class WedgeBesideLine(Wedge):
+    """A wedge, and beside the line that leads to its corner another branch parallel to it."""
+
+    def __init__(self, inside, axis, distance):
+        super().__init__(inside, axis)
+        travel = -self.lines()[0]
+        self.normal = np.array([-travel[1], travel[0]]) / np.linalg.norm(travel)
+        # away from the line that the branch follows from the corner
+        self.normal *= -np.sign(self.normal @ self.lines()[1])
+        self.distance = distance
+
+    def evaluate(self, x, p):
+        (wedge,), by_x = super().evaluate(x, p)
+        y = self.plane(x, p) - [2.0, 1.0]
+        beside = self.normal @ y - self.distance
+        by_columns = self.columns[0, 0]
+        of_wedge, of_line = wedge / self.rows[0, 0], beside
+        slope = by_x()[0, 0] / self.rows[0, 0]
+        self.by_p = np.array([self.by_p[0] / self.rows[0, 0] * of_line + of_wedge * self.normal[1]])
+        jacobian = slope * of_line + of_wedge * self.normal[0] * by_columns
+        return np.array([of_wedge * of_line]), lambda: np.array([[jacobian]])
+
+
+@pytest.mark.parametrize("turn", [100, 130, 160])
+def test_a_step_beyond_a_corner_onto_another_branch_is_not_taken(turn):
+    """The other branch lies straight ahead, and has the opposite orientation."""
+    inside = np.radians(180 - turn)
+    wedge = WedgeBesideLine(inside, axis=inside / 4, distance=3e-4)
+    branch = trace(wedge, wedge.start(0.9), (0.9, 1.1), StepControl(), scale=1.0)
+    assert branch.complete, branch.reason
+    z = np.array([wedge.plane(s.x, s.p) for s in branch.solutions]) - [2.0, 1.0]
+    up = wedge.lines()[1]
+    # the residual is a product with the distance from the other branch
+    np.testing.assert_allclose(z[z[:, 1] > 0] @ [up[1], -up[0]], 0, atol=1e-5)
+
+
+def test_a_crossing_of_two_branches_is_passed():
+    """The orientation is the opposite one beyond it, on either branch."""
+
+    class Cross(Equations):
+        residual_scale = 1.0
+
+        def evaluate(self, x, p):
+            a, b = x[0] - p, x[0] + p - 2.0
+            return np.array([a * b]), lambda: np.array([[a + b]])
+
+        def parameter_derivative(self, x, p):
+            return np.array([(x[0] - p) - (x[0] + p - 2.0)])
+
+        def accept(self, x):
+            pass
+
+        def state(self):
+            return None
+
+        def restore(self, state):
+            pass
+
+    branch = trace(Cross(), np.array([0.5]), (0.5, 1.5), StepControl(), scale=1.0)
+    assert branch.complete, branch.reason
+    assert abs(branch.solutions[-1].x[0] - 1.0) == pytest.approx(0.5, abs=1e-8)

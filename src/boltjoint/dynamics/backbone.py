@@ -194,7 +194,9 @@ def trace_backbone(
     for first in np.log(_FIRST_AMPLITUDES):
         # the stuck mode is an initial guess where little slips
         window = (low + first, high)
-        found = _trace(equations, window, precise)
+        found = _trace(equations, equations.start(), window, precise)
+        if not found.solutions[0].converged:
+            found = _trace(equations, equations.damped_start(), window, precise)
         if not branch.solutions or found.complete or len(branch.solutions) < 2:
             branch = found
         if branch.complete:
@@ -205,10 +207,10 @@ def trace_backbone(
 
 
 def _trace(
-    equations: EPMCEquations, window: tuple[float, float], control: StepControl
+    equations: EPMCEquations, start: Array, window: tuple[float, float], control: StepControl
 ) -> SolutionBranch:
-    """Continuation from the stuck mode, in a compiled loop where that takes its regular course."""
-    system, start = epmc_system(equations), equations.start()
+    """Continuation from a stuck mode, in a compiled loop where that takes its regular course."""
+    system = epmc_system(equations)
     if system is not None:
         limits = Limits.of(control, equations.residual_scale, control.amplitude_scale)
         path = follow(system, start, window, limits)

@@ -112,6 +112,21 @@ class EPMCEquations(Equations):
         mode[self.sin] = self.stuck
         return np.append(mode, [1.0, 0.0])
 
+    def damped_start(self) -> NDArray[np.float64]:
+        """The stuck mode with its damping and its eigenvalue: those nearest to ``start``.
+
+        Where modes lie as close as they are damped, they are far from real.
+        """
+        stiffness = self.balance.complex_stiffness(np.sqrt(self.scale))
+        squared, vectors = np.linalg.eig(stiffness + self.balance.joint.stuck_stiffness())
+        nearest = np.argmax(abs(self.stuck @ vectors) / np.linalg.norm(vectors, axis=0))
+        phi = vectors[:, nearest] / np.linalg.norm(vectors[:, nearest])
+        phi = phi * np.exp(-0.5j * np.angle(phi @ phi))
+        start = self.start()
+        start[self.sin], start[self.cos] = phi.real, phi.imag
+        start[-2:] = squared[nearest].real / self.scale, squared[nearest].imag / self.scale
+        return start
+
     def evaluate(
         self, x: NDArray[np.float64], p: float
     ) -> tuple[NDArray[np.float64], LazyJacobian]:

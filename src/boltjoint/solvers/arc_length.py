@@ -1,8 +1,9 @@
 """Arc-length continuation of r(x, p) = 0 over a parameter window, with step-length control.
 
 A branch is followed by the predictor and corrector of ``solvers.corrector`` past turning points
-and corners. A step is repeated at half the length where the corrector fails or the branch turns by
-more than a right angle; else its length follows the number of corrector iterations.
+and corners. A step is repeated at half the length where the corrector fails, the branch turns by
+more than a right angle, or the orientation changes, so that the step ends on another part of the
+branch; else its length follows the number of corrector iterations.
 
 References
 ----------
@@ -103,6 +104,7 @@ class _Alternative(NamedTuple):
     step: Step
     length: float
     state: object
+    orientation: float
 
 
 class Tracer:
@@ -135,6 +137,8 @@ class Tracer:
         self.step_length = min(corrector.control.first_step, corrector.control.largest_step)
         self.predictor: Predictor | None = None
         self._secant: Vector | None = None
+        #: of the branch in the sense of travel; 0 before the first step
+        self._orientation = 0.0
         self._sense = float(np.sign(window[1] - window[0]))
         self._alternatives: list[_Alternative] = []
         self._first_branch: SolutionBranch | None = None
@@ -200,9 +204,39 @@ class Tracer:
             if step is None and self.step_length <= corner_step:
                 step = self._pass_corner()
             if step is not None and (self.step_length <= corner or not self._turns_back(step)):
-                return step
+                if self._keeps_orientation(step):
+                    return step
+                if self.step_length <= corner_step:
+                    return self._cross(step)
             self.step_length *= 0.5
         return None
+
+    def _keeps_orientation(self, step: Step) -> bool:
+        """Whether the orientation at the end of a step is that of the branch.
+
+        It is that of the last correction first, and is found again at the solution if it differs.
+        """
+        orientation = self.corrector.orientation(self.predictor, step)
+        if self._orientation == 0:
+            self._orientation = orientation
+        if orientation * self._orientation >= 0:
+            return True
+        solution = step.solution
+        _, jacobian_at = self.corrector.equations.evaluate(solution.x, solution.p)
+        step = step._replace(jacobian=self.corrector.linearise(jacobian_at))
+        return self.corrector.orientation(self.predictor, step) * self._orientation >= 0
+
+    def _cross(self, step: Step) -> Step:
+        """The step that keeps the orientation where a short one changes it; else this one.
+
+        Beyond a crossing of two branches the orientation is the opposite one.
+        """
+        self.predictor = self.corrector.with_tangent_at_solution(self.predictor)
+        kept = self._pass_corner()
+        if kept is None:
+            self._orientation = -self._orientation
+            return step
+        return kept
 
     def _turns_back(self, step: Step) -> bool:
         """Whether the secant direction has turned by more than a right angle in a step."""
@@ -215,8 +249,9 @@ class Tracer:
         """The step of the smallest turn beyond a corner; others are kept in reserve."""
         steps = corners.continuations(self.corrector, self.predictor, self.step_length)
         branch, state = SolutionBranch([*self.branch.solutions]), self.corrector.equations.state()
+        at_corner = self.step_length, state, self._orientation
         self._alternatives += [
-            _Alternative(branch, step, self.step_length, state) for step in reversed(steps[1:])
+            _Alternative(branch, step, *at_corner) for step in reversed(steps[1:])
         ]
         return steps[0] if steps else None
 
@@ -226,7 +261,7 @@ class Tracer:
             return self._stop(reason)
         if self._first_branch is None:
             self._first_branch = SolutionBranch([*self.branch.solutions], reason=reason)
-        branch, step, self.step_length, state = self._alternatives.pop()
+        branch, step, self.step_length, state, self._orientation = self._alternatives.pop()
         self.corrector.equations.restore(state)
         self.branch.solutions[:] = branch.solutions
         self.accept(step, self.step_length)

@@ -1,9 +1,9 @@
 """Arc-length continuation in one compiled loop: the regular course of ``arc_length.trace``.
 
 Start, steps, location of maxima by their slope and the end of the window are here. What a branch
-rarely needs is not: corners, a start by load stepping, maxima that the slope does not show. A path
-that needs them is not complete, and ``arc_length`` follows the branch instead. Its solutions are
-those of ``arc_length`` to rounding.
+rarely needs is not: corners, steps onto other parts of the branch, a start by load stepping, maxima
+that the slope does not show. A path that needs them is not complete, and ``arc_length`` follows the
+branch instead. Its solutions are those of ``arc_length`` to rounding.
 """
 
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from boltjoint.compiled import call, kept_loop, loop
 from boltjoint.solvers.arc_length import CORNER, CORNER_STEP
 from boltjoint.solvers.compiled_steps import (
+    ORIENTATION,
     SCALE,
     SIZE,
     SLOPE,
@@ -250,6 +251,7 @@ def _follow(system: System, start: Vector, window: tuple[float, float], limits: 
     copy_to(xs[0], here.x)
     count = accepted = 1
     length = min(limits.first_step, limits.largest_step)
+    orientation = here.numbers[ORIENTATION]
     # of the last two solutions, and of the maximum between them
     value = before = here.numbers[VALUE]
     last_highest = -np.inf
@@ -264,6 +266,8 @@ def _follow(system: System, start: Vector, window: tuple[float, float], limits: 
         ahead.arrival[n] = work.offset[n] * here.numbers[SCALE]
         largest = max(largest, norm(work.x))
         settle(system, p, size_of(work.x, largest), scale_at(p, limits), work, ahead)
+        if ahead.numbers[ORIENTATION] * orientation < 0.0:
+            break  # the step ends on another part of the branch
         if count + 2 > ps.size:
             xs, ps, iterations, located = _with_more_room(xs, ps, iterations, located)
         highest = -np.inf

@@ -110,8 +110,13 @@ class Limits(NamedTuple):
 #: systems up to this size are solved in place, larger ones by LAPACK
 LARGEST_ELIMINATED = 40
 
-#: parameter, size of the unknown, scale of the parameter; what is observed, and its slope
-P, SIZE, SCALE, VALUE, SLOPE = range(5)
+#: cosine of the turn in a step above which the orientation of a large system is not asked for: one
+#: of another part of the branch turns more, and LAPACK's sign costs another factorisation
+SMALLEST_COSINE = 0.99
+
+#: parameter, size of the unknown, scale of the parameter; what is observed, and its slope;
+#: orientation of the branch (``Corrector.orientation``), 0 where it is not known
+P, SIZE, SCALE, VALUE, SLOPE, ORIENTATION = range(6)
 
 
 class Place(NamedTuple):
@@ -122,8 +127,8 @@ class Place(NamedTuple):
     x
         Unknown, shape (n,).
     numbers
-        By ``P``, ``SIZE``, ``SCALE``, ``VALUE`` and ``SLOPE``: distances are those of the unknown
-        over its size, and of the parameter over its scale.
+        By ``P``, ``SIZE``, ``SCALE``, ``VALUE``, ``SLOPE`` and ``ORIENTATION``: distances are those
+        of the unknown over its size, and of the parameter over its scale.
     tangent
         Unit tangent in these distances, shape (n + 1,).
     arrival
@@ -152,7 +157,7 @@ class Work(NamedTuple):
 @loop
 def make_place(n: int) -> Place:
     """A place for n unknowns."""
-    return Place(np.zeros(n), np.zeros(5), np.zeros(n + 1), np.zeros(n + 1))
+    return Place(np.zeros(n), np.zeros(6), np.zeros(n + 1), np.zeros(n + 1))
 
 
 @loop
@@ -182,22 +187,27 @@ def norm(vector: Vector) -> float:
 
 
 @loop
-def solve_in_place(matrix: Matrix, right: Vector, n: int) -> bool:
-    """Solve for the first n, by Gaussian elimination with partial pivoting; false if that fails.
+def solve_in_place(matrix: Matrix, right: Vector, n: int) -> float:
+    """Solve for the first n, by Gaussian elimination with partial pivoting: the determinant's sign.
 
-    LAPACK solves large systems, and raises LinAlgError.
+    0 if that fails. LAPACK solves large systems without a sign, for which 1 stands, and raises
+    LinAlgError; it leaves the matrix as it is.
     """
     if n > LARGEST_ELIMINATED:
         right[:n] = np.linalg.solve(matrix[:n, :n], right[:n])
-        return True
+        return 1.0
+    sign = 1.0
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
             if abs(matrix[i, k]) > abs(matrix[pivot, k]):
                 pivot = i
         if not abs(matrix[pivot, k]) > 0.0:
-            return False
+            return 0.0
+        if matrix[pivot, k] < 0.0:
+            sign = -sign
         if pivot != k:
+            sign = -sign
             for j in range(k, n):
                 matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
             right[k], right[pivot] = right[pivot], right[k]
@@ -211,8 +221,8 @@ def solve_in_place(matrix: Matrix, right: Vector, n: int) -> bool:
             right[k] -= matrix[k, j] * right[j]
         right[k] /= matrix[k, k]
         if not isfinite(right[k]):
-            return False
-    return True
+            return 0.0
+    return sign
 
 
 @summing_loop
@@ -254,7 +264,7 @@ def solve_at(system: System, p: float, limits: Limits, work: Work) -> tuple[int,
                 correction[i] = work.residual[i]
                 for j in range(n):
                     matrix[i, j] = work.jacobian[i, j]
-            if not solve_in_place(matrix, correction, n):
+            if solve_in_place(matrix, correction, n) == 0.0:
                 return iteration, False
             iteration += 1
         for i in range(n):
@@ -291,13 +301,19 @@ def settle(
     for j in range(n + 1):
         matrix[n, j] = tangent[j] / length
     right[n] = 1.0
-    if solve_in_place(matrix, right, n + 1):
+    sign = solve_in_place(matrix, right, n + 1)
+    if sign != 0.0:
+        # that of the branch is cos over length, and the products of unit vectors are cosines
+        if n + 1 > LARGEST_ELIMINATED:
+            is_straight = norm(right) * SMALLEST_COSINE <= 1.0
+            sign = 0.0 if is_straight else np.linalg.slogdet(matrix[: n + 1, : n + 1])[0]
         copy_to(tangent, right)
         length = norm(right)
     for j in range(n + 1):
         tangent[j] /= length
     copy_to(place.x, work.x)
     place.numbers[P], place.numbers[SIZE], place.numbers[SCALE] = p, size, scale
+    place.numbers[ORIENTATION] = sign
     for j in range(n):
         work.trial[j] = tangent[j] * size
     call(system.observe, system.arrays, place.x, work.trial, place.numbers[VALUE:])
@@ -362,7 +378,7 @@ def correct(
         for j in range(n + 1):
             matrix[n, j] = 2.0 * offset[j] / radius
         right[n] = sphere
-        if not solve_in_place(matrix, right, n + 1) or norm(right) > 2.0 * radius:
+        if solve_in_place(matrix, right, n + 1) == 0.0 or norm(right) > 2.0 * radius:
             return -1
         for j in range(n + 1):
             offset[j] -= right[j]

@@ -17,7 +17,7 @@ E. L. Allgower, K. Georg: Numerical Continuation Methods. Springer, 1990.
 
 import numpy as np
 
-from boltjoint.solvers.corrector import Corrector, Predictor, Step
+from boltjoint.solvers.corrector import Corrector, Predictor, Step, orientation_of
 from boltjoint.solvers.equations import Matrix, Vector
 
 #: largest number of directions in which the branch is sought
@@ -66,7 +66,7 @@ def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> 
         if not np.all(np.isfinite(derivative)):
             continue
         if orientation is None:
-            orientation = _orientation(derivative, predictor.tangent)
+            orientation = orientation_of(derivative, predictor.tangent)
         for direction in _intersections(residual / radius, derivative, point):
             if any(direction @ other > _EQUAL_COSINE for other in tried):
                 continue
@@ -78,7 +78,7 @@ def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> 
             x, p = step.solution.x, step.solution.p
             secant = _unit(step.offset * predictor.weights)
             derivative = corrector.derivative(x, p, step.jacobian, predictor.weights)
-            if _orientation(derivative, secant) != orientation:
+            if orientation_of(derivative, secant) != orientation:
                 continue
             if not any(secant @ other > _EQUAL_COSINE for other, _ in steps):
                 steps.append((secant, step))
@@ -103,12 +103,6 @@ def _intersections(residual: Vector, derivative: Matrix, point: Vector) -> list[
         return [null, -null]
     half = np.sqrt(square) * null
     return [nearest + half, nearest - half]
-
-
-def _orientation(derivative: Matrix, direction: Vector) -> float:
-    """Sign of the determinant of the derivative bordered by a direction."""
-    scaled = derivative / np.linalg.norm(derivative, axis=1, keepdims=True)
-    return float(np.linalg.slogdet(np.vstack([scaled, direction]))[0])
 
 
 def _unit(vector: Vector) -> Vector:

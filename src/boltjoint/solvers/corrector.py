@@ -114,6 +114,16 @@ class Corrector:
             tangent = along
         return tangent / np.linalg.norm(tangent)
 
+    def orientation(self, predictor: Predictor, step: Step) -> float:
+        """Orientation of the branch at the end of a step, in the sense of the step.
+
+        Along a branch it stays the same (``corners``), through turning points and corners too: a
+        step that changes it ends on another part of the branch, or is past a crossing of branches.
+        """
+        x, p = step.solution.x, step.solution.p
+        derivative = self.derivative(x, p, step.jacobian, predictor.weights)
+        return orientation_of(derivative, step.offset * predictor.weights)
+
     def derivative(self, x: Vector, p: float, jacobian: Matrix, weights: Vector) -> Matrix:
         """Derivative of the residual by unknown and parameter, in weighted coordinates."""
         by_parameter = self.equations.parameter_derivative(x, p)
@@ -207,6 +217,12 @@ class Corrector:
             return step and self.observation(quantity, predictor, step)
 
         return observation_at
+
+
+def orientation_of(derivative: Matrix, direction: Vector) -> float:
+    """Sign of the determinant of the derivative bordered by a direction."""
+    scaled = derivative / np.linalg.norm(derivative, axis=1, keepdims=True)
+    return float(np.linalg.slogdet(np.vstack([scaled, direction]))[0])
 
 
 def projection(corrector: Corrector, predictor: Predictor) -> tuple[Solution, Matrix] | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from boltjoint.solvers.corrector import Corrector
+from boltjoint.solvers.corrector import Corrector, Predictor, Step
 from boltjoint.solvers.equations import Derivative, Matrix, Solution, Vector
 from boltjoint.solvers.newton import rounding
 from boltjoint.solvers.newton_krylov import KeptFactors, NewtonKrylov
@@ -53,6 +53,10 @@ class KrylovCorrector(Corrector):
         if tangent is None:  # the branch is normal to the direction
             return along
         return tangent / np.linalg.norm(tangent)
+
+    def orientation(self, predictor: Predictor, step: Step) -> float:
+        """Not known, as it takes the factors of a Jacobian at every solution."""
+        return 0.0
 
     def derivative(self, x: Vector, p: float, jacobian: Derivative, weights: Vector) -> Matrix:
         """Derivative of the residual by unknown and parameter, in weighted coordinates."""
