@@ -1,17 +1,24 @@
 """Sweeps: their base cases, and what is said where a sweep does not suit its own."""
 
+import time
+
 import pytest
 import yaml
 from mutations import ROOT
 
 from boltjoint.config.case import Case
+from boltjoint.config.csv_table import CsvTable
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import ConfigError
+from boltjoint.config.variants import BaseOfVariants
 from boltjoint.config.varied_case import read_table, with_values
 from boltjoint.config.varied_keys import keys_that_vary
 from boltjoint.damping import LossFactor
 from boltjoint.names import JointName
+from boltjoint.report.displays import DISPLAYS
+from boltjoint.study import estimate
+from boltjoint.study.artefact_list import Contents
 
 NAME = "three_bolt_uncertainty"
 FILE = f"config/sweeps/{NAME}.yaml"
@@ -155,7 +162,7 @@ def test_designs_that_need_another_joint_are_variants(study, changed):
     variants = found.variants[NAME]
     assert (found.designs[NAME], len(variants)) == (36, 18)
     # that with a lap of 50 mm is impossible
-    names = {each.assembly_name for each in variants}
+    names = {each.assembly_name for each in found.possible_variants(NAME)}
     assert names == {"three_bolt", "three_bolt,bar.lap_mm=120"}
     assert [each.joint for each in variants[:1]] == ["regions=4/elements=7"]
     possible = found.possible_variants(NAME)
@@ -168,6 +175,117 @@ def test_designs_that_need_another_joint_are_variants(study, changed):
     short, *_, half = [each.reason for each in variants if each.reason]
     assert short == "joint.regions: 6.5 must be a whole number of at least 1"
     assert half.startswith("assembly.bolts.pitch_mm: 30.0 puts the outermost bolt cells outside")
+
+
+LAPS = {"kind": "linear", "lowest": 110.5, "highest": 120}
+
+
+@pytest.fixture
+def unchecked(monkeypatch):
+    """Variants of which none may be checked."""
+
+    def refuse(self, values):
+        raise AssertionError(f"{values} is checked")
+
+    monkeypatch.setattr(BaseOfVariants, "checked", refuse)
+
+
+@pytest.mark.parametrize(
+    ("number", "design", "told"),
+    [
+        (20_000, "grid", "20000"),
+        (10**6, "grid", "1000000"),
+        (10**5, "latin-hypercube", "more than 10000"),
+    ],
+)
+def test_variants_are_counted_before_they_are_checked(changed, unchecked, number, design, told):
+    vary = {"assembly.bar.lap_mm": LAPS | ({"number": number} if design == "grid" else {})}
+    how = {"kind": design} | ({} if design == "grid" else {"number": number})
+    begun = time.process_time()
+    (line,) = changed(vary=vary, design=how, designs_per_job=10**6)
+    taken = time.process_time() - begun
+    assert line.startswith(f"{FILE}: vary: ")
+    sentence = f"makes {told} joints of other dimensions, preloads or divisions: must make at most"
+    assert f"{sentence} 10000" in line
+    # a check of each takes 9 s for twenty thousand
+    assert taken < 2
+
+
+def test_other_keys_of_a_grid_make_no_further_variants(changed):
+    vary = {"joint.regions": [4, 6], "preload_N": LAPS | {"number": 10**6}}
+    study = changed(vary=vary, design={"kind": "grid"}, designs_per_job=10**6)
+    assert (study.designs[NAME], len(study.variants[NAME])) == (2 * 10**6, 2)
+
+
+def test_a_job_checks_the_variant_it_needs_and_no_other(study, changed, monkeypatch):
+    changed(vary={"assembly.bar.lap_mm": LAPS | {"number": 2000}}, design={"kind": "grid"})
+    checked, check = [], BaseOfVariants.checked
+    monkeypatch.setattr(
+        BaseOfVariants, "checked", lambda *args: checked.append(args[1]) or check(*args)
+    )
+    loaded = load_study(study, SWEPT, before=True)
+    contents = Contents(loaded, DISPLAYS)
+    contents.select("joint", case="three_bolt_constant")
+    DISPLAYS.jobs(contents, "figure")
+    estimate.Resources(loaded).of("responses", "three_bolt_constant")
+    assert checked == []
+    name = "three_bolt_constant,assembly.bar.lap_mm=120"
+    assert loaded.case(name).assembly == "three_bolt,bar.lap_mm=120"
+    assert loaded.assembly("three_bolt,bar.lap_mm=120").bar.lap_mm == 120
+    assert checked == [{"assembly.bar.lap_mm": 120}]
+
+
+def test_a_job_that_needs_no_table_reads_none(study, changed, monkeypatch):
+    rows = "\n".join(f"{5000 + n},0.002" for n in range(300))
+    (study / "designs.csv").write_text(f"preload_N,loss_factor\n{rows}\n\n", encoding="utf-8")
+    changed(design={"kind": "table", "file": "designs.csv"}, without=["vary"], designs_per_job=100)
+
+    def refuse(self):
+        raise AssertionError("the numbers are read")
+
+    monkeypatch.setattr(CsvTable, "columns", refuse)
+    loaded = load_study(study, SWEPT, before=True)
+    contents = Contents(loaded, DISPLAYS)
+    # their keys are in the first line, and lines are designs
+    assert loaded.swept[NAME].keys == ("preload_N", "loss_factor")
+    assert loaded.designs == {NAME: 300}
+    assert contents.chunk(NAME, 2) == (200, 300)
+    assert len(contents.select("chunk", sweep=NAME)) == 3
+    assert len(loaded.hashes["designs.csv"]) == 16
+
+
+@pytest.mark.parametrize(
+    ("vary", "reason"),
+    [
+        ({"preload_N": [0, -5]}, "preload_N: 0.0 must be greater than 0"),
+        (
+            {"preload_N": [1000, -5], "loss_factor": [2, 3]},
+            "loss_factor: 2.0 must be less than 1",
+        ),
+        ({"joint.regions": [0, 6.5]}, "joint.regions: 0 must be a whole number of at least 1"),
+    ],
+)
+@pytest.mark.parametrize("design", ["grid", "latin-hypercube", "table"])
+def test_a_sweep_without_a_possible_design_is_refused(study, changed, vary, reason, design):
+    if design != "table":
+        how = {"kind": design} | ({} if design == "grid" else {"number": 4})
+        (line,) = changed(vary=vary, design=how, observe=["responses"])
+        assert line.startswith(f"{FILE}: vary: ")
+    else:
+        rows = zip(*vary.values(), strict=True)
+        lines = [",".join(vary), *(",".join(map(str, row)) for row in rows)]
+        (study / "designs.csv").write_text("\n".join(lines), encoding="utf-8")
+        how = {"kind": "table", "file": "designs.csv"}
+        (line,) = changed(design=how, without=["vary"], observe=["responses"])
+        assert line.startswith(f'{FILE}: design.file: "designs.csv" ')
+    assert line.endswith(f" makes no possible design: {reason}")
+
+
+def test_one_possible_design_is_enough(study, changed):
+    assert changed(vary={"preload_N": [0, 1000]}, design={"kind": "grid"}).designs == {NAME: 2}
+    (study / "designs.csv").write_text("preload_N,joint.regions\n0,6\n1,6.5\n1,6\n")
+    found = changed(design={"kind": "table", "file": "designs.csv"}, without=["vary"])
+    assert found.designs == {NAME: 3}
 
 
 def test_long_names_of_variants_are_hashes(changed):

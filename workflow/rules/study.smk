@@ -13,7 +13,7 @@ from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
-from boltjoint.config.types import ConfigError
+from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
@@ -58,16 +58,19 @@ try:
     CASE_STUDIES = name_case_studies(
         Path(source_tables[0]).parent if source_tables else None
     )
-    study = load_study(Path.cwd(), config, CASE_STUDIES)
-    needed = estimate.estimate(study)
+    # jobs, which read this file again, find that of it which they need
+    study = load_study(
+        Path.cwd(), config, CASE_STUDIES, before=not workflow.is_main_process
+    )
+    needed = estimate.estimate(study) if workflow.is_main_process else None
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
 
 # of this machine; what a cluster has, it knows itself
 cores = workflow.resource_settings.cores
-memory = None if cores is None else estimate.machine_memory()
-# jobs, which read this file again, are asked no more
+# jobs are asked no more
 if workflow.is_main_process:
+    memory = None if cores is None else estimate.machine_memory()
     if shortage := estimate.shortage(needed, memory):
         raise WorkflowError(shortage)
     for line in estimate.overstrained(study):
@@ -134,6 +137,11 @@ def node_to_node(case, basis):
     return layout.path("joint", case=case, basis=basis, joint=REFERENCE[0])
 
 
+def is_of_sweep(case, basis, joint):
+    """Whether only designs of sweeps have a joint: an impossible one does not end the study."""
+    return not contents.select("joint", case=case, basis=basis, joint=joint)
+
+
 def preload_of(case):
     """The contact of the assembly of a case under the preload of that case."""
     found = study.case(case)
@@ -147,8 +155,7 @@ def any_preload(assembly):
     """
     varied = [
         layout.path("preload", assembly=assembly, preload_N=each.case.preload)
-        for each in study.possible_variants()
-        if each.assembly_name == assembly
+        for each in study.variants_of(ASSEMBLY_FOLDER, assembly)
     ]
     return (data("preload", assembly=assembly) or varied)[0]
 

@@ -17,7 +17,7 @@ rule list_designs:
         case=lambda w: study.base_of_sweep(w.sweep),
         variants=lambda w: [
             {"values": each.values, "reason": each.reason}
-            for each in study.variants[w.sweep]
+            for each in study.swept[w.sweep].variants
         ],
         quantities=lambda w: study.quantities(w.sweep),
         table=lambda w: hash_of_table(table_of(w.sweep)),
@@ -39,7 +39,8 @@ rule solve_designs:
         "../envs/boltjoint.yaml"
     resources:
         # chunks of several sweeps may be tasks of one job array, which all have the same
-        **resources_needed.of_any("designs"),
+        mem_mb=lambda w: resources_needed.of_any("designs")["mem_mb"],
+        runtime=lambda w: resources_needed.of_any("designs")["runtime"],
     params:
         library=library("solve_designs.py"),
         case=lambda w: study.base_of_sweep(w.sweep),

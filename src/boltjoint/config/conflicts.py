@@ -1,8 +1,6 @@
 """What does not go together in a study: cases, assemblies, sweeps and settings."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-
-from pydantic import ValidationError
+from collections.abc import Collection, Iterator, Mapping
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
@@ -10,11 +8,10 @@ from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.entries import choice
 from boltjoint.config.gap_map import GapMap
 from boltjoint.config.settings import Settings
-from boltjoint.config.sweep import MOST_JOBS, Sweep
+from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, Problems
-from boltjoint.config.variants import Variant
-from boltjoint.config.varied_case import conflicts_with_case, solved_alone
-from boltjoint.config.varied_keys import RATIOS, Quantity
+from boltjoint.config.varied_case import SolvedCase, conflicts_with_case, solve_alone
+from boltjoint.config.varied_keys import Quantity
 from boltjoint.names import Basis, Preload
 
 
@@ -87,43 +84,20 @@ def conflicts_of_sweep(
 ) -> Problems:
     """What the base case, its assembly and the settings do not allow in a sweep."""
     yield from conflicts_with_case(sweep, case, allowed)
-    for path, sentence in conflicts_when_solved(sweep, case, assembly, settings):
+    for path, sentence in conflicts_when_solved(solve_alone(case, sweep), assembly, settings):
         if path in (("joint",), ("basis",), ("resonance",)):
             yield path, sentence
 
 
-def conflicts_when_solved(
-    sweep: Sweep, case: Case, assembly: Assembly, settings: Settings
-) -> Problems:
+def conflicts_when_solved(solved: SolvedCase, assembly: Assembly, settings: Settings) -> Problems:
     """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
-    content = solved_alone(case, sweep)
-    try:
-        found = list(conflicts_of_case(Case.model_validate(content), assembly, settings, None))
-    except ValidationError as error:
-        found = [each for problem in error.errors() for each in problem["ctx"]["problems"]]
+    found = solved.problems
+    if solved.case is not None:
+        found = conflicts_of_case(solved.case, assembly, settings, None)
     keys = {"joints": "joint", "modes": "basis", "resonance": "resonance"}
     for path, sentence in found:
         key = next((keys[part] for part in path if part in keys), None)
         yield path if key is None else (key,), sentence
-
-
-def conflicts_of_variants(sweep: Sweep, variants: Sequence[Variant]) -> Problems:
-    """More variants than can be made, or none that can."""
-    if len(variants) > MOST_JOBS:
-        yield (
-            ("vary",),
-            f"makes {len(variants)} joints of other dimensions, preloads or divisions: must make "
-            f"at most {MOST_JOBS}",
-        )
-    if all(each.reason for each in variants):
-        yield ("vary",), f"makes no possible design: {variants[0].reason}"
-    if sweep.basis.is_contact_adapted and any(
-        key.startswith(RATIOS) for each in variants for key in each.values
-    ):
-        yield (
-            ("basis",),
-            "must be free-N: a contact-adapted basis is made for preloads of one ratio",
-        )
 
 
 def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:

@@ -102,6 +102,10 @@ class CsvTable:
             blocks.append(self._numbers(rows))
         return dict(zip(self.keys, np.concatenate(blocks).T, strict=True))
 
+    def count(self) -> int:
+        """Number of lines below the first, without blank ones at the end, of readable columns."""
+        return self._lines.getvalue().rstrip(" \t\n,;").count("\n")
+
     def _read_rows(self) -> Iterator[Row]:
         """The lines, without blank ones at the end."""
         delimiter = ";" if self._has_decimal_commas else ","

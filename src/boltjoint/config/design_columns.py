@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 def design_columns(vary: Mapping[str, Values], design: Design) -> dict[str, Array]:
     """Values of each key by design; of a grid the last key varies first."""
     if isinstance(design, Grid):
-        axes = np.meshgrid(*map(_grid_values, vary.values()), indexing="ij")
+        axes = np.meshgrid(*map(grid_values, vary.values()), indexing="ij")
         return {key: axis.ravel() for key, axis in zip(vary, axes, strict=True)}
     # it takes half a second to import
     from scipy.stats import qmc
@@ -44,7 +44,8 @@ def _quantile(values: Values, share: Array) -> Array:
     return values.quantile(share)
 
 
-def _grid_values(values: Values) -> Array:
+def grid_values(values: Values) -> Array:
+    """Values of a key in a grid."""
     if isinstance(values, Range):
         return values.quantile(np.linspace(0, 1, values.number))
     return np.array(values)

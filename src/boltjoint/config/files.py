@@ -1,6 +1,6 @@
 """YAML files of a study, settings in layers, and the problems found in them, one line each."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from hashlib import blake2b
 from pathlib import Path
@@ -61,13 +61,25 @@ def _paths(content: Any, path: KeyPath = ()) -> Iterator[KeyPath]:  # noqa: ANN4
             yield from _paths(value, (*path, key))
 
 
+class TableHashes(dict[str, str]):
+    """Hashes of the tables of a study by their files: one that is not there is read first."""
+
+    def __init__(self, read: Callable[[str], str]) -> None:
+        super().__init__()
+        self._read = read
+
+    def __missing__(self, file: str) -> str:
+        self._read(file)
+        return self[file]
+
+
 class StudyFiles:
     """The files of one study, every problem found in them, and hashes of its tables."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.problems: list[str] = []
-        self.hashes: dict[str, str] = {}
+        self.hashes = TableHashes(self.table)
         self._contents: dict[str, Mapping[str, Any] | None] = {}
 
     def refuse_problems(self) -> None:

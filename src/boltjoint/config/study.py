@@ -1,13 +1,11 @@
 """Study: the cases, assemblies and numerical options that its YAML files describe."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping
-from functools import cached_property, partial
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, InstanceOf
 
 from boltjoint import names
@@ -21,19 +19,18 @@ from boltjoint.config.conflicts import (
     conflicts_of_preload,
     conflicts_of_preload_with_gap,
     conflicts_of_sweep,
-    conflicts_of_variants,
     conflicts_when_solved,
     missing_preloads,
     other_preloads,
 )
 from boltjoint.config.csv_table import TableError
-from boltjoint.config.design_columns import design_columns
 from boltjoint.config.entries import choice, with_value
-from boltjoint.config.files import StudyFiles
+from boltjoint.config.files import StudyFiles, TableHashes
 from boltjoint.config.gap_map import GapMap, read_gap_map
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.sweep import Sweep, Table
+from boltjoint.config.swept_designs import SweptDesigns
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
     CASE_FOLDER,
@@ -42,13 +39,13 @@ from boltjoint.config.types import (
     KeyPath,
     Problems,
 )
-from boltjoint.config.variants import Variant, find_variants
+from boltjoint.config.variants import BaseOfVariants, Variant
 from boltjoint.config.varied_case import (
-    read_table,
+    SolvedCase,
     solved_alone,
     with_all_ratios,
 )
-from boltjoint.config.varied_keys import Quantity, is_rescaled, keys_that_vary
+from boltjoint.config.varied_keys import Quantity, keys_that_vary
 from boltjoint.regular_file import UnsuitableFile
 
 
@@ -63,46 +60,69 @@ class Study(Settings):
     """The assemblies that config.yaml names and those that its cases use, by name."""
     sweeps: dict[str, Sweep]
     """The sweeps that run, by name, in the order of config.yaml."""
-    designs: dict[str, int]
-    """Number of designs of each sweep."""
-    varied: dict[str, tuple[str, ...]] = Field({}, exclude=True)
-    """Keys that each sweep varies: they follow from the rest and from the tables of designs."""
-    variants: dict[str, tuple[InstanceOf[Variant], ...]] = Field({}, exclude=True)
-    """The base case of each sweep under all values of those keys that need another joint: they
-    follow from the rest."""
-
-    hashes: dict[str, str] = Field({}, exclude=True)
+    swept: dict[str, InstanceOf[SweptDesigns]] = Field({}, exclude=True)
+    """Designs of each sweep: they follow from the rest and from the tables of designs."""
+    hashes: InstanceOf[TableHashes] | dict[str, str] = Field({}, exclude=True)
     """Hash of the content of each table of designs and map of a gap, by its file."""
 
-    @cached_property
-    def _by_case(self) -> dict[str, Case]:
-        varied = {each.case_name: each.case for each in self.possible_variants()}
-        return varied | self.base_cases | self.cases
+    @property
+    def designs(self) -> dict[str, int]:
+        """Number of designs of each sweep."""
+        return {name: each.number for name, each in self.swept.items()}
+
+    @property
+    def variants(self) -> dict[str, tuple[Variant, ...]]:
+        """Variants of the base case of each sweep, possible ones or not."""
+        return {name: each.variants for name, each in self.swept.items()}
 
     @cached_property
-    def _by_assembly(self) -> dict[str, Assembly]:
-        varied = {each.assembly_name: each.assembly for each in self.possible_variants()}
-        return varied | self.assemblies
+    def _variants_of_file(self) -> dict[tuple[str, str], list[Variant]]:
+        """The variants of sweeps by a folder and the name of a file in it."""
+        found: dict[tuple[str, str], list[Variant]] = {}
+        for variant in (each for variants in self.variants.values() for each in variants):
+            for which in (
+                (CASE_FOLDER, variant.case_name),
+                (ASSEMBLY_FOLDER, variant.assembly_name),
+            ):
+                found.setdefault(which, []).append(variant)
+        return found
+
+    def variants_of(self, folder: str, name: str) -> Iterator[Variant]:
+        """The possible variants of sweeps whose case or assembly has this name.
+
+        Parameters
+        ----------
+        folder
+            ``CASE_FOLDER`` or ``ASSEMBLY_FOLDER``.
+        name
+            Name of the case or the assembly.
+        """
+        found = self._variants_of_file.get((folder, name), ())
+        return (each for each in found if not each.reason)
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
-        if name not in self._by_case:
-            known = self.cases | self.base_cases
-            raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, known)}")
-        return self._by_case[name]
+        known = self.cases | self.base_cases
+        if name in known:
+            return known[name]
+        for variant in self.variants_of(CASE_FOLDER, name):
+            return variant.case
+        raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, known)}")
 
     def assembly(self, name: str) -> Assembly:
         """The assembly of this name, be it a file of the study or a variant in a sweep."""
-        return self._by_assembly[name]
+        if name in self.assemblies:
+            return self.assemblies[name]
+        return next(self.variants_of(ASSEMBLY_FOLDER, name)).assembly
 
     def possible_variants(self, *sweeps: str) -> list[Variant]:
         """The variants of some sweeps, or of all, that can be solved."""
-        found = (self.variants[name] for name in sweeps or self.variants)
-        return [variant for each in found for variant in each if not variant.reason]
+        found = (self.swept[name].possible_variants for name in sweeps or self.swept)
+        return [variant for each in found for variant in each]
 
     def base_of_sweep(self, name: str) -> dict[str, Any]:
         """The base case of a sweep, with the joint, basis and resonance that the sweep solves."""
-        sweep, first = self.sweeps[name], self.variants[name][0]
+        sweep, first = self.sweeps[name], self.swept[name].variants[0]
         case = self.case(sweep.case)
         bolts = len(self.assembly(case.assembly).bolt_positions_mm)
         return with_all_ratios(solved_alone(case, sweep), first.values, bolts)
@@ -120,8 +140,8 @@ class Study(Settings):
         Those of the cases that use it, or of all cases where none does.
         """
         every = [*self.cases.values(), *self.base_cases.values()]
-        varied = (each.case for each in self.possible_variants())
-        own = [case for case in (*every, *varied) if case.assembly == assembly]
+        varied = (each.case for each in self.variants_of(ASSEMBLY_FOLDER, assembly))
+        own = [*(case for case in every if case.assembly == assembly), *varied]
         found: list[dict[str, Any]] = []
         for case in own or every:
             condition = {"contact": case.contact.model_dump(), "damping": case.structural_damping}
@@ -148,6 +168,8 @@ def load_study(
     folder: str | Path,
     changes: Mapping[str, Any] | None = None,
     published: Collection[str] | None = None,
+    *,
+    before: bool = False,
 ) -> Study:
     """Read and check the configuration of a study.
 
@@ -161,6 +183,9 @@ def load_study(
         of ``config.yaml`` before. Of keys that hold keys, only those are replaced that are given.
     published
         Case studies of the source that a case may be compared with; any name will do without.
+    before
+        Whether it was checked before, as by the process that starts a job: tables, maps and
+        variants of sweeps are then read and checked when they are asked for.
 
     Raises
     ------
@@ -195,11 +220,11 @@ def load_study(
         if name not in assemblies:
             assemblies[name] = files.check(Assembly, _assembly_file(name), content)
 
-    gap_maps = _read_gap_maps(assemblies, files)
+    gap_maps = cache(partial(_read_gap_maps, assemblies, files))
     for name, assembly in assemblies.items():
-        if assembly is not None:
+        if assembly is not None and not before:
             with files.checking(_assembly_file(name)):
-                found = conflicts_of_gap(assembly, gap_maps)
+                found = conflicts_of_gap(assembly, gap_maps())
                 content = assembly.model_dump()
                 files.note(_assembly_file(name), (with_value(content, *each) for each in found))
 
@@ -227,7 +252,7 @@ def load_study(
                     files.note(_case_file(name), [problem])
             for name, sentence in missing_preloads(cases.values(), assemblies):
                 files.note(_assembly_file(name), [(("preload_N",), sentence)])
-    designs, varied, variants = {}, {}, {}
+    swept: dict[str, SweptDesigns] = {}
     for name, sweep in sweeps.items():
         if sweep is not None and (case := cases.get(sweep.case)) is not None:
             file, assembly = f"{SWEEP_FOLDER}/{name}.yaml", assemblies[case.assembly]
@@ -235,23 +260,22 @@ def load_study(
                 if assembly is None or settings is None:
                     continue
                 allowed = keys_that_vary(case, assembly, sweep.joint)
+                conflicts = partial(_conflicts_of_variant, settings=settings, gap_maps=gap_maps)
+                base = BaseOfVariants(sweep, case, assembly, conflicts)
+                of_table = isinstance(sweep.design, Table)
+                read = cache(partial(files.table, sweep.design.file)) if of_table else None
+                swept[name] = designs = SweptDesigns(base, allowed, read)
+                if before:
+                    continue
                 problems = list(conflicts_of_sweep(sweep, case, assembly, settings, allowed))
-                columns = None
-                if isinstance(sweep.design, Table):
-                    columns = _read_designs(sweep.design.file, allowed, files)
+                if of_table:
+                    _check_table(designs, files)
                 if not files.problems:
-                    keys = columns or sweep.vary
+                    keys = designs.keys
                     problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
                 if not problems and not files.problems:
-                    if columns is None and not all(map(is_rescaled, sweep.vary)):
-                        columns = design_columns(sweep.vary, sweep.design)
-                    conflicts = partial(_conflicts_of_variant, settings=settings, gap_maps=gap_maps)
-                    found = find_variants(sweep, case, assembly, columns or {}, conflicts)
-                    problems += conflicts_of_variants(sweep, found)
-                    variants[name] = tuple(found)
-                varied[name] = tuple(sweep.vary or columns or ())
+                    problems += designs.conflicts()
                 files.note(file, (with_value(contents[file], *each) for each in problems))
-                designs[name] = sweep.designs or len(next(iter((columns or {0: ()}).values())))
     with files.checking(CONFIG_FILE):
         if settings is not None:
             problems = conflicts_of_convergence(settings, cases.values(), assemblies)
@@ -263,9 +287,7 @@ def load_study(
         "base_cases": {name: case for name, case in cases.items() if name not in runs},
         "assemblies": assemblies,
         "sweeps": sweeps,
-        "designs": designs,
-        "varied": varied,
-        "variants": variants,
+        "swept": swept,
         "hashes": files.hashes,
     }
     return Study.model_validate({**dict(settings), **found})
@@ -291,19 +313,17 @@ def _is_name(value: object) -> bool:
     return is_file_name and not names.repeats_pattern(value)
 
 
-def _read_designs(
-    file: str, allowed: Mapping[str, Quantity], files: StudyFiles
-) -> dict[str, NDArray[np.float64]]:
-    """The designs in a table; none, with a problem noted, if it cannot be read."""
+def _check_table(designs: SweptDesigns, files: StudyFiles) -> None:
+    """Note what is wrong with a table of designs."""
+    file = designs.file
     try:
-        return read_table(files.table(file), file, allowed)
+        _ = designs.columns
     except OSError as error:
         files.problems.append(f"{as_word(file)}: cannot be read: {error.strerror}")
     except UnsuitableFile as error:
         files.problems.append(f"{as_word(file)}: {error.sentence}")
     except TableError as error:
         files.problems.append(str(error))
-    return {}
 
 
 def _read_gap_maps(
@@ -329,13 +349,13 @@ def _read_gap_maps(
 
 
 def _conflicts_of_variant(
-    sweep: Sweep,
-    case: Case,
+    solved: SolvedCase,
     assembly: Assembly,
     settings: Settings,
-    gap_maps: Mapping[str, GapMap],
+    gap_maps: Callable[[], Mapping[str, GapMap]],
 ) -> Problems:
     """What an assembly, the settings and the maps of gaps do not allow in a variant of a sweep."""
-    yield from conflicts_when_solved(sweep, case, assembly, settings)
-    for path, sentence in conflicts_of_gap(assembly, gap_maps):
-        yield ("assembly", *path), sentence
+    yield from conflicts_when_solved(solved, assembly, settings)
+    if assembly.contact.gap_file is not None:
+        for path, sentence in conflicts_of_gap(assembly, gap_maps()):
+            yield ("assembly", *path), sentence

@@ -1,7 +1,13 @@
-"""Variants of a sweep: its base case under each combination of keys that need another joint."""
+"""Variants of a sweep: its base case under each combination of keys that need another joint.
 
-from collections.abc import Callable, Mapping
+A variant is checked when it is asked for: of a sweep with many, a job needs one or two.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
 from hashlib import blake2b
+from itertools import islice, product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -9,52 +15,53 @@ from numpy.typing import NDArray
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
-from boltjoint.config.sweep import Sweep
-from boltjoint.config.types import Problems
-from boltjoint.config.varied_case import refused, with_all_ratios, with_values
+from boltjoint.config.design_columns import design_columns, grid_values
+from boltjoint.config.sweep import MOST_JOBS, Grid, Sweep
+from boltjoint.config.types import Problems, unforeseen
+from boltjoint.config.varied_case import (
+    SolvedCase,
+    read_content,
+    solve_alone,
+    with_all_ratios,
+    with_values,
+)
 from boltjoint.config.varied_keys import (
     ASSEMBLY,
     JOINT,
     is_rescaled,
     key_of,
     path_of,
+    value_at,
     with_numbers,
     with_value_at,
 )
-from boltjoint.names import JointName
+from boltjoint.names import Basis, JointName
 
 #: characters of a name beyond which values are told by a hash: folders have 255
 _LONGEST_NAME = 120
 
-
-class Variant(NamedTuple):
-    """A base case, its assembly and its joint with other values of some keys.
-
-    ``values`` are these; ``case_name`` and ``assembly_name`` tell the files; ``reason`` why it is
-    impossible, empty where it is not.
-    """
-
-    values: Mapping[str, float]
-    case_name: str
-    assembly_name: str
-    case: Case
-    assembly: Assembly
-    joint: JointName
-    reason: str = ""
-
-
-Conflicts = Callable[[Sweep, Case, Assembly], Problems]
+Values = Mapping[str, float]
+Conflicts = Callable[[SolvedCase, Assembly], Problems]
 """What an assembly and the settings do not allow in a case, solved as a sweep does."""
 
 
-def find_variants(
-    sweep: Sweep,
-    case: Case,
-    assembly: Assembly,
-    columns: Mapping[str, NDArray[np.float64]],
-    conflicts: Conflicts,
-) -> list[Variant]:
-    """The variants of a sweep, in the order of its designs.
+class TooManyVariants(ValueError):
+    """More variants than the workflow has jobs for."""
+
+
+class _Checked(NamedTuple):
+    """A case, its assembly and its joint, and why they are impossible."""
+
+    case: Case
+    assembly: Assembly
+    joint: JointName
+    reason: str
+
+
+class BaseOfVariants:
+    """The base case of a sweep, its assembly and its joint, whose keys vary.
+
+    What several variants have in common is checked once.
 
     Parameters
     ----------
@@ -62,61 +69,178 @@ def find_variants(
         The sweep.
     case, assembly
         The base case and its assembly.
-    columns
-        Values of the keys by design.
     conflicts
         As ``Conflicts``.
     """
-    keys = [key for key in columns if not is_rescaled(key)]
+
+    def __init__(self, sweep: Sweep, case: Case, assembly: Assembly, conflicts: Conflicts) -> None:
+        self.sweep, self.case, self.assembly = sweep, case, assembly
+        self._conflicts = conflicts
+        self._contents = case.model_dump(), assembly.model_dump()
+        self._cases: dict[tuple[object, ...], tuple[Case | None, list[str]]] = {}
+        self._solved: dict[tuple[object, ...], SolvedCase] = {}
+
+    def is_own(self, of_assembly: Values) -> bool:
+        """Whether the values of keys of the assembly are those it has."""
+        content = self._contents[1]
+        return all(value_at(content, path_of(key)) == of_assembly[key] for key in of_assembly)
+
+    def checked(self, values: Values) -> _Checked:
+        """The base case with other values of some keys, as far as it is possible."""
+        of_assembly, of_joint = _of_part(values, ASSEMBLY), _of_part(values, JOINT)
+        of_case = {key: value for key, value in values.items() if not key.startswith(JOINT)}
+        assembly, reasons, joint = self.assembly, [], self.sweep.joint
+        if not self.is_own(of_assembly):
+            content = self._contents[1]
+            for key, value in of_assembly.items():
+                content = with_value_at(content, path_of(key), value)
+            found, lines = read_content(content, Assembly)
+            reasons += [f"{ASSEMBLY}{line}" for line in lines]
+            assembly = found or assembly
+        own = tuple(each for each in of_case.items() if not each[0].startswith(ASSEMBLY))
+        bolts = len(assembly.bolt_positions_mm)
+        case, lines = self._case(own, bolts)
+        reasons += lines
+        try:
+            joint = with_numbers(joint, of_joint)
+        except ValueError as error:
+            reasons.append(f"{JOINT}{error}")
+        if not reasons:
+            which = own, bolts, joint
+            if which not in self._solved:
+                alone = self.sweep.model_copy(update={"joint": joint})
+                self._solved[which] = solve_alone(case, alone)
+            conflicts = self._conflicts(self._solved[which], assembly)
+            reasons += [f"{key_of(path)}: {line}" for path, line in conflicts]
+        return _Checked(case or self.case, assembly, joint, "; ".join(reasons))
+
+    def _case(
+        self, own: tuple[tuple[str, float], ...], bolts: int
+    ) -> tuple[Case | None, list[str]]:
+        """The base case with other values of keys of its own; None, with reasons, if impossible."""
+        if (own, bolts) not in self._cases:
+            values = dict(own)
+            content = with_values(with_all_ratios(self._contents[0], values, bolts), values)
+            content["verification_forces_N"] = self.case.verification_forces_N
+            self._cases[own, bolts] = read_content(content, Case)
+        return self._cases[own, bolts]
+
+
+class Variant:
+    """A base case, its assembly and its joint with other values of some keys.
+
+    Attributes
+    ----------
+    values
+        These values by their keys.
+    case_name, assembly_name
+        Names of their files.
+    """
+
+    def __init__(self, values: Values, base: BaseOfVariants) -> None:
+        self.values, self._base = values, base
+
+    @property
+    def basis(self) -> Basis:
+        """The basis of the sweep."""
+        return self._base.sweep.basis
+
+    @cached_property
+    def case_name(self) -> str:
+        return _named(self._base.sweep.case, _without(self.values, JOINT))
+
+    @cached_property
+    def assembly_name(self) -> str:
+        of_assembly, name = _of_part(self.values, ASSEMBLY), self._base.case.assembly
+        return name if self._base.is_own(of_assembly) else _named(name, of_assembly)
+
+    @cached_property
+    def _checked(self) -> _Checked:
+        try:
+            return self._base.checked(self.values)
+        except Exception as error:  # of values that no rule thought of
+            base = self._base
+            reason = unforeseen("checked", error)
+            return _Checked(base.case, base.assembly, base.sweep.joint, reason)
+
+    @cached_property
+    def case(self) -> Case:
+        """The case, of the assembly of this variant."""
+        if self._checked.case.assembly == self.assembly_name:
+            return self._checked.case
+        return self._checked.case.model_copy(update={"assembly": self.assembly_name})
+
+    @property
+    def assembly(self) -> Assembly:
+        """The assembly; where it is impossible, that of the base case."""
+        return self._checked.assembly
+
+    @property
+    def joint(self) -> JointName:
+        """The joint; where it is impossible, that of the sweep."""
+        return self._checked.joint
+
+    @property
+    def reason(self) -> str:
+        """Why it is impossible, empty where it is not."""
+        return self._checked.reason
+
+
+def find_variants(
+    base: BaseOfVariants, columns: Mapping[str, NDArray[np.float64]] | None = None
+) -> list[Variant]:
+    """The variants of a sweep, in the order of its designs. They are counted, and none is checked.
+
+    Parameters
+    ----------
+    base
+        What varies.
+    columns
+        Values of the keys by design, where they are those of a table.
+
+    Raises
+    ------
+    TooManyVariants
+        If there are more than ``MOST_JOBS``.
+    """
+    sweep = base.sweep
+    keys = [key for key in (columns or sweep.vary) if not is_rescaled(key)]
     if not keys:
-        return [Variant({}, sweep.case, case.assembly, case, assembly, sweep.joint)]
-    rows = np.column_stack([columns[key] for key in keys])
-    distinct = dict.fromkeys(map(tuple, rows.tolist()))
-    return [
-        _variant(sweep, case, assembly, dict(zip(keys, row, strict=True)), conflicts)
-        for row in distinct
-    ]
+        return [Variant({}, base)]
+    if columns is None and isinstance(sweep.design, Grid):
+        # the other keys of a grid make no further ones
+        rows: Iterable[tuple[float, ...]] = ()
+        if (count := prod(sweep.grid[key] for key in keys)) <= MOST_JOBS:
+            rows = product(*(grid_values(sweep.vary[key]).tolist() for key in keys))
+    else:
+        columns = columns or design_columns(sweep.vary, sweep.design)
+        rows, count = zip(*(columns[key].tolist() for key in keys), strict=True), 0
+    distinct = dict.fromkeys(_until_too_many(rows))
+    if max(count, len(distinct)) > MOST_JOBS:
+        told = f"{count}" if count else f"more than {MOST_JOBS}"
+        raise TooManyVariants(f"makes {told} joints of other dimensions, preloads or divisions")
+    return [Variant(dict(zip(keys, row, strict=True)), base) for row in distinct]
 
 
-def _variant(
-    sweep: Sweep,
-    case: Case,
-    assembly: Assembly,
-    values: dict[str, float],
-    conflicts: Conflicts,
-) -> Variant:
-    """A variant, as far as it is possible."""
-    of_assembly, of_joint = (
-        {key.removeprefix(part): value for key, value in values.items() if key.startswith(part)}
-        for part in (ASSEMBLY, JOINT)
-    )
-    of_case = {key: value for key, value in values.items() if not key.startswith(JOINT)}
-    name, reasons, joint = case.assembly, [], sweep.joint
-    content = assembly.model_dump()
-    for key, value in of_assembly.items():
-        content = with_value_at(content, path_of(key), value)
-    if found := refused(content, Assembly):
-        reasons += [f"{ASSEMBLY}{reason}" for reason in found]
-    elif content != assembly.model_dump():
-        assembly, name = Assembly.model_validate(content), _named(name, of_assembly)
-    content = with_all_ratios(case.model_dump(), of_case, len(assembly.bolt_positions_mm))
-    content = with_values(content, of_case)
-    content["verification_forces_N"] = case.verification_forces_N
-    reasons += refused(content, Case)
-    try:
-        joint = with_numbers(joint, of_joint)
-    except ValueError as error:
-        reasons.append(f"{JOINT}{error}")
-    if not reasons:
-        case = Case.model_validate(content)
-        alone = sweep.model_copy(update={"joint": joint})
-        reasons += [f"{key_of(path)}: {line}" for path, line in conflicts(alone, case, assembly)]
-    case = case.model_copy(update={"assembly": name})
-    told = "; ".join(reasons)
-    return Variant(values, _named(sweep.case, of_case), name, case, assembly, joint, told)
+def _until_too_many(rows: Iterable[tuple[float, ...]]) -> Iterable[tuple[float, ...]]:
+    """The first of equal rows, until there are more than can be made."""
+    rows, known = iter(rows), set()
+    while len(known) <= MOST_JOBS and (some := list(islice(rows, MOST_JOBS))):
+        fresh = [row for row in dict.fromkeys(some) if row not in known]
+        known.update(fresh)
+        yield from fresh
 
 
-def _named(name: str, values: Mapping[str, float]) -> str:
+def _of_part(values: Values, part: str) -> dict[str, float]:
+    """The values of the keys of a part, without its name."""
+    return {key.removeprefix(part): value for key, value in values.items() if key.startswith(part)}
+
+
+def _without(values: Values, part: str) -> dict[str, float]:
+    return {key: value for key, value in values.items() if not key.startswith(part)}
+
+
+def _named(name: str, values: Values) -> str:
     """The name of a file or folder, with values."""
     if not values:
         return name

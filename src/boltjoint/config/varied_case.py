@@ -1,7 +1,7 @@
 """Cases with other values of some keys, as the designs of a sweep are."""
 
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from boltjoint.config.csv_table import CsvTable, TableError
 from boltjoint.config.entries import Entry, explain
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import LEVEL_KEYS, MOST_DESIGNS, Sweep
-from boltjoint.config.types import Problems
+from boltjoint.config.types import KeyPath, Problems
 from boltjoint.config.varied_keys import (
     ASSEMBLY,
     JOINT,
@@ -25,6 +25,7 @@ from boltjoint.config.varied_keys import (
 )
 
 Array = NDArray[np.float64]
+EntryT = TypeVar("EntryT", bound=Entry)
 
 
 def conflicts_with_case(sweep: Sweep, case: Case, allowed: Collection[str]) -> Problems:
@@ -40,14 +41,20 @@ def conflicts_with_case(sweep: Sweep, case: Case, allowed: Collection[str]) -> P
                     yield ("vary", key), f"reaches too far: {sentence}"
 
 
-def refused(content: Mapping[str, Any], model: type[Entry]) -> list[str]:
-    """What is wrong with the content of a file, a line each; none if nothing is."""
+def read_content(
+    content: Mapping[str, Any], model: type[EntryT]
+) -> tuple[EntryT | None, list[str]]:
+    """The content of a file as a model; None, and what is wrong with it, a line each."""
     try:
-        model.model_validate(content)
+        return model.model_validate(content), []
     except ValidationError as error:
         found = explain(error, model, content)
-        return [f"{key_of(path)}: {sentence}" for path, sentence in found]
-    return []
+        return None, [f"{key_of(path)}: {sentence}" for path, sentence in found]
+
+
+def refused(content: Mapping[str, Any], model: type[Entry]) -> list[str]:
+    """What is wrong with the content of a file, a line each; none if nothing is."""
+    return read_content(content, model)[1]
 
 
 def with_values(content: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
@@ -90,6 +97,22 @@ def solved_alone(case: Case, sweep: Sweep) -> dict[str, Any]:
         "coordinates": (sweep.coordinates,),
         "solve": (block,),
     }
+
+
+class SolvedCase(NamedTuple):
+    """A case that solves only what a sweep does; None, with problems, if it is impossible."""
+
+    case: Case | None
+    problems: list[tuple[KeyPath, str]]
+
+
+def solve_alone(case: Case, sweep: Sweep) -> SolvedCase:
+    """The case that solves only what a sweep does."""
+    try:
+        return SolvedCase(Case.model_validate(solved_alone(case, sweep)), [])
+    except ValidationError as error:
+        problems = [each for problem in error.errors() for each in problem["ctx"]["problems"]]
+        return SolvedCase(None, problems)
 
 
 def read_table(text: str, file: str, allowed: Collection[str]) -> dict[str, Array]:

@@ -111,6 +111,13 @@ def key_of(path: Sequence[str | int]) -> str:
     return "".join(parts).removeprefix(".")
 
 
+def value_at(content: Any, path: Sequence[str | int]) -> float:  # noqa: ANN401
+    """The number at a path of a content."""
+    for part in path:
+        content = content[part]
+    return content
+
+
 def with_value_at(content: Any, path: Sequence[str | int], value: float) -> Any:  # noqa: ANN401
     """The content with another number at a path, whole where the one before was."""
     if not path:

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
@@ -111,27 +112,50 @@ class Contents:
     def __init__(self, study: "Study", displays: "Iterable[Display]" = ()) -> None:
         self.study = study
         self._displays = tuple(displays)
-        own = dict.fromkeys([*self._data(), *self._shown(), *self._pages()])
+
+    @cached_property
+    def artefacts(self) -> tuple[Artefact, ...]:
+        """Everything, with the joints of sweeps and what they are made from."""
+        names = self.study.sweeps
+        chunks = [each for name in names for each in self._chunks(name)]
         # a case's own results must not depend on the joints that a sweep adds to it
-        of_sweeps = [each for name in study.sweeps for each in _joints_of_sweep(study, name)]
-        self.artefacts = tuple(dict.fromkeys([*own, *of_sweeps]))
-        self._of_kind: defaultdict[str, list[Artefact]] = defaultdict(list)
-        for artefact in own:
-            self._of_kind[artefact.kind].append(artefact)
+        joints = [each for name in names for each in _joints_of_sweep(self.study, name)]
+        return tuple(dict.fromkeys([*self._data(), *chunks, *self._displayed, *joints]))
+
+    @cached_property
+    def _displayed(self) -> tuple[Artefact, ...]:
+        """The figures, tables and pages."""
+        return tuple(dict.fromkeys([*self._shown(), *self._pages()]))
+
+    @cached_property
+    def _of_kind(self) -> defaultdict[str, list[Artefact]]:
+        """The artefacts by kind, without the chunks of sweeps, which are counted when needed."""
+        found: defaultdict[str, list[Artefact]] = defaultdict(list)
+        for artefact in dict.fromkeys([*self._data(), *self._displayed]):
+            found[artefact.kind].append(artefact)
+        return found
 
     def select(self, *kinds: str, **which: object) -> list[Artefact]:
         """The artefacts of these kinds, or of all, and with these values of their fields.
 
         Without the joints of sweeps, and what these are made from.
         """
-        found = (
-            [each for kind in kinds for each in self._of_kind[kind]] if kinds else self.artefacts
-        )
+        if kinds:
+            found = [each for kind in kinds for each in self._all_of(kind, which.get("sweep"))]
+        else:
+            found = self._displayed if which.get("form", "data") != "data" else self.artefacts
         return [
             artefact
             for artefact in found
             if all(getattr(artefact, name) == value for name, value in which.items())
         ]
+
+    def _all_of(self, kind: str, sweep: object = None) -> Iterable[Artefact]:
+        """The artefacts of a kind, at least those of a sweep if one is named."""
+        if kind != "chunk":
+            return self._of_kind[kind]
+        names = self.study.sweeps if sweep is None else [sweep]
+        return [each for name in names for each in self._chunks(name)]
 
     def files(self, *kinds: str, **which: object) -> list[str]:
         """The files of these kinds, with those made together with them; of no kind, all."""
@@ -284,10 +308,13 @@ class Contents:
 
     def _data_of_sweep(self, name: str) -> Iterator[Artefact]:
         yield Artefact("designs", sweep=name)
-        for chunk in range(self.chunks(name)):
-            yield Artefact("chunk", sweep=name, chunk=chunk)
         yield Artefact("sweep", sweep=name)
         yield Artefact("sweep_page", sweep=name)
+
+    def _chunks(self, name: str) -> Iterator[Artefact]:
+        """Designs of a sweep that a job solves."""
+        for chunk in range(self.chunks(name)):
+            yield Artefact("chunk", sweep=name, chunk=chunk)
 
     def joints_of_sweep(self, name: str) -> list[list[str]]:
         """Files of the joints of each variant of a sweep: node to node, and reduced from it."""
@@ -302,12 +329,12 @@ class Contents:
 
     def chunks(self, sweep: str) -> int:
         """Number of jobs that solve the designs of a sweep."""
-        return -(-self.study.designs[sweep] // self.study.sweeps[sweep].designs_per_job)
+        return -(-self.study.swept[sweep].number // self.study.sweeps[sweep].designs_per_job)
 
     def chunk(self, sweep: str, number: int) -> tuple[int, int]:
         """The first of the designs that a job solves, and the first of the next job."""
         size = self.study.sweeps[sweep].designs_per_job
-        return number * size, min((number + 1) * size, self.study.designs[sweep])
+        return number * size, min((number + 1) * size, self.study.swept[sweep].number)
 
     def _data_of_case(self, case: str) -> Iterator[Artefact]:
         for basis in self.compared_bases(case):

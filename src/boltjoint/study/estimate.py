@@ -21,9 +21,9 @@ study on a machine that does nothing else.
 
 import math
 import os
-from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
@@ -233,13 +233,13 @@ class Resources:
     SMALL = MappingProxyType({"mem_mb": math.ceil((510e6 + _SNAKEMAKE) / 1e6), "runtime": 10})
 
     def __init__(self, study: Study) -> None:
-        self._jobs: defaultdict[tuple[str, str], list[_Job]] = defaultdict(list)
-        for job in _jobs(Contents(study)):
-            self._jobs[job.stage, job.subject].append(job)
+        self._contents = Contents(study)
+        # a job asks for few of them
+        self._jobs = cache(lambda subject: list(_of_subject(self._contents, subject)))
 
     def of(self, stage: str, subject: str) -> Mapping[str, int]:
         """Those of a stage of an assembly, case or sweep."""
-        jobs = self._jobs[stage, subject]
+        jobs = [job for job in self._jobs(subject) if job.stage == stage] if stage else []
         if not jobs:
             return self.SMALL
         return {
@@ -248,20 +248,30 @@ class Resources:
         }
 
     def of_any(self, stage: str) -> Mapping[str, int]:
-        """The largest of a stage of any subject."""
-        found = [self.of(*each) for each in list(self._jobs) if each[0] == stage] or [self.SMALL]
+        """The largest of a stage of any sweep."""
+        found = [self.of(stage, sweep) for sweep in self._contents.study.sweeps] or [self.SMALL]
         return {key: max(each[key] for each in found) for key in self.SMALL}
 
 
 def _jobs(contents: Contents) -> Iterator[_Job]:
-    varied = (each.assembly_name for each in contents.study.possible_variants())
-    of_folders = {
-        ASSEMBLY_FOLDER: (_of_assembly, dict.fromkeys([*contents.study.assemblies, *varied])),
-        CASE_FOLDER: (_of_case, contents.study.cases),
-        SWEEP_FOLDER: (_of_sweep, contents.study.sweeps),
-    }
-    for folder, (jobs_of, names) in of_folders.items():
-        for name in names:
+    study = contents.study
+    varied = (each.assembly_name for each in study.possible_variants())
+    for name in dict.fromkeys([*study.assemblies, *varied, *study.cases, *study.sweeps]):
+        yield from _of_subject(contents, name)
+
+
+def _of_subject(contents: Contents, name: str) -> Iterator[_Job]:
+    """Jobs on what has this name: an assembly, a case, a sweep or several of them."""
+    study = contents.study
+    # variants, which are made to be asked, have names of their own
+    known = name in study.cases or name in study.sweeps
+    is_varied = not known and any(study.variants_of(ASSEMBLY_FOLDER, name))
+    for folder, jobs_of, is_there in (
+        (ASSEMBLY_FOLDER, _of_assembly, name in study.assemblies or is_varied),
+        (CASE_FOLDER, _of_case, name in study.cases),
+        (SWEEP_FOLDER, _of_sweep, name in study.sweeps),
+    ):
+        if is_there:
             with refusing_exceptions(f"{folder}/{name}.yaml", "estimated"):
                 yield from jobs_of(contents, name)
 
@@ -275,10 +285,9 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[_Job]:
     factors = _FACTORS_FREE * fill
     preloads = {each.preload_N for each in contents.select("preload", assembly=name)}
     bases = {each.basis for each in contents.select("modes", form="data", assembly=name)}
-    for sweep, variants in study.variants.items():
-        own = [each for each in variants if each.assembly_name == name and not each.reason]
-        preloads |= {each.case.preload for each in own}
-        bases |= {study.sweeps[sweep].basis for _ in own}
+    varied = list(study.variants_of(ASSEMBLY_FOLDER, name))
+    preloads |= {each.case.preload for each in varied}
+    bases |= {each.basis for each in varied}
     for _ in preloads:
         memory = _PROCESS + _BESIDE_FACTORS + _FACTORS * fill
         yield _Job("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
@@ -360,7 +369,8 @@ def _memory_of_balance(components: int, modes: int) -> float:
 def _of_sweep(contents: Contents, name: str) -> Iterator[_Job]:
     """Jobs on the joints and the designs of a sweep."""
     study = contents.study
-    sweep, designs, variants = study.sweeps[name], study.designs[name], study.variants[name]
+    sweep, designs = study.sweeps[name], study.swept[name].number
+    variants = study.swept[name].possible_variants
     key = f"{SWEEP_FOLDER}/{name}.yaml: design"
     joints = {(each.case_name, each.joint) for each in variants}
     yield _Job("joints", name, _PROCESS, _PER_JOINT * len(joints), key, "to reduce a joint")

@@ -15,14 +15,16 @@ if TYPE_CHECKING:
 
 #: where a key of the mesh begins
 _MESH = "assembly.mesh."
+#: meshes from which an order of convergence follows
+_FEWEST = 3
 
 
 def _mesh_studies(contents: Contents) -> Iterator[dict[str, object]]:
     """The sweeps of three meshes or more, whose base case has a page."""
     study = contents.study
     for name, sweep in study.sweeps.items():
-        of_mesh = all(key.startswith(_MESH) for key in study.varied[name])
-        if of_mesh and sweep.case in study.cases and len(study.possible_variants(name)) > 2:
+        of_mesh = all(key.startswith(_MESH) for key in study.swept[name].keys)
+        if of_mesh and sweep.case in study.cases and study.swept[name].has_several(_FEWEST):
             yield {"case": sweep.case, "sweep": name}
 
 

@@ -1,0 +1,131 @@
+"""Designs of the sweeps of a study: their keys, their number and their variants, when asked for."""
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.config.case import Case
+from boltjoint.config.csv_table import CsvTable
+from boltjoint.config.sweep import MOST_JOBS, Table
+from boltjoint.config.types import Problems
+from boltjoint.config.variants import BaseOfVariants, TooManyVariants, Variant, find_variants
+from boltjoint.config.varied_case import read_table, refused, solved_alone, with_values
+from boltjoint.config.varied_keys import RATIOS, Quantity, is_rescaled
+
+#: impossible designs of a table from the first after which a possible one is left to be found
+_MOST_TRIED = 1000
+
+
+class SweptDesigns:
+    """The designs of a sweep, of which only that is read which is asked for.
+
+    Parameters
+    ----------
+    base
+        The base case, its assembly and its joint.
+    allowed
+        The keys that may vary.
+    read
+        Gives the text of the table of designs; None where there is none.
+    """
+
+    def __init__(
+        self,
+        base: BaseOfVariants,
+        allowed: Mapping[str, Quantity],
+        read: Callable[[], str] | None = None,
+    ) -> None:
+        self._base, self._allowed, self._read = base, allowed, read
+
+    @property
+    def file(self) -> str | None:
+        """File of the table of designs; None where there is none."""
+        return None if self._read is None else self._base.sweep.design.file
+
+    @cached_property
+    def _table(self) -> CsvTable:
+        return CsvTable(self._read(), self.file)
+
+    @cached_property
+    def columns(self) -> dict[str, NDArray[np.float64]] | None:
+        """Values of the keys by design, checked; None where they are those of no table."""
+        if self._read is None:
+            return None
+        return read_table(self._read(), self.file, self._allowed)
+
+    @cached_property
+    def keys(self) -> tuple[str, ...]:
+        """Keys that vary."""
+        return tuple(self._base.sweep.vary or self._table.keys)
+
+    @cached_property
+    def number(self) -> int:
+        """Number of designs."""
+        return self._base.sweep.designs or self._table.count()
+
+    @cached_property
+    def variants(self) -> tuple[Variant, ...]:
+        """The base case under all values of those keys that need another joint."""
+        columns = None if all(map(is_rescaled, self.keys)) else self.columns
+        return tuple(find_variants(self._base, columns))
+
+    @cached_property
+    def possible_variants(self) -> tuple[Variant, ...]:
+        """The variants that can be solved."""
+        return tuple(each for each in self.variants if not each.reason)
+
+    def has_several(self, number: int) -> bool:
+        """Whether that many variants can be solved: no more of them are checked."""
+        possible = (each for each in self.variants if not each.reason)
+        return len(list(islice(possible, number))) == number
+
+    def conflicts(self) -> Problems:
+        """More variants than can be made, or no possible design."""
+        of_table = isinstance(self._base.sweep.design, Table)
+        where = ("design", "file") if of_table else ("vary",)
+        try:
+            reason = self._impossible
+        except TooManyVariants as error:
+            yield where, f"{error}: must make at most {MOST_JOBS}"
+            return
+        if reason:
+            yield where, f"makes no possible design: {reason}"
+        if self._base.sweep.basis.is_contact_adapted and any(
+            key.startswith(RATIOS) for key in self.keys
+        ):
+            yield (
+                ("basis",),
+                "must be free-N: a contact-adapted basis is made for preloads of one ratio",
+            )
+
+    @property
+    def _impossible(self) -> str:
+        """Why no design is possible; empty where one is, or none is met soon in a table."""
+        if all(each.reason for each in self.variants):
+            return self.variants[0].reason
+        base = self._base
+        content = solved_alone(base.case, base.sweep)
+        for key, values in base.sweep.vary.items():
+            # ranges are possible at both ends; each value of a list meets all of the other keys
+            if is_rescaled(key) and isinstance(values, tuple):
+                reasons = (refused(with_values(content, {key: value}), Case) for value in values)
+                first = next(reasons)
+                if first and all(reasons):
+                    return "; ".join(first)
+        if self._read is None:
+            return ""
+        by_values = {tuple(each.values.values()): each for each in self.variants}
+        others = next(iter(by_values.values())).values
+        first = ""
+        for row in islice(zip(*self.columns.values(), strict=True), _MOST_TRIED):
+            values = dict(zip(self.columns, map(float, row), strict=True))
+            reason = by_values[tuple(values[key] for key in others)].reason
+            rescaled = {key: value for key, value in values.items() if key not in others}
+            reason = reason or "; ".join(refused(with_values(content, rescaled), Case))
+            if not reason:
+                return ""
+            first = first or reason
+        return first if self.number <= _MOST_TRIED else ""
