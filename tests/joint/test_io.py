@@ -6,10 +6,12 @@ import pytest
 from boltjoint import dataset
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.io import (
+    ImpossibleJoint,
     free_mode_quantities,
     joint_from_dataset,
     joint_to_dataset,
     load_joint,
+    save_joint,
 )
 from boltjoint.joint.model import merge_points
 
@@ -22,6 +24,28 @@ def test_joint_survives_its_file(either, tmp_path):
         for name in vars(other):
             if name != "law":
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_a_joint_of_sweeps_that_is_impossible_has_its_reason_in_its_file(either, tmp_path):
+    def regions():
+        raise ValueError("72 places do not divide into 77 regions")
+
+    with pytest.raises(ValueError, match="72 places"):
+        save_joint(regions, tmp_path / "joint.nc", {})
+    assert not (tmp_path / "joint.nc").exists()
+    save_joint(regions, tmp_path / "joint.nc", {}, of_sweep=True)
+    with pytest.raises(ImpossibleJoint, match=r"^72 places do not divide into 77 regions$"):
+        load_joint(tmp_path / "joint.nc")
+
+    # what would be reduced from it is impossible for the same reason
+    def elements():
+        return joint_to_dataset(load_joint(tmp_path / "joint.nc"))
+
+    save_joint(elements, tmp_path / "reduced.nc", {}, of_sweep=True)
+    with pytest.raises(ImpossibleJoint, match=r"^72 places do not divide into 77 regions$"):
+        load_joint(tmp_path / "reduced.nc")
+    save_joint(lambda: joint_to_dataset(either), tmp_path / "joint.nc", {}, of_sweep=True)
+    assert load_joint(tmp_path / "joint.nc").points == either.points
 
 
 def test_axes_of_a_joint_file_may_be_in_any_order(either):

@@ -6,13 +6,15 @@ from small_joint import connect_small
 
 from boltjoint.config.case import Case
 from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
-from boltjoint.config.sweep import Grid, Saltelli, Samples
+from boltjoint.config.sweep import Grid, Saltelli, Samples, Table
 from boltjoint.config.varied_case import with_values
+from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone import find_backbone
 from boltjoint.dynamics.backbone_at import backbone_at
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction.laws import LAWS
+from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
@@ -161,6 +163,65 @@ def test_impossible_designs_are_named_and_the_rest_is_solved(problem):
         np.isnan(sweep["peak_amplitude"]).all("force"), [True, False, True]
     )
     np.testing.assert_array_equal(sweep["complete"][:, 0], [0, 1, 0])
+
+
+STIFFNESS = "contact.tangential_stiffness_N_per_m"
+
+
+def test_a_design_that_is_too_stiff_leaves_the_window_of_the_others(problem):
+    designs = list_designs({STIFFNESS: (5e6, 1e30, 1e7)}, GRID, problem.case)
+    found = solve_designs([problem], designs, range(3), frequencies=40)
+    possible = list_designs({STIFFNESS: (5e6, 1e7)}, GRID, problem.case)
+    alone = solve_designs([problem], possible, range(2), frequencies=40)
+    assert np.isfinite(found["frequency"]).all()
+    assert found.isel(design=[0, 2]).identical(alone)
+    reason = found["reason"].to_numpy()[1]
+    assert reason.startswith("the contact is too stiff: it raises resonance 1 from ")
+    assert np.isnan(found["response_amplitude"][1]).all()
+    # the same where each design has a window of its own
+    peaks = solve_designs([problem], designs, range(3))
+    assert peaks["reason"].to_numpy().tolist() == ["", reason, ""]
+    np.testing.assert_array_equal(np.isnan(peaks["peak_frequency"][:, 0]), [False, True, False])
+
+
+def test_a_window_of_no_design_is_refused_with_the_reason(problem):
+    designs = list_designs({STIFFNESS: (1e28, 1e30)}, GRID, problem.case)
+    with pytest.raises(ValueError, match=r"no design is possible: the contact is too stiff"):
+        solve_designs([problem], designs, range(2), frequencies=40)
+    designs = list_designs({"preload_N": (0.0, -5.0)}, GRID, problem.case)
+    with pytest.raises(ValueError, match=r"no design is possible: preload_N: 0.0 must be greater"):
+        solve_designs([problem], designs, range(2), frequencies=40)
+
+
+def test_designs_of_an_impossible_joint_are_impossible(problem):
+    reason = "100 pairs in 72 places along the bar do not divide into 77 regions"
+    vary = {"joint.regions": (3.0, 77.0), "preload_N": (900.0, 1000.0)}
+    quantities = {
+        "joint.regions": Quantity("joint_regions", "1", "number of regions"),
+        "preload_N": Quantity("preload", "N", "preload of each bolt"),
+    }
+    variants = [{"values": {"joint.regions": n}, "reason": ""} for n in (3.0, 77.0)]
+    designs = list_designs(vary, GRID, problem.case, variants, quantities)
+    joints = [problem, ImpossibleJoint(reason)]
+    everything = {"frequencies": 20, "amplitudes": 5, "states": True}
+    found = solve_designs(joints, designs, range(4), **everything)
+    assert found["reason"].to_numpy().tolist() == ["", "", reason, reason]
+    assert found["peak_amplitude"][:2].notnull().all()
+    assert found["peak_amplitude"][2:].isnull().all()
+    with pytest.raises(ValueError, match=r"no design is possible: 100 pairs in 72 places"):
+        solve_designs([ImpossibleJoint(reason)], designs, range(4))
+
+
+def test_impossible_designs_do_not_count_in_the_amplitudes_of_backbones(problem, tmp_path):
+    def list_rows(*rows):
+        table = tmp_path / "designs.csv"
+        table.write_text("\n".join(["forces_N,loss_factor", *rows]))
+        return list_designs({}, Table(kind="table", file="designs.csv"), problem.case, table=table)
+
+    # a loss factor of 2 is impossible
+    one = solve_designs([problem], list_rows("20,0.003"), range(1), amplitudes=5)
+    two = solve_designs([problem], list_rows("20,0.003", "1e9,2"), range(2), amplitudes=5)
+    np.testing.assert_array_equal(two["amplitude"], one["amplitude"])
 
 
 def test_threads_and_chunks_change_nothing(problem):

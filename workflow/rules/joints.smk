@@ -18,6 +18,7 @@ rule connect_nodes:
         contact=lambda w: study.case(w.case).contact.options,
         excitation=lambda w: study.case(w.case).excitation,
         sensors=lambda w: study.case(w.case).sensors,
+        of_sweep=lambda w: is_of_sweep(w.case, w.basis, REFERENCE[0]),
     script:
         "../scripts/connect_nodes.py"
 
@@ -39,6 +40,7 @@ rule partition_regions:
     params:
         library=library("partition_regions.py"),
         regions=lambda w: study.case(w.case).partition(w.joint),
+        of_sweep=lambda w: is_of_sweep(w.case, w.basis, w.joint),
     script:
         "../scripts/partition_regions.py"
 
@@ -62,6 +64,7 @@ rule weigh_pairs:
         library=library("weigh_pairs.py"),
         problem=lambda w: problem(w.case, w.basis),
         accuracy=lambda w: study.hyper_reduction.options(w.joint),
+        of_sweep=lambda w: is_of_sweep(w.case, w.basis, w.joint),
     script:
         "../scripts/weigh_pairs.py"
 
@@ -86,5 +89,6 @@ rule reduce_joint:
     params:
         library=library("reduce_joint.py"),
         reduction=lambda w: study.fitting.options(w.joint),
+        of_sweep=lambda w: is_of_sweep(w.case, w.basis, w.joint),
     script:
         "../scripts/reduce_joint.py"

@@ -1,19 +1,25 @@
 """Connect the contact pairs by friction elements."""
 
+import xarray as xr
+
 from boltjoint import dataset
 from boltjoint.friction.laws import LAWS
-from boltjoint.joint.io import joint_to_dataset
+from boltjoint.joint.io import joint_to_dataset, save_joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.structure.excitation import place_excitation
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-modes = place_excitation(
-    dataset.load(snakemake.input.assembly),
-    dataset.load(snakemake.input.modes),
-    snakemake.params.excitation,
-    snakemake.params.sensors,
+params = snakemake.params
+assembly, modes, preload = (
+    dataset.load(getattr(snakemake.input, name)) for name in ("assembly", "modes", "preload")
 )
-keys, preload = dict(snakemake.params.contact), dataset.load(snakemake.input.preload)
-connected = connect_pairs(modes, preload, LAWS[keys.pop("law")], **keys)
-dataset.save(joint_to_dataset(connected), snakemake.output.joint, snakemake.params)
+
+
+def connect() -> xr.Dataset:
+    excited = place_excitation(assembly, modes, params.excitation, params.sensors)
+    keys = dict(params.contact)
+    return joint_to_dataset(connect_pairs(excited, preload, LAWS[keys.pop("law")], **keys))
+
+
+save_joint(connect, snakemake.output.joint, params, params.of_sweep)

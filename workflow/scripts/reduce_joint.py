@@ -3,19 +3,26 @@
 import time
 
 import pandas as pd
+import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
+from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.joint.reductions import reduce_joint
 from boltjoint.study.tables import files as tables
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-stored = dataset.load(snakemake.input.joint)
-regions = joint_from_dataset(stored)
-begun = time.process_time()
-reduced, fit = reduce_joint(regions, **snakemake.params.reduction)
-timing = pd.DataFrame({"cpu_s": [time.process_time() - begun]})
-tables.write_data(timing, snakemake.output.timing)
-result = joint_to_dataset(reduced, stored).merge(fit, combine_attrs="no_conflicts")
-dataset.save(result, snakemake.output.joint, snakemake.params)
+params = snakemake.params
+stored, taken = dataset.load(snakemake.input.joint), []
+
+
+def reduce() -> xr.Dataset:
+    regions = joint_from_dataset(stored)
+    begun = time.process_time()
+    reduced, fit = reduce_joint(regions, **params.reduction)
+    taken.append(time.process_time() - begun)
+    return joint_to_dataset(reduced, stored).merge(fit, combine_attrs="no_conflicts")
+
+
+save_joint(reduce, snakemake.output.joint, params, params.of_sweep)
+tables.write_data(pd.DataFrame({"cpu_s": taken}), snakemake.output.timing)

@@ -1,21 +1,28 @@
 """Let a few contact pairs, with weights, stand for all."""
 
+import xarray as xr
+
 from boltjoint import dataset
 from boltjoint.dynamics.hyper_reduction import weigh_pairs
-from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
+from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-stored = dataset.load(snakemake.input.joint)
-problem = snakemake.params.problem
-weighted, fit = weigh_pairs(
-    joint_from_dataset(stored),
-    problem["forces"],
-    problem["damping"],
-    windows=problem["windows"],
-    control=StepControl(**problem["steps"]),
-    **snakemake.params.accuracy,
-)
-result = joint_to_dataset(weighted, stored).merge(fit, combine_attrs="no_conflicts")
-dataset.save(result, snakemake.output.joint, snakemake.params)
+params = snakemake.params
+stored, problem = dataset.load(snakemake.input.joint), params.problem
+
+
+def weigh() -> xr.Dataset:
+    weighted, fit = weigh_pairs(
+        joint_from_dataset(stored),
+        problem["forces"],
+        problem["damping"],
+        windows=problem["windows"],
+        control=StepControl(**problem["steps"]),
+        **params.accuracy,
+    )
+    return joint_to_dataset(weighted, stored).merge(fit, combine_attrs="no_conflicts")
+
+
+save_joint(weigh, snakemake.output.joint, params, params.of_sweep)

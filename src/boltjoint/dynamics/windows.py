@@ -3,10 +3,19 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
+
+Array = NDArray[np.float64]
+
+#: error of the square of a frequency by rounding of the largest one, relative
+_LARGEST_ROUNDING = 1e-3
+#: stuck resonance over that without contact: joints raise it by some percent, and vectors that
+#: cannot move without the contact by the root of its stiffness
+_LARGEST_RATIO = 1e4
 
 
 @dataclass(frozen=True)
@@ -54,18 +63,38 @@ def frequency_window(
     Raises
     ------
     ValueError
-        If there is no joint, the structure has fewer modes, or the resonance lies outside the
-        given window from no to full slip.
+        If there is no joint, the structure has fewer modes, the contact is so stiff that the
+        resonance has no window, or it lies outside the given window from no to full slip.
     """
     if not joints:
         raise ValueError("joints is empty: a window is that of at least one joint")
     for joint in joints:
         checks.instance("joint", joint, Joint)
         joint.check_resonance(resonance)
-    ranges = np.array([joint.resonance_range()[resonance - 1] for joint in joints])
+    ranges = np.array([_range(joint, resonance) for joint in joints])
     return window_around(
         float(ranges[:, 0].min()), float(ranges[:, 1].max()), resonance, given, margins
     )
+
+
+def _range(joint: Joint, resonance: int) -> Array:
+    """The resonance of a joint without contact and while nothing slips [Hz].
+
+    Raises
+    ------
+    ValueError
+        If it is lost in rounding beside the stiffest motion, or in a window of many decades.
+    """
+    with np.errstate(invalid="ignore"):
+        ranges = joint.resonance_range()
+    found, highest = ranges[resonance - 1], ranges[-1, 1]
+    rounding = np.finfo(float).eps * (highest / found[1]) ** 2
+    if not (rounding < _LARGEST_ROUNDING and found[1] < _LARGEST_RATIO * found[0]):
+        raise ValueError(
+            f"the contact is too stiff: it raises resonance {resonance} from {found[0]:.5g} to "
+            f"{found[1]:.3g} Hz, and the last one to {highest:.3g} Hz"
+        )
+    return found
 
 
 def window_around(

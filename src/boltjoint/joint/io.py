@@ -1,6 +1,7 @@
 """Joints as netCDF datasets (``joint.nc``)."""
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -14,12 +15,54 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import MODES, Joint, optional_fields
 
+logger = logging.getLogger(__name__)
+
+#: the attribute of a dataset that stands for a joint which is impossible: its reason
+_IMPOSSIBLE = "impossible"
+
 #: relative mode in each direction of motion
 _RELATIVE_MODES = {
     "tangential": "relative mode along the bar, side A minus side B",
     "lateral": "relative mode along the width, side A minus side B",
     "normal": "relative mode across the contact, positive when closing",
 }
+
+
+class ImpossibleJoint(ValueError):
+    """A joint that cannot be made, with its reason."""
+
+
+def save_joint(
+    make: Callable[[], xr.Dataset],
+    path: str | Path,
+    parameters: Mapping[str, object],
+    of_sweep: bool = False,
+) -> None:
+    """Write the dataset of a joint.
+
+    Parameters
+    ----------
+    make
+        Gives the dataset.
+    path, parameters
+        As for ``dataset.save``.
+    of_sweep
+        Whether only designs of sweeps have this joint: one that is impossible is written with its
+        reason then, as which ``joint_from_dataset`` raises it, and other designs are solved.
+
+    Raises
+    ------
+    ValueError
+        As from ``make``, where the joint is not of sweeps alone.
+    """
+    try:
+        found = make()
+    except ValueError as error:
+        if not of_sweep:
+            raise
+        logger.warning("designs with this joint are impossible: %s", error)
+        found = xr.Dataset(attrs={_IMPOSSIBLE: str(error)})
+    dataset.save(found, path, parameters)
 
 
 def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr.Dataset:
@@ -164,11 +207,15 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
 
     Raises
     ------
+    ImpossibleJoint
+        If ``save_joint`` wrote a reason in place of a joint.
     ValueError
         If the law is not known, the dataset does not describe a joint, or as for
         ``AlternatingFrequencyTime``.
     """
     checks.instance("stored", stored, xr.Dataset)
+    if _IMPOSSIBLE in stored.attrs:
+        raise ImpossibleJoint(stored.attrs[_IMPOSSIBLE])
     values = partial(checks.variable, "stored", stored)
     law = LAWS[checks.choice("law", stored.attrs.get("law"), LAWS)]
     on = checks.index_variable("stored", stored, "point_of_element", ("element",))

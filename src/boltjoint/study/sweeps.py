@@ -20,7 +20,7 @@ from tqdm import tqdm
 from boltjoint import checks
 from boltjoint.config.case import Case
 from boltjoint.config.varied_case import with_values
-from boltjoint.config.varied_keys import is_rescaled, rescaled_keys
+from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone_at import backbone_at
 from boltjoint.dynamics.common_grid import amplitude_on_grid
@@ -30,9 +30,11 @@ from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction import contact_states
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
+from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.joint.model import Joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
+from boltjoint.study.common_to_designs import IMPOSSIBLE, common_amplitudes, common_window
 from boltjoint.study.designs import values_of, varied
 
 if TYPE_CHECKING:
@@ -41,12 +43,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 logger = logging.getLogger(__name__)
-
-#: units of contact stiffness, of a pair and per area
-_STIFFNESSES = ("N/m", "N/m3")
-
-#: smallest amplitude of the grid of backbones, over the largest
-_SMALLEST_AMPLITUDE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -151,7 +147,7 @@ class SweptJoint:
 
 
 def solve_designs(
-    variants: Sequence[SweptJoint],
+    variants: Sequence[SweptJoint | ImpossibleJoint],
     designs: xr.Dataset,
     chunk: range,
     threads: int = 1,
@@ -166,7 +162,8 @@ def solve_designs(
     Parameters
     ----------
     variants
-        The joints with their base cases, by the number of ``variant`` in ``designs``.
+        The joints with their base cases, by the number of ``variant`` in ``designs``, or why there
+        is none.
     designs
         All designs of the sweep (``list_designs``): their responses have one grid of frequencies,
         over a window that suits them all.
@@ -189,33 +186,46 @@ def solve_designs(
     Dataset
         By ``design`` and ``force``. A design without a peak is not a number there, and ``reason``
         says why.
+
+    Raises
+    ------
+    ValueError
+        If no design is possible, or the base case has no peak up to which backbones go.
     """
     checks.instance("designs", designs, xr.Dataset)
-    values, impossible = values_of(designs), designs["reason"].to_numpy()
-    joint_of = designs["variant"].to_numpy()
-    window = None if frequencies is None else _common_window(variants, designs)
-    grid = None if window is None else np.linspace(*window, frequencies)
-    sizes = None
+    values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
+    impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
+    joints = [each for each in variants if isinstance(each, SweptJoint)]
+    if not joints:
+        raise ValueError(f"no design is possible: {variants[0]}")
+    window = grid = sizes = None
+    reasons: Mapping[int, str] = {}
+    if frequencies is not None:
+        *window, reasons = common_window(variants, designs)
+        grid = np.linspace(*window, frequencies)
     if amplitudes is not None:
-        sizes = np.geomspace(*(between or _common_amplitudes(variants, designs)), amplitudes)
-    levels = 1 if "force_level" in designs else len(variants[0].base.levels)
-    elements = max(each.elements for each in variants)
+        sizes = np.geomspace(*(between or common_amplitudes(variants, designs)), amplitudes)
+    levels = 1 if "force_level" in designs else len(joints[0].base.levels)
+    elements = max(each.elements for each in joints)
     found = _Observed(len(chunk), levels, grid, sizes, elements if states else None)
     begun = time.monotonic()
 
     def solve(place: int, row: int) -> None:
-        if impossible[row]:
-            found.reason[place] = impossible[row]
+        found.reason[place] = impossible[row] or reasons.get(row, "")
+        if found.reason[place]:
             return
         variant = variants[joint_of[row]]
+        if isinstance(variant, ImpossibleJoint):
+            found.reason[place] = str(variant)
+            return
         try:
-            found.add(place, *variant.solve(values[row], window))
+            found.add(place, *variant.solve(values[place], window))
             if sizes is not None:
-                found.backbone[place] = np.transpose(variant.backbone(values[row], sizes))
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+                found.backbone[place] = np.transpose(variant.backbone(values[place], sizes))
+        except IMPOSSIBLE as error:
             found.reason[place] = str(error)
 
-    words = f"designs {chunk.start} to {chunk.stop} of {len(values)}"
+    words = f"designs {chunk.start} to {chunk.stop} of {impossible.size}"
     with ThreadPoolExecutor(threads) as pool:
         solved = pool.map(solve, range(len(chunk)), chunk)
         # on a terminal only
@@ -287,32 +297,6 @@ def _on_grid(whole: xr.Dataset, values: Mapping[str, xr.Variable], sizes: list[i
     return xr.Dataset(
         {name: spread(each) for name, each in whole.variables.items()}, axes, whole.attrs
     )
-
-
-def _common_window(variants: Sequence[SweptJoint], designs: xr.Dataset) -> tuple[float, float]:
-    """Frequencies that hold the resonance of all designs [Hz]: it rises with each stiffness."""
-    possible = designs.isel(design=np.flatnonzero(designs["reason"] == ""))
-    windows = []
-    for number in np.unique(possible["variant"]):
-        own = possible.isel(design=np.flatnonzero(possible["variant"] == number))
-        stiffest = {
-            own[name].attrs["key"]: float(own[name].max())
-            for name in varied(designs)
-            if is_rescaled(own[name].attrs["key"]) and own[name].attrs["units"] in _STIFFNESSES
-        }
-        windows.append(variants[number].window(stiffest))
-    lows, highs = zip(*windows, strict=True)
-    return min(lows), max(highs)
-
-
-def _common_amplitudes(variants: Sequence[SweptJoint], designs: xr.Dataset) -> tuple[float, float]:
-    """Amplitudes of backbones [m]: three decades up to the largest peak of any variant."""
-    if "force_level" in designs:
-        level = float(designs["force_level"].max())
-    else:
-        level = max(variants[0].base.levels)
-    largest = max(each.largest_peak(level) for each in variants)
-    return _SMALLEST_AMPLITUDE * largest, largest
 
 
 class _Observed:
