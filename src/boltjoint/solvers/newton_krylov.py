@@ -27,8 +27,9 @@ from boltjoint.solvers.equations import (
 )
 from boltjoint.solvers.newton import corrected, rounding
 
-#: residual of the linear equations of a correction, and of a derivative, over their right side
-_CORRECTION, _DERIVATIVE = 0.1, 1e-2
+#: residual of the linear equations of a correction, and of a derivative, over their right side: a
+#: peak is where a derivative vanishes, and with 1e-2 amplitudes of peaks were off by up to 6e-3
+_CORRECTION, _DERIVATIVE = 0.1, 1e-4
 #: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
 _ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
 
