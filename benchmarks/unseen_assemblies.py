@@ -157,10 +157,8 @@ def onset_of_full_slip(joint: Joint, damping: Damping) -> float:
     backbone = trace_for_forces(joint, forces, damping=damping, window=window)
     before = None
     for state in backbone.states:
-        motion = np.concatenate(
-            [state.bias, state.amplitude * state.mode.real, state.amplitude * state.mode.imag]
-        )
-        slips = law.contact_state(backbone.equations.balance.motion(motion)) > 0
+        motion = backbone.equations.balance.motion(state.modal_coordinate.ravel())
+        slips = law.contact_state(motion) > 0
         share = load[slips].sum() / load.sum()
         force = state.eigenvalue.imag / state.excited_distance(joint.excitation_mode)
         if share > FULL_SLIP:
