@@ -127,7 +127,7 @@ def test_a_peak_with_more_harmonics_is_that_of_its_branch(either, force):
     response = solve_response(either, [force], loss_factor=LOSS)
     frequency, start = motion_at_peak(response, force)
     assert frequency == float(response["peak_frequency"][0])
-    found, motion = find_peak(either, frequency, force, LOSS, start, harmonics=3)
+    found, motion, *_ = find_peak(either, frequency, force, LOSS, start, harmonics=3)
     whole = solve_branch(sampled(either, 3, 256), force, loss_factor=LOSS)
     assert whole.complete
     # where the samples lie decides about the top of a flat peak

@@ -1,12 +1,8 @@
 """Peaks of responses with as many harmonics as change nothing: what one harmonic leaves out.
 
 From a peak of one harmonic, peaks with more are sought one after another, each from the one before,
-until two successive changes are below a tolerance.
-
-References
-----------
-P. J. Roache: Perspective: a method for uniform reporting of grid refinement studies. Journal of
-Fluids Engineering 116 (1994) 405-413.
+until two successive changes are below a tolerance. Their truncation error is what corrections by
+the harmonics left out change (``left_out_harmonics``).
 """
 
 import logging
@@ -22,10 +18,13 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.energy import energy_per_period
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
+from boltjoint.dynamics.left_out_harmonics import (
+    LeftOutHarmonics,
+    changes_by_left_out_harmonics,
+)
 from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.dynamics.phase_resonance import LocatedPeak, PeakSearch, find_peak
 from boltjoint.dynamics.superharmonics import Superharmonic, find_superharmonic
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.law import ElementLaw
@@ -33,9 +32,6 @@ from boltjoint.joint.model import Joint
 from boltjoint.options import Options
 
 logger = logging.getLogger(__name__)
-
-#: factor of truncation errors without an order of convergence
-_SAFETY = 3.0
 
 
 @dataclass(frozen=True)
@@ -85,12 +81,16 @@ class HarmonicConvergence(Options):
 
 
 class HarmonicPeak(NamedTuple):
-    """A peak with a number of harmonics: frequency [Hz], first-harmonic amplitude [m], motion."""
+    """A peak with a number of harmonics: frequency [Hz], first-harmonic amplitude [m], motion.
+
+    ``located`` by the phase of the output point; None of a peak that is given.
+    """
 
     harmonics: int
     frequency: float
     amplitude: float
     motion: PeriodicMotion
+    located: LocatedPeak | None = None
 
     def change_from(self, other: "HarmonicPeak") -> NDArray[np.float64]:
         """Relative change of frequency and amplitude from another peak, without sign."""
@@ -106,43 +106,31 @@ class PeakSequence(NamedTuple):
     converged: bool = False
 
     @property
-    def has_error(self) -> bool:
-        """Whether two of them, beside the first, tell a truncation error."""
-        return bool(self._last_changes)
+    def has_more_harmonics(self) -> bool:
+        """Whether a peak with more harmonics than the first is among them."""
+        return len(self.peaks) > 1
 
     @property
-    def _last_changes(self) -> list[tuple[HarmonicPeak, HarmonicPeak]]:
-        """Peaks before and after the last two changes, but that from the first.
+    def extrapolated_change(self) -> NDArray[np.float64]:
+        """Change of frequency and amplitude by further harmonics, extrapolated from the last.
 
-        The given peak may be that of an analytic law, not of as many samples.
+        Motion by the forces of friction falls with the square of the harmonic at least. Zero with
+        one peak beside the first, which may be that of an analytic law, not of as many samples.
         """
-        return list(pairwise(self.peaks[1:]))[-2:]
+        if len(self.peaks) < 3:
+            return np.zeros(2)
+        before, last = self.peaks[-2:]
+        ratio = (last.harmonics / before.harmonics) ** 2
+        return last.change_from(before) / (ratio - 1)
 
     def changes_within(self, tolerances: tuple[float, float]) -> bool:
-        """Whether two successive changes of frequency and amplitude are within tolerances."""
-        changes = [after.change_from(before) for before, after in self._last_changes]
-        return len(changes) == 2 and bool(np.all(np.array(changes) <= tolerances))
+        """Whether the last two changes of frequency and amplitude are within tolerances.
 
-    def truncation_error(self, damping_ratio: float, samples: int) -> tuple[float, float]:
-        """Estimated relative error of frequency and amplitude of the last peak.
-
-        Harmonics of forces with corners fall with the square of their number, so that the sum of
-        those beyond h falls with h: it is a change times ``h_before / (h - h_before)``, here three
-        times the larger of the last two, as for an order that is not established (Roache 1994):
-        further harmonics come near modes of the contact. Between the time samples of a
-        period, motion is taken as straight: ``(2 pi / samples)^2 / 12`` of it on average. Near a
-        peak of the damping ratio zeta the amplitude falls by ``(dw / (w zeta))^2 / 2`` of itself:
-        within an error e of the amplitude the peak may be anywhere in ``w zeta sqrt(2 e)``.
+        But that from the first: it may be the peak of an analytic law, not of as many samples.
         """
-        frequency, amplitude = _SAFETY * np.max(
-            [
-                before.harmonics / (after.harmonics - before.harmonics) * after.change_from(before)
-                for before, after in self._last_changes
-            ],
-            axis=0,
-        )
-        amplitude += (2 * np.pi / samples) ** 2 / 12
-        return frequency + damping_ratio * np.sqrt(2 * amplitude), amplitude
+        last = list(pairwise(self.peaks[1:]))[-2:]
+        changes = [after.change_from(before) for before, after in last]
+        return len(changes) == 2 and bool(np.all(np.array(changes) <= tolerances))
 
 
 class _Converged(NamedTuple):
@@ -190,12 +178,12 @@ def converge_peak(
             continue
         last = sequence.peaks[-1]
         near = last.frequency, force, damping, last.motion
-        found = find_peak(joint, *near, **options.sampling(highest))
-        logger.info("%g N, %d harmonics: %s", force, highest, found and found[0])
-        if found is None:
+        located = find_peak(joint, *near, **options.sampling(highest))
+        logger.info("%g N, %d harmonics: %s", force, highest, located and located.frequency)
+        if located is None:
             continue
-        amplitude = abs(found[1].amplitude(joint.response_mode))
-        peak = HarmonicPeak(highest, found[0], amplitude, found[1])
+        amplitude = abs(located.motion.amplitude(joint.response_mode))
+        peak = HarmonicPeak(highest, located.frequency, amplitude, located.motion, located)
         sequence = PeakSequence((*sequence.peaks, peak))
         if sequence.changes_within(tolerances):
             return sequence._replace(converged=True)
@@ -206,6 +194,7 @@ def converge_peaks(
     joint: Joint,
     response: xr.Dataset,
     options: HarmonicConvergence = HarmonicConvergence(),
+    left_out: LeftOutHarmonics = LeftOutHarmonics(),
 ) -> xr.Dataset:
     """The peaks of a response with as many harmonics as change nothing.
 
@@ -215,6 +204,8 @@ def converge_peaks(
         A joint and its ``response.nc``.
     options
         Numbers of harmonics and tolerances.
+    left_out
+        How their truncation errors are estimated.
 
     Returns
     -------
@@ -245,15 +236,21 @@ def converge_peaks(
                 peak = motion_at_peak(response, force)
                 sequence = converge_peak(joint, *peak, force, damping, options)
                 balance = HarmonicBalance(joint, damping, force)
-                found[place] = _judge(sequence, balance, options)
+                found[place] = _judge(sequence, balance, options, left_out)
     return _dataset(found)
 
 
 def _judge(
-    sequence: PeakSequence, balance: HarmonicBalance, options: HarmonicConvergence
+    sequence: PeakSequence,
+    balance: HarmonicBalance,
+    options: HarmonicConvergence,
+    left_out: LeftOutHarmonics,
 ) -> _Converged:
-    """Truncation errors of a peak sequence, and whether a harmonic of its last is in resonance."""
-    if not sequence.has_error:
+    """Truncation errors of a peak sequence, and whether a harmonic of its last is in resonance.
+
+    What the search of the peak left is added: its distance from the peak, and its tolerance.
+    """
+    if not sequence.has_more_harmonics:
         return _Converged(sequence, (np.nan, np.nan), None)
     last = sequence.peaks[-1]
     if not sequence.converged:
@@ -262,12 +259,13 @@ def _judge(
     law = AlternatingFrequencyTime(balance.joint.law, **options.sampling(last.harmonics))
     balance = replace(balance, joint=replace(balance.joint, law=law))
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
-    dissipation = energy_per_period(balance, q.ravel(), w)[0]
-    first = last.motion.in_components(("sin", "cos"))
-    damping_ratio = dissipation / (2 * np.pi * w**2 * np.sum(first**2))
-    truncation_error = sequence.truncation_error(damping_ratio, law.samples)
-    superharmonic = find_superharmonic(balance, last.motion, last.frequency)
-    return _Converged(sequence, truncation_error, superharmonic)
+    jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
+    at = jacobian, last.motion, last.frequency
+    changes = changes_by_left_out_harmonics(balance, *at, left_out)
+    frequency, amplitude = np.maximum(left_out.error(changes), sequence.extrapolated_change)
+    amplitude += last.located.amplitude_error + PeakSearch().tolerance
+    frequency += last.located.frequency_error(amplitude)
+    return _Converged(sequence, (frequency, amplitude), find_superharmonic(balance, *at))
 
 
 def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
@@ -284,13 +282,14 @@ def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Datas
     -------
     Dataset
         Both, and ``peak_frequency_error`` and ``peak_amplitude_error``, relative: the difference
-        from the converged peak, and the truncation error of that.
+        from the converged peak over the smaller of both, and the truncation error of that.
     """
     errors = {}
     for what in ("frequency", "amplitude"):
-        own, found = response[f"peak_{what}"], converged[f"peak_{what}_converged"]
-        left_out = converged[f"peak_{what}_truncation_error"]
-        error = abs(own / found - 1).to_numpy() + left_out.to_numpy()
+        ratio = (response[f"peak_{what}"] / converged[f"peak_{what}_converged"]).to_numpy()
+        left_out = converged[f"peak_{what}_truncation_error"].to_numpy()
+        # over the smaller of both, so that it holds the difference over either
+        error = np.maximum(ratio, 1 / ratio) * (1 + left_out) - 1
         bar = quantity("force", error, "1", f"error bar of peak_{what}, relative")
         errors[f"peak_{what}_error"] = bar
     return response.merge(converged).assign(errors)
@@ -305,7 +304,7 @@ def _dataset(found: Sequence[_Converged]) -> xr.Dataset:
         for peak in sequence.peaks:
             at = place, tried.index(peak.harmonics)
             by_harmonics[:, *at] = peak.frequency, peak.amplitude
-        if sequence.has_error:
+        if sequence.has_more_harmonics:
             last = sequence.peaks[-1]
             converged[place] = last.frequency, last.amplitude, last.harmonics
     errors = np.array([each.truncation_error for each in found])

@@ -93,11 +93,11 @@ class HarmonicBalance:
         """H(w) [rad^2/s^2], shape (modes, modes)."""
         return self.damping.matrix(self._structure)
 
-    def complex_stiffness(self, w: float) -> NDArray[np.complex128]:
-        """``L + i H(w)`` of the first harmonic [rad^2/s^2], shape (modes, modes)."""
-        if self.damping_matrix.varying is None:
+    def complex_stiffness(self, w: float, harmonic: int = 1) -> NDArray[np.complex128]:
+        """``L + i H(hw)`` of the harmonic h [rad^2/s^2], shape (modes, modes)."""
+        if self.damping_matrix.varying is None and harmonic == 1:
             return self._constant_complex_stiffness
-        return self.stiffness + 1j * self.damping_matrix.at(w)
+        return self.stiffness + 1j * self._damping(self.damping_matrix, harmonic, w)
 
     @cached_property
     def contact(self) -> ModalContact:
@@ -283,3 +283,19 @@ def parse_component(name: str) -> tuple[str, int]:
     if part == "bias":
         return part, 0
     return part, int(name.removeprefix(part) or 1)
+
+
+def stiffness_of_harmonic(
+    jacobian: NDArray[np.float64], components: tuple[str, ...], harmonic: int
+) -> NDArray[np.complex128]:
+    """Complex stiffness of the harmonic h in a Jacobian, of small motion at h times w alone.
+
+    With ``q = s + i c`` the force ``D q`` has equal diagonal blocks Re D, and Im D and -Im D beside
+    them; what couples q with its conjugate is left out. Shape (modes, modes).
+    """
+    count = len(components)
+    blocks = jacobian.reshape(count, len(jacobian) // count, count, -1)
+    places = {parse_component(name): i for i, name in enumerate(components)}
+    s, c = places["sin", harmonic], places["cos", harmonic]
+    real = blocks[s, :, s] + blocks[c, :, c]
+    return (real + 1j * (blocks[c, :, s] - blocks[s, :, c])) / 2

@@ -12,6 +12,7 @@ with phase-locked-loop excitation. Mechanical Systems and Signal Processing 96 (
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,13 @@ from boltjoint.solvers.equations import Derivative, Equations, StepControl
 from boltjoint.solvers.newton_krylov import NewtonKrylov
 
 Array = NDArray[np.float64]
+
+#: distances of phases [rad] from that of a peak whose slopes tell how sharp it is: nearer ones are
+#: apart by the jumps of sampled friction
+_NEAREST, _FARTHEST = 0.01, 0.3
+#: sharpness of a peak whose dissipation grows with the fourth power of the amplitude, above that of
+#: microslip: peaks are not flatter
+_FLATTEST = 0.25
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,31 @@ class PeakSearch(Options):
     iterations: int = 50
 
 
+class LocatedPeak(NamedTuple):
+    """A peak of the first harmonic.
+
+    ``frequency`` [Hz] and ``motion``; ``frequency_by_phase``, the derivative of ln w by the phase;
+    ``sharpness``, minus the second derivative of the logarithm of the amplitude by the phase: 1 at
+    a linear resonance, less where friction makes the peak flat; ``distance`` by which its phase may
+    be off [rad], and ``amplitude_error``, relative, from the slope of the amplitude that is left.
+    """
+
+    frequency: float
+    motion: PeriodicMotion
+    frequency_by_phase: float
+    sharpness: float
+    distance: float
+    amplitude_error: float
+
+    def frequency_error(self, amplitude_error: float) -> float:
+        """Relative error of the frequency by that of the amplitude, e.
+
+        Within e the peak may be anywhere in a phase of ``sqrt(2 e / sharpness)``.
+        """
+        phase = np.sqrt(2 * amplitude_error / self.sharpness) + self.distance
+        return float(abs(self.frequency_by_phase) * phase)
+
+
 class PhaseEquations(Equations):
     """Harmonic balance with the frequency as unknown and the phase of the output as parameter.
 
@@ -93,23 +126,35 @@ class PhaseEquations(Equations):
         self._sin[balance.components.index("sin")] = mode
         self._cos[balance.components.index("cos")] = mode
 
+    @classmethod
+    def near(
+        cls, balance: HarmonicBalance, motion: PeriodicMotion, frequency: float
+    ) -> tuple["PhaseEquations", Array, float]:
+        """The equations near a motion at a frequency [Hz], its unknown, and its phase [rad]."""
+        x, output = motion.in_components(balance.components).ravel(), OutputPoint(balance)
+        equations = cls(balance, float(np.linalg.norm(x)), output.value(x))
+        return equations, equations.unknown(x, 2 * np.pi * frequency), float(np.angle(output(x)))
+
     def unknown(self, x: Array, w: float) -> Array:
         """The unknown of a motion at a frequency [rad/s]."""
         return np.append(x, self._size * np.log(w))
 
     def solution(self, y: Array) -> tuple[Array, float]:
         """Motion and frequency [rad/s] of an unknown."""
-        return y[:-1], float(np.exp(y[-1] / self._size))
+        return y[:-1], float(np.exp(self.log_frequency(y)))
+
+    def log_frequency(self, y: Array) -> float:
+        """Logarithm of the frequency of an unknown, or its change in that of an unknown."""
+        return float(y[-1] / self._size)
 
     def evaluate(self, x: Array, p: float) -> tuple[Array, Derivative]:
         """Residual and Jacobian at the phase p [rad]."""
         q, w = self.solution(x)
         residual, by_motion = self.balance.residual_and_jacobian(q, w)
-        across = self._weight * (np.cos(p) * self._cos - np.sin(p) * self._sin).ravel()
-        by_frequency = w / self._size * self.balance.frequency_derivative(q, w)
+        by_frequency, across = self._borders(q, w, p)
 
         def jacobian() -> Array:
-            return np.block([[by_motion(), by_frequency[:, None]], [across, np.zeros(1)]])
+            return _bordered(by_motion(), by_frequency, across)
 
         def along(dy: Array) -> Array:
             dq, dw = dy[:-1], dy[-1]
@@ -117,10 +162,26 @@ class PhaseEquations(Equations):
 
         return np.append(residual, across @ q), Derivative(jacobian, along)
 
+    def bordered(self, by_motion: Array, x: Array, p: float) -> Array:
+        """The Jacobian at the phase p from that of the balance."""
+        return _bordered(by_motion, *self._borders(*self.solution(x), p))
+
     def parameter_derivative(self, x: Array, p: float) -> Array:
         """Derivative of the residual by the phase."""
         along = np.sin(p) * self._cos + np.cos(p) * self._sin
         return np.append(np.zeros(x.size - 1), -self._weight * along.ravel() @ x[:-1])
+
+    def _borders(self, q: Array, w: float, p: float) -> tuple[Array, Array]:
+        """Derivatives of the balance by the last unknown, and of the last equation by the motion.
+
+        Both have the shape of q.
+        """
+        across = self._weight * (np.cos(p) * self._cos - np.sin(p) * self._sin)
+        return w / self._size * self.balance.frequency_derivative(q, w), across.ravel()
+
+
+def _bordered(by_motion: Array, by_frequency: Array, across: Array) -> Array:
+    return np.block([[by_motion, by_frequency[:, None]], [across, np.zeros(1)]])
 
 
 def find_peak(
@@ -133,7 +194,7 @@ def find_peak(
     harmonics: int,
     samples: int = 256,
     search: PeakSearch = PeakSearch(),
-) -> tuple[float, PeriodicMotion] | None:
+) -> LocatedPeak | None:
     """Peak of the first harmonic by multi-harmonic balance, near that with fewer harmonics.
 
     The derivative of the amplitude by the phase, from the Jacobian of the balance, vanishes there.
@@ -158,8 +219,8 @@ def find_peak(
 
     Returns
     -------
-    tuple of float and PeriodicMotion, or None
-        Frequency [Hz] and motion of the peak; None without one within the largest distance.
+    LocatedPeak or None
+        None without one within the largest distance.
 
     Raises
     ------
@@ -168,22 +229,29 @@ def find_peak(
     """
     checks.instance("joint", joint, Joint)
     checks.instance("start", start, PeriodicMotion)
-    begin = 2 * np.pi * checks.number("frequency", frequency, above=0)
+    frequency = checks.number("frequency", frequency, above=0)
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
-    x, output = start.in_components(law.components).ravel(), OutputPoint(balance)
-    equations = PhaseEquations(balance, float(np.linalg.norm(x)), output.value(x))
-    resonance = _Resonance(equations, equations.unknown(x, begin), search)
+    equations, y, phase = PhaseEquations.near(balance, start, frequency)
+    resonance = _Resonance(equations, y, search)
     try:
-        phase = _locate(resonance, float(np.angle(output(x))), search)
+        phase = _locate(resonance, phase, search)
     except _NotConverged:
         return None
     if phase is None:
         return None
-    q, w = equations.solution(resonance.solutions[phase][0])
-    if abs(w - begin) > search.largest_distance * begin:
+    y, change = resonance.solutions[phase]
+    q, w = equations.solution(y)
+    at = w / (2 * np.pi)
+    if abs(at - frequency) > search.largest_distance * frequency:
         return None
-    return w / (2 * np.pi), PeriodicMotion(law.components, q.reshape(len(law.components), -1))
+    motion = PeriodicMotion(law.components, q.reshape(len(law.components), -1))
+    sharpness = resonance.sharpness(phase)
+    slope = abs(resonance.slope(phase)) / resonance.square(phase)
+    # at a corner the slope changes its sign within the width without being small
+    distance = min(slope / sharpness, search.width)
+    by_phase = equations.log_frequency(change)
+    return LocatedPeak(at, motion, by_phase, sharpness, distance, slope * distance)
 
 
 def _locate(resonance: "_Resonance", first: float, search: PeakSearch) -> float | None:
@@ -230,6 +298,19 @@ class _Resonance:
     def square(self, phase: float) -> float:
         """Squared amplitude where the slope is known."""
         return self._equations.output.value(self.solutions[phase][0][:-1]) ** 2
+
+    def sharpness(self, phase: float) -> float:
+        """Minus the second derivative of the logarithm of the amplitude, near a peak at a phase.
+
+        The smallest by the slopes of solutions around; the smallest there is without any.
+        """
+        square = self.square(phase)
+        secants = [
+            (self.slope(phase) - slope) / (other - phase) / square
+            for other, slope in self._slopes.items()
+            if _NEAREST <= abs(other - phase) <= _FARTHEST
+        ]
+        return max(min(secants, default=_FLATTEST), _FLATTEST)
 
     def _solution(self, phase: float) -> tuple[Array, Array]:
         """The solution at a phase, and its derivative by the phase."""

@@ -15,8 +15,13 @@ A. H. Nayfeh, D. T. Mook: Nonlinear Oscillations. Wiley, 1979: section 4.1.3.
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
+from boltjoint.dynamics.harmonic_balance import (
+    HarmonicBalance,
+    parse_component,
+    stiffness_of_harmonic,
+)
 from boltjoint.dynamics.periodic_motion import PeriodicMotion
 
 
@@ -35,6 +40,7 @@ class Superharmonic(NamedTuple):
 
 def find_superharmonic(
     balance: HarmonicBalance,
+    jacobian: NDArray[np.float64],
     motion: PeriodicMotion,
     frequency: float,
     smallest_share: float = 1e-3,
@@ -45,27 +51,25 @@ def find_superharmonic(
     ----------
     balance
         With the harmonics of the motion, in linear modes.
+    jacobian
+        Of the balance at the motion.
     motion, frequency
         A solution, and its frequency [Hz].
     smallest_share
         Of a resonance that counts: high harmonics pass many resonances with hardly any motion.
     """
-    w, modes = 2 * np.pi * frequency, len(balance.stiffness)
+    w = 2 * np.pi * frequency
     q = motion.in_components(balance.components)
-    _, jacobian = balance.residual_and_jacobian(q.ravel(), w)
-    tangent = jacobian().reshape(len(balance.components), modes, -1, modes)
     parts = {parse_component(name): i for i, name in enumerate(balance.components)}
     first = np.linalg.norm(q[[parts["sin", 1], parts["cos", 1]]])
-    found = []
+    resonances = []
     for h in (harmonic for part, harmonic in parts if part == "sin" and harmonic > 1):
-        s, c = parts["sin", h], parts["cos", h]
-        # f = D q with q = s + i c has equal diagonal blocks Re D, and Im D and -Im D beside them
-        dynamic = tangent[s, :, s] + tangent[c, :, c] + 1j * (tangent[c, :, s] - tangent[s, :, c])
-        distance, vectors = np.linalg.eig(dynamic / 2)
-        share = abs(np.linalg.solve(vectors, q[s] + 1j * q[c])) / first
+        distance, vectors = np.linalg.eig(stiffness_of_harmonic(jacobian, balance.components, h))
+        amplitude = q[parts["sin", h]] + 1j * q[parts["cos", h]]
+        share = abs(np.linalg.solve(vectors, amplitude)) / first
         squared = distance.real + (h * w) ** 2
         is_resonant = (abs(distance.real) <= distance.imag) & (2 * distance.imag < squared)
         for mode in np.flatnonzero(is_resonant & (share >= smallest_share)):
             own = np.sqrt(squared[mode]) / (2 * np.pi)
-            found.append(Superharmonic(h, float(own), float(share[mode])))
-    return max(found, key=lambda each: each.share, default=None)
+            resonances.append(Superharmonic(h, float(own), float(share[mode])))
+    return max(resonances, key=lambda resonance: resonance.share, default=None)

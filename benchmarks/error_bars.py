@@ -1,0 +1,233 @@
+"""Error bars of peaks on joints that nothing was tuned to: how many hold, and how wide they are.
+
+    python benchmarks/error_bars.py small --seed 1 --count 75
+    python benchmarks/error_bars.py NAME ...
+
+The first converges peaks of random small joints of each friction law, the second those of new
+assemblies (``ASSEMBLIES``) under constant and variable normal load, node to node and in clusters.
+All are sought again with three times the harmonics and samples. Printed for each group: how many
+error bars of converged peaks (truncation) and of peaks of one harmonic hold that peak, and the
+median of a bar over the error that it stands for. Those that do not hold are listed.
+"""
+
+import argparse
+import time
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+from random_joints import random_joint
+from unseen_assemblies import ALUMINIUM, STEEL, Unseen, onset_of_full_slip
+
+from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.damping import Damping, as_damping
+from boltjoint.dynamics.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.converged_peaks import (
+    add_converged_peaks,
+    converge_peak,
+    converge_peaks,
+)
+from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.dynamics.phase_resonance import PeakSearch, find_peak
+from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
+from boltjoint.friction.coupled import CoupledConstantLoad, CoupledVariableLoad
+from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.joint.model import Joint
+from boltjoint.joint.partition import partition_regions
+from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
+
+LAWS = ("constant", "variable", "iwan", "coupled-constant", "coupled-variable")
+QUANTITIES = ("frequency", "amplitude")
+#: errors below are those of the solver, where all sticks
+SMALLEST = 1e-6
+#: of the reference, so that it is not off by its own search
+SEARCH = PeakSearch(width=3e-4, tolerance=1e-8)
+ASSEMBLIES = {
+    "two_m8_steel": Unseen(
+        STEEL, (28, 18), (140, 110), 8, 2, 38, 26, 3, (8, 8), 3, 3, 9, 9e3, 6e7, 0.25, 1e-3
+    ),
+    "three_m10_aluminium": Unseen(
+        ALUMINIUM, (32, 22), (170, 120), 10, 3, 44, 30, 2, (8, 8), 3, 3, 9, 14e3, 4e7, 0.35, 2e-3
+    ),
+    "four_m6_aluminium": Unseen(
+        ALUMINIUM, (20, 12), (110, 140), 6, 4, 26, 19, 2, (8, 8), 3, 2, 6, 5e3, 2e7, 0.2, 8e-4
+    ),
+    "five_m12_steel": Unseen(
+        STEEL, (36, 26), (260, 220), 12, 5, 48, 36, 2, (8, 8), 3, 3, 12, 25e3, 2e8, 0.15, 3e-3
+    ),
+}
+
+
+def small_joint(law: str, index: int, seed: int) -> tuple[Joint, float, float]:
+    """A random small joint of a law, with a force [N] and a loss factor."""
+    underlying = "variable" if "variable" in law else "constant"
+    joint, force, loss_factor = random_joint(underlying, index, seed)
+    coulomb = joint.law
+    random = np.random.default_rng([seed, index, 7])
+    if law == "iwan":
+        count = coulomb.slip_force.size
+        shape = random.uniform(-0.9, 0.5, count), random.uniform(0.0, 3.0, count)
+        joint = replace(
+            joint,
+            law=FourParameterIwan(
+                coulomb.point_of_element, coulomb.tangential_stiffness, coulomb.slip_force, *shape
+            ),
+        )
+    elif law.startswith("coupled"):
+        kind = CoupledConstantLoad if underlying == "constant" else CoupledVariableLoad
+        lateral = random.normal(size=joint.tangential_mode.shape) * joint.tangential_mode
+        values = {name: getattr(coulomb, name) for name in kind.quantities}
+        elements = kind(coulomb.point_of_element, **values)
+        # without a closed form for one harmonic
+        joint = replace(joint, law=AlternatingFrequencyTime(elements), lateral_mode=lateral)
+    return joint, force, loss_factor
+
+
+def small_joints(
+    laws: list[str], count: int, seed: int
+) -> Iterator[tuple[str, str, Joint, list[float], float]]:
+    """Group, name, joint, forces and loss factor of random small joints."""
+    for law, index in product(laws, range(count)):
+        joint, force, loss_factor = small_joint(law, index, seed)
+        yield law, f"{law} {index}", joint, [force], loss_factor
+
+
+def assembled_joints(
+    name: str, vectors: tuple[int, ...]
+) -> Iterator[tuple[str, str, Joint, NDArray[np.float64], Damping]]:
+    """Group, name, joint, forces and damping of an assembly, in bases of numbers of vectors."""
+    unseen = ASSEMBLIES[name]
+    assembly = build_assembly(unseen.assembly())
+    preload = apply_preload(assembly, unseen.preload)
+    cases = unseen.cases()
+    conditions = [condition for _, condition in cases.values()]
+    pod_modes = find_pod_modes(assembly, preload, conditions, ContactAdaptedBasis())
+    for number, (law, (_, condition)) in product(vectors, cases.items()):
+        basis = find_modes(assembly, f"enriched-{number}", pod_modes)
+        nodes = condition.connect(preload, basis)
+        forces = onset_of_full_slip(nodes, condition.damping) * np.array([0.1, 0.4, 1.2])
+        clusters = partition_regions(nodes, preload, 8, division="clusters")
+        for kind, joint in (("node-to-node", nodes), ("clusters=8", clusters)):
+            label = f"{name} {law} enriched-{number} {kind}"
+            yield name, label, joint, forces, condition.damping
+
+
+def check(
+    group: str, name: str, joint: Joint, forces: list[float], damping: Damping | float
+) -> list[dict[str, object]]:
+    """Bars and errors of the peaks of a joint, a row for each force and quantity."""
+    damping = as_damping(damping)
+    response = solve_response(joint, list(forces), damping=damping)
+    begun = time.process_time()
+    converged = converge_peaks(joint, response)
+    seconds = (time.process_time() - begun) / len(forces)
+    both = add_converged_peaks(response, converged)
+    rows = []
+    for place, force in enumerate(forces):
+        at = both.isel(force=place)
+        if np.isnan(at["peak_harmonics"]):
+            rows.append({"group": group, "name": name, "force_N": force, "harmonics": 0})
+            continue
+        harmonics = int(at["peak_harmonics"])
+        reference = reference_peak(joint, response, force, damping, 3 * harmonics)
+        for what, best in zip(QUANTITIES, reference, strict=True):
+            rows.append(
+                {
+                    "group": group,
+                    "name": name,
+                    "force_N": force,
+                    "harmonics": harmonics,
+                    "what": what,
+                    "error": abs(best / float(at[f"peak_{what}_converged"]) - 1),
+                    "bar": float(at[f"peak_{what}_truncation_error"]),
+                    "error_of_one": abs(best / float(at[f"peak_{what}"]) - 1),
+                    "bar_of_one": float(at[f"peak_{what}_error"]),
+                    "seconds": seconds,
+                }
+            )
+    return rows
+
+
+def reference_peak(
+    joint: Joint, response: xr.Dataset, force: float, damping: Damping, harmonics: int
+) -> tuple[float, float]:
+    """Frequency [Hz] and amplitude [m] of a peak with a number of harmonics."""
+    joint = replace(joint, law=without_sampling(joint.law)).distinct
+    start = converge_peak(joint, *motion_at_peak(response, force), force, damping).peaks[-1]
+    samples = max(256, 16 * harmonics)
+    peak = find_peak(
+        joint,
+        start.frequency,
+        force,
+        damping,
+        start.motion,
+        harmonics=harmonics,
+        samples=samples,
+        search=SEARCH,
+    )
+    if peak is None:
+        return np.nan, np.nan
+    return peak.frequency, abs(peak.motion.amplitude(joint.response_mode))
+
+
+def summarize(rows: list[dict[str, object]]) -> None:
+    """Print how many bars hold and how wide they are, and those that do not."""
+    table = pd.DataFrame(rows)
+    none = table[table["harmonics"] == 0]
+    table = table[table["harmonics"] > 0].copy()
+    found = table.dropna(subset="error")
+    print(f"{len(none)} without a peak, {len(table) - len(found)} without a reference")
+    for bar, error in (("bar", "error"), ("bar_of_one", "error_of_one")):
+        found[f"{bar}_holds"] = found[error] <= found[bar]
+        for (group, what), some in found.groupby(["group", "what"], sort=False):
+            off = some[some[error] > SMALLEST]
+            width = (off[bar] / off[error]).median()
+            held = some[f"{bar}_holds"].sum()
+            print(
+                f"{group}, {what}, {bar}: {held} of {len(some)} hold, "
+                f"median bar over error {width:.1f} of {len(off)} errors above {SMALLEST:g}, "
+                f"median error {some[error].median():.1e}"
+            )
+        for _, row in found[~found[f"{bar}_holds"]].iterrows():
+            print(
+                f"  does not hold: {row['name']}, {row.force_N:.4g} N, {row.what}: {bar} "
+                f"{row[bar]:.2e}, {error} {row[error]:.2e}, {row.harmonics} harmonics"
+            )
+    print(f"median time of a converged peak {found['seconds'].median():.2f} s")
+
+
+def main() -> None:
+    """Check the joints that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("names", nargs="+", help=f"small, or of {', '.join(ASSEMBLIES)}")
+    parser.add_argument("--count", type=int, default=60, help="small joints of each law")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--law", nargs="+", default=LAWS, choices=LAWS)
+    parser.add_argument("--vectors", nargs="+", type=int, default=[24, 40])
+    parser.add_argument("--csv", help="file for a row of each peak")
+    args = parser.parse_args()
+    warnings.simplefilter("ignore")
+    rows: list[dict[str, object]] = []
+    for name in args.names:
+        joints = (
+            small_joints(args.law, args.count, args.seed)
+            if name == "small"
+            else assembled_joints(name, tuple(args.vectors))
+        )
+        for joint in joints:
+            rows += check(*joint)
+            if args.csv:
+                pd.DataFrame(rows).to_csv(args.csv, index=False)
+    summarize(rows)
+
+
+if __name__ == "__main__":
+    main()
