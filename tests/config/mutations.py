@@ -104,6 +104,7 @@ VALUES = [
 FILES = {
     "config": "config.yaml",
     "assembly": "assemblies/three_bolt.yaml",
+    "washers": "assemblies/three_bolt_aluminium.yaml",
     "constant": "cases/three_bolt_constant.yaml",
     "variable": "cases/three_bolt_variable.yaml",
 }
@@ -121,6 +122,9 @@ def whole_files():
     defaults = Settings(cases=["three_bolt"]).model_dump(mode="json")
     contents["config"] = defaults | contents["config"] | parse_mapping(text)
     contents["config"] |= {"assemblies": ["three_bolt", "four_bolt"]}
+    bolts, mesh = (contents["washers"][section] for section in ("bolts", "mesh"))
+    bolts["washer"] |= {"under": ["head", "nut"], "material": dict(bolts["material"])}
+    mesh |= {"rings_head_to_washer_edge": 2, "layers_in_washer": 1}
     point = {"x_mm": 100, "y_mm": 0, "z_mm": 10, "direction": "z"}
     force = point | {"relative_amplitude": 0.5, "phase_deg": 90.0}
     contents["constant"] |= {

@@ -22,7 +22,14 @@ CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY = FILES = (
     "config/assemblies/two_bolt.yaml",
     "mine.yaml",
 )
-CONTENTS = dict(zip(FILES, (SETTINGS, CASE, ASSEMBLY, {"cases": ["small"]}), strict=True))
+WASHER = {"thickness_mm": 1.6, "diameter_mm": 16, "hole_diameter_mm": 8.4}
+# copies: the same object twice is an alias in YAML
+OWN = {
+    "material": dict(ASSEMBLY["material"]),
+    "washer": WASHER | {"material": dict(ASSEMBLY["material"])},
+}
+BOLTED = ASSEMBLY | {"bolts": ASSEMBLY["bolts"] | OWN}
+CONTENTS = dict(zip(FILES, (SETTINGS, CASE, BOLTED, {"cases": ["small"]}), strict=True))
 MODELS = {CONFIG: SCHEMAS["config"], CASE_FILE: SCHEMAS["case"], ASSEMBLY_FILE: SCHEMAS["assembly"]}
 
 #: what no file may hold as a line of its own, and line after it, column and words of the problem

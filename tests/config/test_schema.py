@@ -12,7 +12,13 @@ from boltjoint.config.schema import SCHEMAS, schema_text
 from boltjoint.config.strict_yaml import parse_mapping
 
 #: of the files of ``whole_files``
-SCHEMA_OF = {"config": "config", "assembly": "assembly", "constant": "case", "variable": "case"}
+SCHEMA_OF = {
+    "config": "config",
+    "assembly": "assembly",
+    "washers": "assembly",
+    "constant": "case",
+    "variable": "case",
+}
 
 
 def schema_of(name):
