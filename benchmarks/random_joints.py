@@ -22,12 +22,13 @@ from threadpoolctl import threadpool_limits
 from boltjoint.dynamics.branch import to_dataset
 from boltjoint.dynamics.frequency_response import solve_branch
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.verification import residual_in_time
 
-LAWS = ("constant", "variable")
+LAWS = ("constant", "variable", "iwan")
 COORDINATES = ("linear", "complex-rdnm-1", "backbone")
 SEED = 20261122
 
@@ -46,7 +47,7 @@ def random_joint(law: str, index: int, seed: int = SEED) -> RandomJoint:
     Two to six modes, of which neighbours may differ by a ten-thousandth in frequency; three to
     forty elements, several of which may share a point; contact that is soft or stiff against the
     structure; under variable load up to a million times as stiff across as along the surface, with
-    gaps; and a force from stuck to full slip.
+    gaps; Iwan elements of any shape; and a force from stuck to full slip.
     """
     random = np.random.default_rng([seed, LAWS.index(law), index])
     modes, elements = int(random.integers(2, 7)), int(3 * (40.99 / 3) ** random.random())
@@ -76,6 +77,10 @@ def random_joint(law: str, index: int, seed: int = SEED) -> RandomJoint:
     across = None
     if law == "constant":
         elements_of_law = ConstantLoad(on, tangential, friction * load)
+    elif law == "iwan":
+        chi = random.uniform(-0.95, 0.0, elements)
+        beta = random.choice([0.0, 0.1, 1.0, 10.0], elements)
+        elements_of_law = FourParameterIwan(on, tangential, friction * load, chi, beta)
     else:
         across = _rows(random, place, modes)
         normal = tangential * 10 ** random.uniform(-1.5, random.choice([1.0, 6.0]))
