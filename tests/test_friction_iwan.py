@@ -5,10 +5,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from random_joints import random_joint
 from scipy.integrate import quad
 from small_joint import make_joint
 
 from boltjoint.config.case import Case
+from boltjoint.dynamics.converged_peaks import (
+    HarmonicConvergence,
+    add_converged_peaks,
+    converge_peaks,
+)
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.dynamics.periodic_motion import motion_at_peak
 from boltjoint.dynamics.phase_resonance import find_peak
@@ -266,6 +272,39 @@ def test_impossible_shapes_are_refused(chi, beta):
 
 def test_every_law_is_declared():
     assert set(LAWS) == set(DECLARATIONS)
+
+
+def test_peaks_by_aft_are_the_analytic_ones():
+    joint = make_joint(6, law="iwan")
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law))
+    forces = [0.1, 1.0, 10.0, 40.0]
+    exact, found = (solve_response(one, forces, loss_factor=0.002) for one in (joint, sampled))
+    error = found["peak_amplitude"] / exact["peak_amplitude"] - 1
+    # that of samples at the corners where all of an element slips
+    assert abs(error).max() < 5e-6
+
+
+def test_error_bars_of_converged_peaks_hold():
+    held = []
+    for index in range(8):
+        joint, force, loss_factor = random_joint("iwan", index, seed=31)
+        response = solve_response(joint, [force], loss_factor=loss_factor)
+        found = add_converged_peaks(response, converge_peaks(joint, response))
+        highest = 3 * int(found["peak_harmonics"][0])
+        further = HarmonicConvergence(
+            (highest // 2, highest), amplitude_tolerance=1e-12, samples=2048
+        )
+        best = converge_peaks(joint, response, further)
+        assert best["peak_harmonics"] == highest
+        for what in ("frequency", "amplitude"):
+            exact = best[f"peak_{what}_converged"]
+            for name, bar in (
+                (f"peak_{what}", f"peak_{what}_error"),
+                (f"peak_{what}_converged", f"peak_{what}_truncation_error"),
+            ):
+                held.append(bool((abs(found[name] / exact - 1) <= found[bar]).all()))
+    assert len(held) == 32
+    assert all(held)
 
 
 def test_time_integration_reaches_the_motion_of_many_harmonics():
