@@ -225,3 +225,57 @@ def test_a_crossing_of_two_branches_is_passed():
     branch = trace(Cross(), np.array([0.5]), (0.5, 1.5), StepControl(), scale=1.0)
     assert branch.complete, branch.reason
     assert abs(branch.solutions[-1].x[0] - 1.0) == pytest.approx(0.5, abs=1e-8)
+
+
+class StarWithLoop(Star):
+    """Two of the four lines are sides of a closed branch, whose far end is an inner corner."""
+
+    middle = Star.direction(np.radians(162.5))
+    apex, slope = 0.02, 2.0
+
+    def __init__(self):
+        super().__init__(0)
+        self.dead_end = np.full(2, np.nan)
+        self.across = np.array([-self.middle[1], self.middle[0]])
+
+    def gradient(self, z):
+        """Of the smaller of the star's residual and one that is negative beyond the apex."""
+        star = super().gradient(z)
+        beyond = self.slope * np.sign(self.across @ z) * self.across - self.middle
+        self.offset = 0.0
+        if beyond @ z + self.apex < star @ z:
+            self.offset = self.apex
+            return beyond
+        return star
+
+    def evaluate(self, x, p):
+        z = np.array([x[0] - 1.0, p - 1.0])
+        g = self.gradient(z)
+        return np.array([g @ z + self.offset]), lambda: g[:1, None]
+
+
+def test_a_closed_branch_that_meets_another_at_a_corner_is_followed_too():
+    """The branch that turns less leads to the end of the window, the maximum is on the other."""
+    star = StarWithLoop()
+    down = star.direction(star.angles[0])
+    start = 1 + down[0] / down[1] * (0.9 - 1)
+    observe = First()
+    observe.value = lambda x: -float(x[0])
+    observe.slope = lambda x, dx: -float(dx[0])
+    branch = trace(star, np.array([start]), (0.9, 1.1), StepControl(), scale=1.0, maximise=observe)
+    assert branch.complete, branch.reason
+    z = np.array([[s.x[0] - 1, s.p - 1] for s in branch.solutions])
+    # the line by which it leaves
+    leaves = star.direction(star.angles[1])
+    assert abs(z[-1] @ [leaves[1], -leaves[0]]) < 1e-8
+    # the sides of the closed branch are 12.5 degrees beside its middle
+    side = np.tan(np.radians(12.5))
+    along = star.apex / (1 - star.slope * side)
+    corners = [along * (star.middle + sign * side * star.across) for sign in (1, -1)]
+    farthest = max(-corner[0] for corner in corners)
+    (highest,) = [s for s in branch.solutions if s.located]
+    assert 1 - highest.x[0] == pytest.approx(farthest, rel=1e-6)
+    # it is followed all around
+    for side in (star.direction(star.angles[2]), star.direction(star.angles[3])):
+        on_side = (abs(z @ [side[1], -side[0]]) < 1e-8) & (z @ side > 1e-3)
+        assert on_side.any()

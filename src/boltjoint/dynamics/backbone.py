@@ -7,6 +7,7 @@ amplitude is solved from a cubic interpolation between two of them.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -31,6 +32,9 @@ Array = NDArray[np.float64]
 
 #: amplitudes at which a backbone is started, over the lowest asked for: the first that succeeds
 _FIRST_AMPLITUDES = (1.0, 0.1, 0.01, 1e-3, 1e-5, 1e-7)
+
+#: factor by which steps are shorter where a backbone reaches the end from none of these amplitudes
+_SHORTER_STEPS = 4.0
 
 #: states as close as this in the logarithm of the amplitude have none inserted between them: for
 #: curves that jump, where no number of states would be enough; states of the default study never
@@ -82,11 +86,8 @@ class Backbone:
 
     def with_shorter_steps(self, factor: float) -> "Backbone":
         """The backbone between its first and last amplitude with steps shorter by a factor."""
-        steps = {
-            name: getattr(self.control, name) / factor for name in ("first_step", "largest_step")
-        }
         amplitudes = self.states[0].amplitude, max(state.amplitude for state in self.states)
-        control = replace(self.control, **steps)
+        control = self.control.with_shorter_steps(factor)
         return trace_backbone(self.equations, amplitudes, control).refined()
 
     def refined(self) -> "Backbone":
@@ -102,7 +103,7 @@ class Backbone:
             bend = abs(middle.curves - (first.curves + second.curves) / 2)
             wide = abs(second.log_amplitude - first.log_amplitude) > _CLOSEST
             inserted = between.state(0.5) if wide and np.any(bend > limits) else None
-            if inserted is None:
+            if inserted is None or not between.is_divided_by(inserted):
                 states.append(ahead.pop())
             else:
                 ahead.append(inserted)
@@ -191,12 +192,13 @@ def trace_backbone(
     # the damping of a state tells whether a force exceeds it, however slight it is
     precise = control.stricter(_OF_DAMPING * equations.loss)
     branch = SolutionBranch()
-    for first in np.log(_FIRST_AMPLITUDES):
+    controls = precise, precise.with_shorter_steps(_SHORTER_STEPS)
+    for steps, first in product(controls, np.log(_FIRST_AMPLITUDES)):
         # the stuck mode is an initial guess where little slips
         window = (low + first, high)
-        found = _trace(equations, equations.start(), window, precise)
+        found = _trace(equations, equations.start(), window, steps)
         if not found.solutions[0].converged:
-            found = _trace(equations, equations.damped_start(), window, precise)
+            found = _trace(equations, equations.damped_start(), window, steps)
         if not branch.solutions or found.complete or len(branch.solutions) < 2:
             branch = found
         if branch.complete:

@@ -26,6 +26,9 @@ _MOST_INTERPOLATIONS = 12
 #: solutions that an interval may take to shrink to rounding, half of them bisections
 _MOST_SOLUTIONS = 100
 
+#: length of the longer part of an interval that a state divides, over that of the interval
+_DIVIDED = 0.9
+
 #: of the value of a function by an interpolation that is good for something
 _REDUCTION = 0.1
 
@@ -81,6 +84,16 @@ class BetweenStates:
         return ModalState(equations, solution.x, solution.p)
 
     @cached_property
+    def length(self) -> float:
+        """Distance of the states, as that of steps along the backbone."""
+        return float(np.linalg.norm(self._chord * self._weights))
+
+    def is_divided_by(self, state: ModalState) -> bool:
+        """Whether a state is nearer to both than they are to each other."""
+        parts = replace(self, second=state), replace(self, first=state)
+        return max(part.length for part in parts) < _DIVIDED * self.length
+
+    @cached_property
     def _chord(self) -> Vector:
         """Change of unknown and logarithm of the amplitude."""
         first, second = self.first, self.second
@@ -110,8 +123,7 @@ class BetweenStates:
     def _is_near(self, solution: Solution, guess: ModalState) -> bool:
         """Whether a solution is no farther from the guess than the states from each other."""
         change = np.append(solution.x - guess.unknown, solution.p - guess.log_amplitude)
-        distance, length = (np.linalg.norm(each * self._weights) for each in (change, self._chord))
-        return bool(distance <= length)
+        return bool(np.linalg.norm(change * self._weights) <= self.length)
 
 
 def solve_root(

@@ -22,6 +22,9 @@ from boltjoint.solvers.newton import newton
 #: where in the window a branch is started that does not cross it from its ends
 _STARTS_INSIDE = (0.5, 0.25, 0.75)
 
+#: factor by which steps are shorter where a branch crosses the window from none of its starts
+_SHORTER_STEPS = 4.0
+
 #: load factors at which load stepping begins, until little slips and the corrector converges
 _LOAD_FACTORS = (1e-3, 1e-6, 1e-9)
 
@@ -57,11 +60,23 @@ class Continuation:
     def across(
         self, window: tuple[float, float], start: NDArray[np.float64] | None
     ) -> SolutionBranch:
-        """Branch from the lower end of a window [rad/s], or from other starts if incomplete."""
-        low, high = window
+        """Branch from one end of a window [rad/s] to the other, with shorter steps if need be."""
         regular = self._follow_compiled(window, start)
         if regular is not None:
             return regular
+        branch = self._from_starts(window, start)
+        if branch.complete:
+            return branch
+        steps, self._control = self._control, self._control.with_shorter_steps(_SHORTER_STEPS)
+        other = self._from_starts(window, start)
+        self._control = steps
+        return other if other.complete else branch
+
+    def _from_starts(
+        self, window: tuple[float, float], start: NDArray[np.float64] | None
+    ) -> SolutionBranch:
+        """Branch from the lower end of a window, or from other starts if incomplete."""
+        low, high = window
         branch = self._follow((low, high), low, start)
         if branch.complete or start is not None:
             return branch

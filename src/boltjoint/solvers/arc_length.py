@@ -40,6 +40,16 @@ LARGE = 1000
 CORNER_STEP = 1e-4
 
 
+#: cosine above which two directions from a corner are the same
+_SAME_LINE = 0.9999
+
+#: solutions on other continuations from corners of a complete branch, or as many as it has
+_MOST_OTHERS = 300
+
+#: relative difference of two maxima that are the same within their location
+_HIGHER = 1e-6
+
+
 def trace(
     equations: Equations,
     start: Vector,
@@ -87,6 +97,7 @@ def trace(
     if tracer.start(start, begin):
         while tracer.advance():
             pass
+        tracer.follow_others()
     return branch
 
 
@@ -97,6 +108,14 @@ def _choose_corrector(equations: Equations, x: Vector, p: float) -> type[Correct
     return KrylovCorrector
 
 
+def _is_same(one: Predictor, other: Predictor) -> bool:
+    """Whether two solutions beyond a corner lie on the same line from it."""
+    apart = np.append(one.x - other.x, one.p - other.p) * one.weights
+    cosine = one.tangent @ (other.tangent / other.weights * one.weights)
+    cosine /= np.linalg.norm(other.tangent / other.weights * one.weights)
+    return bool(np.linalg.norm(apart) < 4 * CORNER_STEP and cosine > _SAME_LINE)
+
+
 class _Alternative(NamedTuple):
     """A continuation from a corner kept in reserve, and the state of the run at the corner."""
 
@@ -105,6 +124,7 @@ class _Alternative(NamedTuple):
     length: float
     state: object
     orientation: float
+    exits: list[Predictor]
 
 
 class Tracer:
@@ -112,7 +132,8 @@ class Tracer:
 
     Where a corner has several continuations, that of the smallest turn is followed first; where
     it does not reach the end of the window, the run returns to the last such corner and follows the
-    next.
+    next. A branch that leaves a corner twice in the same direction is closed, and does not reach
+    it either.
 
     Parameters
     ----------
@@ -143,6 +164,9 @@ class Tracer:
         self._alternatives: list[_Alternative] = []
         self._first_branch: SolutionBranch | None = None
         self._count = 0
+        #: solutions beyond corners, with the tangent there, and whether the last is one before
+        self._exits: list[Predictor] = []
+        self._is_closed = False
 
     def start(self, x: Vector, p: float) -> bool:
         """Solve at the start by Newton's method; whether it converged."""
@@ -164,9 +188,8 @@ class Tracer:
 
     def resume(self, step: Step) -> None:
         """Continue from the solution of a step in its direction."""
-        (x, p, *_), jacobian, direction = step
-        self.predictor = self.corrector.predictor(x, p, jacobian, direction)
-        self.corrector.equations.accept(x)
+        self.predictor = self._at_end(step)
+        self.corrector.equations.accept(step.solution.x)
 
     def advance(self) -> bool:
         """Add the next solution to the branch; whether the continuation has not ended there."""
@@ -176,6 +199,8 @@ class Tracer:
         step = self._next()
         if step is None:
             return self._return_to_corner("no solution found near the last one")
+        if self._is_closed:
+            return self._return_to_corner("the branch closes before the end of the window")
         solution, (begin, end) = step.solution, self.window
         if (solution.p - begin) * self._sense < 0:
             return self._return_to_corner("the branch returned to the start of the window")
@@ -247,13 +272,25 @@ class Tracer:
 
     def _pass_corner(self) -> Step | None:
         """The step of the smallest turn beyond a corner; others are kept in reserve."""
-        steps = corners.continuations(self.corrector, self.predictor, self.step_length)
+        steps = corners.continuations(
+            self.corrector, self.predictor, self.step_length, self._orientation
+        )
         branch, state = SolutionBranch([*self.branch.solutions]), self.corrector.equations.state()
-        at_corner = self.step_length, state, self._orientation
+        at_corner = self.step_length, state, self._orientation, self._exits
         self._alternatives += [
             _Alternative(branch, step, *at_corner) for step in reversed(steps[1:])
         ]
-        return steps[0] if steps else None
+        if not steps:
+            return None
+        leaving = self._at_end(steps[0])
+        self._is_closed = any(_is_same(leaving, before) for before in self._exits)
+        self._exits = [*self._exits, leaving]
+        return steps[0]
+
+    def _at_end(self, step: Step) -> Predictor:
+        """The predictor at the end of a step."""
+        (x, p, *_), jacobian, direction = step
+        return self.corrector.predictor(x, p, jacobian, direction)
 
     def _return_to_corner(self, reason: str) -> bool:
         """Follow the next continuation from the last corner that has one; else stop."""
@@ -261,11 +298,42 @@ class Tracer:
             return self._stop(reason)
         if self._first_branch is None:
             self._first_branch = SolutionBranch([*self.branch.solutions], reason=reason)
-        branch, step, self.step_length, state, self._orientation = self._alternatives.pop()
+        self._follow_alternative()
+        return True
+
+    def _follow_alternative(self) -> None:
+        """Return to the last corner with another continuation, and take its first step."""
+        branch, step, self.step_length, state, *of_corner = self._alternatives.pop()
+        self._orientation, exits = of_corner
+        self._exits, self._is_closed = [*exits, self._at_end(step)], False
         self.corrector.equations.restore(state)
         self.branch.solutions[:] = branch.solutions
         self.accept(step, self.step_length)
-        return True
+
+    def follow_others(self) -> None:
+        """Follow the other continuations of a complete branch, and keep the highest maximum.
+
+        A corner where closed branches meet lies on all of them: a continuation that returns to it
+        goes on with the next, so that a branch to the end of the window passes them all.
+        """
+        if self.maxima is None or not self.branch.complete:
+            return
+        highest, best = self._highest(), [*self.branch.solutions]
+        limit = self._count + max(_MOST_OTHERS, len(best))
+        while self._alternatives and self._count < limit:
+            self.branch.complete = False
+            self._follow_alternative()
+            while self._count < limit and self.advance():
+                pass
+            if self.branch.complete and self._highest() > highest * (1 + _HIGHER):
+                highest, best = self._highest(), [*self.branch.solutions]
+        self.branch.solutions[:] = best
+        self.branch.complete, self.branch.reason = True, ""
+
+    def _highest(self) -> float:
+        """The highest located maximum."""
+        values = (self.maxima.quantity.value(s.x) for s in self.branch.solutions if s.located)
+        return max(values, default=-np.inf)
 
     def _finish(self, step: Step) -> bool:
         """Solve exactly at the end of the window, which the last step passes."""

@@ -30,7 +30,9 @@ _RANDOM_DIRECTIONS = 10
 _EQUAL_COSINE = 0.999999
 
 
-def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> list[Step]:
+def continuations(
+    corrector: Corrector, predictor: Predictor, radius: float, orientation: float = 0.0
+) -> list[Step]:
     """Steps onto a small sphere by which the branch continues beyond a corner within it.
 
     Parameters
@@ -41,6 +43,8 @@ def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> 
         The last solution before the corner, with the tangent of its own Jacobian.
     radius
         Of the sphere around it, larger than the distance of the corner.
+    orientation
+        Of the branch in the sense of travel; by default, with 0, that of the predictor.
 
     Returns
     -------
@@ -51,7 +55,6 @@ def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> 
     tried: list[Vector] = []
     steps: list[tuple[Vector, Step]] = []
     queue, drawn = [np.zeros_like(predictor.tangent), predictor.tangent], 0
-    orientation = None
     while len(tried) < _MAXIMUM_DIRECTIONS:
         if not queue:
             if drawn == _RANDOM_DIRECTIONS:
@@ -65,7 +68,7 @@ def continuations(corrector: Corrector, predictor: Predictor, radius: float) -> 
         derivative = corrector.derivative(x, p, jacobian, predictor.weights)
         if not np.all(np.isfinite(derivative)):
             continue
-        if orientation is None:
+        if orientation == 0:
             orientation = orientation_of(derivative, predictor.tangent)
         for direction in _intersections(residual / radius, derivative, point):
             if any(direction @ other > _EQUAL_COSINE for other in tried):

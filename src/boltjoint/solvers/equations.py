@@ -223,6 +223,11 @@ class StepControl(Options):
                 f"smallest_step is {self.smallest_step}: it must be below the first step, {begin}"
             )
 
+    def with_shorter_steps(self, factor: float) -> "StepControl":
+        """The same with steps shorter by a factor."""
+        names = "first_step", "largest_step"
+        return replace(self, **{name: getattr(self, name) / factor for name in names})
+
     def stricter(self, tolerance: float) -> "StepControl":
         """The same with another tolerance if that is stricter, but none below rounding."""
         return replace(self, tolerance=max(min(self.tolerance, tolerance), LEAST_TOLERANCE))
