@@ -48,6 +48,18 @@ def test_a_backbone_reaches_the_peak_that_slight_damping_allows(loss_factor, for
         assert linear.peak_amplitude == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.parametrize("share", [1e2, 1e4])
+def test_a_contact_much_stiffer_than_the_structure_does_not_limit_amplitudes(share):
+    loss_factor, force, window = 1e-6, 10.0, (5.0, 12.0 * np.sqrt(share))
+    joint = make_slipping_joint(share)
+    branch = solve_branch(
+        joint, force, loss_factor=loss_factor, coordinates="backbone", window=window
+    )
+    assert branch.complete, branch.reason
+    expected = peak_of_slider(loss_factor, force, share)
+    assert branch.peak_amplitude == pytest.approx(expected, rel=1e-7)
+
+
 def test_a_rigid_body_mode_has_a_backbone():
     """Its stiffness is that of the contact alone, and nothing else damps it."""
     joint = make_slipping_joint()

@@ -207,8 +207,9 @@ class EPMCEquations(Equations):
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
         H = self.balance.damping_matrix.at(2 * np.pi * window[0])
         stiffness = self.balance.stiffness
-        # rigid-body modes have no stiffness but that of the contact
-        H = H + _LEAST_LOSS_FACTOR * (stiffness + self.balance.joint.stuck_stiffness())
+        # rigid-body modes have no stiffness, and no resonance below the window
+        inertia = (2 * np.pi * window[0]) ** 2 * np.eye(len(stiffness))
+        H = H + _LEAST_LOSS_FACTOR * (stiffness + inertia)
         if not self.balance.damping_matrix.dissipates:
             H = H + _WITHOUT_DISSIPATION * stiffness
         # |phi^T e| / phi^H H phi where phi^H phi = 1, by Cauchy and Schwarz
@@ -268,8 +269,8 @@ class ModalState:
 
     @property
     def frequency(self) -> float:
-        """Natural frequency [Hz]."""
-        return float(np.sqrt(self.eigenvalue.real) / (2 * np.pi))
+        """Natural frequency [Hz]; 0 where an interpolation has a negative eigenvalue."""
+        return float(np.sqrt(max(self.eigenvalue.real, 0.0)) / (2 * np.pi))
 
     @property
     def damping_ratio(self) -> float:
