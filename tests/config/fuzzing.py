@@ -9,6 +9,7 @@ import json
 import random
 import re
 import string
+from contextlib import suppress
 
 import yaml
 from small_study import ASSEMBLY, CASE, SETTINGS, SWEEP, VARIABLE
@@ -40,6 +41,10 @@ POINTS = {
     "excitation": {"kind": "forces", "points": [FORCE | {"phase_deg": 90.0}]},
     "sensors": [FORCE | {"name": "lap"}],
 }
+BOLTS = ASSEMBLY["bolts"] | {
+    "material": dict(ASSEMBLY["material"]),
+    "washer": {"thickness_mm": 2, "diameter_mm": 15, "under": ["head"]},
+}
 GAP = {"flatness_um": 5, "waviness_um": 1, "wavelength_mm": 60}
 
 #: content of the YAML files, by kind
@@ -58,7 +63,7 @@ CONTENTS = {
     "assembly": {
         "config/assemblies/two_bolt.yaml": ASSEMBLY,
         "config/assemblies/mapped.yaml": ASSEMBLY
-        | {"contact": {"gap_um": "config/map.csv"}, "preload_N": 1000},
+        | {"contact": {"gap_um": "config/map.csv"}, "preload_N": 1000, "bolts": BOLTS},
         "config/assemblies/shaped.yaml": ASSEMBLY | {"contact": {"gap_um": GAP}},
     },
     "case": {
@@ -109,6 +114,11 @@ def write_study(folder):
             (folder / file).write_text(text, encoding="utf-8")
 
 
+def content_of(file):
+    """The content of a YAML file."""
+    return next(contents[file] for contents in CONTENTS.values() if file in contents)
+
+
 def mutation(seed, kind):
     """A file of a kind and its text with random changes."""
     chance = random.Random(f"{kind} {seed}")
@@ -128,13 +138,11 @@ def _changed(content, chance):
         if not places:
             break
         holder, key = chance.choice(places)
-        match chance.choice(["magnitude"] * 4 + ["value"] * 3 + ["empty", "key", "less", "more"]):
-            case "magnitude":
-                # the type that is asked for, most of the time
-                numbers = [(h, k) for h, k in places if type(h[k]) in (int, float)]
-                if numbers:
-                    holder, key = chance.choice(numbers)
-                holder[key] = _number(chance)
+        numbers = [(h, k) for h, k in places if type(h[k]) in (int, float)] or [(holder, key)]
+        match chance.choice(4 * ["number"] + 3 * ["value"] + ["empty", "key", "less", "more"]):
+            case "number":
+                holder, key = chance.choice(numbers)
+                holder[key] = _other_number(holder[key], chance)
             case "value":
                 holder[key] = _value(chance)
             case "empty":
@@ -170,6 +178,14 @@ def _number(chance):
         case _:
             sign = chance.choice([1, 1, 1, -1])
             return sign * chance.uniform(1, 9) * 10 ** chance.uniform(-323, 307)
+
+
+def _other_number(value, chance):
+    """A number of any magnitude, or one beside a value, whole where that is."""
+    if chance.random() < 0.5 or not isinstance(value, int | float):
+        return _number(chance)
+    other = value * 10 ** chance.gauss(0, chance.choice([0.1, 1, 10]))
+    return round(other) if isinstance(value, int) else other
 
 
 def _word(chance):
@@ -216,7 +232,7 @@ def _other_cells(text, chance):
     for _ in range(chance.choice([1, 1, 2, 3])):
         row = chance.choice(rows[:1] + 3 * rows[1:])
         column = chance.randrange(len(row))
-        match chance.randrange(6):
+        match chance.randrange(9):
             case 0:
                 row[column] = _word(chance)
             case 1:
@@ -226,9 +242,22 @@ def _other_cells(text, chance):
                 row.insert(column, str(_number(chance)))
             case 3:
                 rows.insert(chance.randrange(len(rows)), list(row))
+            case 4:
+                rows[1:] = chance.sample(rows[1:], len(rows) - 1)
+            case 5:
+                factor = 10 ** chance.gauss(0, 1)
+                for other in rows[1:]:
+                    with suppress(ValueError, IndexError):
+                        other[column] = str(factor * float(other[column]))
+            case 6:
+                with suppress(ValueError):
+                    row[column] = str(_other_number(float(row[column]), chance))
             case _:
                 row[column] = str(_number(chance))
-    return chance.choice(["\n", "\r\n"]).join(chance.choice(",,,;\t").join(row) for row in rows)
+    between = chance.choice(",,,,,,;\t")
+    if between == ";":
+        rows = [[cell.replace(".", ",") for cell in row] for row in rows]
+    return chance.choice(["\n", "\r\n"]).join(between.join(row) for row in rows)
 
 
 def _strewn(text, chance):

@@ -5,17 +5,19 @@ others than those of before.
 """
 
 import collections
+import json
 import os
 import time
 import warnings
 
 import pytest
-from fuzzing import KINDS, TEXTS, mutation, write_study
+from fuzzing import BOLTS, FORCE, KINDS, TEXTS, content_of, mutation, write_study
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.distributions import Lognormal
 from boltjoint.config.excitation import PointForces
 from boltjoint.config.gap_map import GapMap
+from boltjoint.config.strict_yaml import LARGEST_FILE
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.report.displays import DISPLAYS
@@ -76,6 +78,84 @@ def test_any_change_is_allowed_or_refused_in_lines(study, kind):
         (study / file).write_text(TEXTS[kind][file], encoding="utf-8")
         outcomes[bool(problems)] += 1
     assert min(outcomes[True], outcomes[False]) > 0, outcomes
+
+
+def numbered(word, count):
+    return [f"{word}{number}" for number in range(1, count + 1)]
+
+
+def block(**keys):
+    return {"resonance": 1, "joints": ["node-to-node"]} | keys
+
+
+#: of almost the largest size, or that ask for as much as they can in few words
+LARGE = {
+    "cases": ("config/config.yaml", {"cases": numbered("c", 20_000)}),
+    "keys": ("config/config.yaml", dict.fromkeys(numbered("k", 15_000), 1)),
+    "levels": ("config/cases/small.yaml", {"forces_N": [*range(1, 15_000), 0.01]}),
+    "levels to verify": (
+        "config/cases/small.yaml",
+        {"verification_forces_N": [0.5 + number for number in range(20_000)]},
+    ),
+    "sensors": (
+        "config/cases/small.yaml",
+        {"sensors": [{**FORCE, "name": name} for name in numbered("s", 2_500)]},
+    ),
+    "blocks": (
+        "config/cases/small.yaml",
+        {"solve": [block(joints=[name]) for name in numbered("clusters=", 138)] * 25},
+    ),
+    "responses": (
+        "config/cases/small.yaml",
+        {
+            "solve": [
+                block(
+                    joints=numbered("clusters=", 138),
+                    modes=numbered("free-", 300),
+                    coordinates=["linear", *numbered("rdnm-", 300)],
+                )
+            ]
+        },
+    ),
+    "many responses": (
+        "config/cases/small.yaml",
+        {
+            "coordinates": ["linear"],
+            "solve": [block(joints=numbered("clusters=", 138), modes=numbered("free-", 50))],
+        },
+    ),
+    "bolts": (
+        "config/assemblies/two_bolt.yaml",
+        {"bolts": BOLTS | {"positions_from_lap_start_mm": list(range(1, 30_000))}},
+    ),
+    "varied keys": (
+        "config/sweeps/grid.yaml",
+        {"vary": {key: [1] for key in numbered("key", 9_000)}},
+    ),
+    "values": (
+        "config/sweeps/grid.yaml",
+        {"vary": {"loss_factor": [0.001 + 1e-7 * number for number in range(8_000)]}},
+    ),
+}
+
+
+@pytest.mark.parametrize("what", LARGE)
+def test_a_file_that_asks_for_much_is_checked_as_soon(study, what):
+    file, changes = LARGE[what]
+    text = json.dumps(content_of(file) | changes)
+    assert len(text) < LARGEST_FILE
+    (study / file).write_text(text, encoding="utf-8")
+    start = time.process_time()
+    problems = problems_of(study)
+    assert time.process_time() - start < LONGEST
+    assert len(str(ConfigError(problems)).splitlines()) <= 51
+
+
+def test_of_many_problems_the_first_are_shown():
+    error = ConfigError(numbered("problem ", 70))
+    assert error.problems == tuple(numbered("problem ", 70))
+    assert str(error).splitlines() == [*numbered("problem ", 50), "and 20 more problems"]
+    assert str(ConfigError(["a\nb" + 3000 * "c"])) == f"a\\nb{1997 * 'c'}..."
 
 
 def failing(*arguments, **options):

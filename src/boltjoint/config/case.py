@@ -1,5 +1,8 @@
 """Case: an assembly under a preload, with contact, forces and the joint models compared."""
 
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import product
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -10,6 +13,7 @@ from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Excitation
 from boltjoint.config.points import Point, Sensor
 from boltjoint.config.regions import Regions
+from boltjoint.config.sweep import MOST_JOBS
 from boltjoint.config.types import (
     Description,
     Distinct,
@@ -39,6 +43,8 @@ from boltjoint.names import (
 _LOSS_FACTOR = 0.002
 
 
+#: levels that are listed where one of them must be named
+_SHOWN = 20
 #: characters of the names of an assembly and a preload; file names have 255, with other words
 _LONGEST_NAMES = 200
 
@@ -177,7 +183,7 @@ class Case(Entry):
         """The resonances that are solved in a modal basis, each once, in the order of the file."""
         return tuple(dict.fromkeys(each[3] for each in self.responses if each[0] == basis))
 
-    @property
+    @cached_property
     def responses(self) -> tuple[tuple[Basis, JointName, Coordinates, int], ...]:
         """Modal basis, joint, coordinates and resonance of every response, each once."""
         return tuple(
@@ -216,9 +222,15 @@ class Case(Entry):
             yield ("preload_ratios",), "must have a ratio above 0: a bolt that carries the load"
         yield from self._conflicts_of_preload_name()
         yield from self._conflicts_of_excitation()
-        for index in range(len(self.solve)):
-            yield from self._conflicts_in_block(index)
-            yield from self._conflicts_between_blocks(index)
+        blocks = self.blocks
+        for index, block in enumerate(blocks):
+            yield from self._conflicts_in_block(index, block)
+        sizes = [len(b.joints) * len(b.modes) * len(b.coordinates) for b in blocks]
+        if (count := sum(sizes)) > MOST_JOBS:
+            key = ("solve", sizes.index(max(sizes)), "joints")
+            yield key, f"is most of {count} responses of all blocks: must be at most {MOST_JOBS}"
+        else:
+            yield from _conflicts_between(blocks)
 
     def place_of(self, key: str, index: int) -> KeyPath:
         """Where modes or coordinates of a block are given: in the block or in the case."""
@@ -245,21 +257,24 @@ class Case(Entry):
             yield (level,), f"is missing: amplitudes of the excitation{kind}"
         if getattr(self, other) is not None:
             yield (other,), f"must not be given with this excitation: its levels are {level}"
-        there = ", ".join(f"{each:g}" for each in self.levels)
+        there = ", ".join(f"{each:g}" for each in self.levels[:_SHOWN])
+        there += f" and {more} more" if (more := len(self.levels) - _SHOWN) > 0 else ""
         law = self.contact.declaration
         if self.verification_forces_N and not law.has_closed_form:
             sentence = f"must be left out with {law.name}: time integration of a joint knows no "
             yield ("verification_forces_N",), f"{sentence}sliders that move in the plane"
+        levels = set(self.levels)
         for index, force in enumerate(self.verification_forces_N):
-            if self.levels and force not in self.levels:
+            if levels and force not in levels:
                 yield ("verification_forces_N", index), f"must be one of {level}: {there}"
-        names = [sensor.name for sensor in self.sensors]
-        for index, name in enumerate(names):
-            if name in names[:index]:
+        names: set[str] = set()
+        for index, sensor in enumerate(self.sensors):
+            if sensor.name in names:
                 yield ("sensors", index, "name"), "must not appear twice"
+            names.add(sensor.name)
 
-    def _conflicts_in_block(self, index: int) -> Problems:
-        block, above = self.blocks[index], ("solve", index)
+    def _conflicts_in_block(self, index: int, block: SolveBlock) -> Problems:
+        above = ("solve", index)
         smallest = min(block.modes, key=lambda basis: basis.fewest)
         available = smallest.fewest
         for place, name in enumerate(block.coordinates):
@@ -284,25 +299,26 @@ class Case(Entry):
                     path = (*self.place_of("modes", index), place)
                     yield path, f"{sentence}the contact along its width, which {law.name} needs"
 
-    def _conflicts_between_blocks(self, index: int) -> Problems:
-        block, above = self.blocks[index], ("solve", index)
-        for before in self.blocks[:index]:
-            if before.resonance != block.resonance:
-                continue
-            if before.window_Hz and block.window_Hz and before.window_Hz != block.window_Hz:
-                low, high = before.window_Hz
+
+def _conflicts_between(blocks: Sequence[SolveBlock]) -> Problems:
+    """Windows of a resonance that differ, and what is solved twice."""
+    windows: dict[int, tuple[float, float]] = {}
+    solved: set[tuple[str | int, ...]] = set()
+    for index, block in enumerate(blocks):
+        if block.window_Hz is not None:
+            low, high = windows.setdefault(block.resonance, block.window_Hz)
+            if block.window_Hz != (low, high):
                 yield (
-                    (*above, "window_Hz"),
+                    ("solve", index, "window_Hz"),
                     f"must be [{low:g}, {high:g}], as of the block before it around resonance "
                     f"{block.resonance}",
                 )
-            if set(before.modes) & set(block.modes) and (
-                set(before.coordinates) & set(block.coordinates)
-            ):
-                for place, name in enumerate(block.joints):
-                    if name in before.joints:
-                        yield (
-                            (*above, "joints", place),
-                            "must not be solved twice: a block before solves it around resonance "
-                            f"{block.resonance} in the same basis and coordinates",
-                        )
+        for place, joint in enumerate(block.joints):
+            own = set(product([block.resonance], block.modes, block.coordinates, [joint]))
+            if own & solved:
+                yield (
+                    ("solve", index, "joints", place),
+                    "must not be solved twice: a block before solves it around resonance "
+                    f"{block.resonance} in the same basis and coordinates",
+                )
+            solved |= own

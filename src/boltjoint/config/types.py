@@ -22,16 +22,22 @@ Problems = Iterator[tuple[KeyPath, str]]
 """Key path within a value and what is wrong there, as a sentence without a subject."""
 
 
-#: characters of a line beyond which it is cut
-_LONGEST_LINE = 2000
+#: characters of a line beyond which it is cut, and lines that are shown
+_LONGEST_LINE, _MOST_LINES = 2000, 50
 
 
 class ConfigError(ValueError):
-    """The configuration cannot be used; one line of text for each problem of each file."""
+    """The configuration cannot be used: one line of text for each problem of each file.
+
+    All are in ``problems``; the text has the first.
+    """
 
     def __init__(self, problems: Iterable[str]) -> None:
         self.problems = tuple(map(_one_line, problems))
-        super().__init__("\n".join(self.problems))
+        lines = list(self.problems[:_MOST_LINES])
+        if more := len(self.problems) - len(lines):
+            lines.append(f"and {more} more problems")
+        super().__init__("\n".join(lines))
 
 
 def _one_line(text: str) -> str:

@@ -112,6 +112,7 @@ class Contents:
     def __init__(self, study: "Study", displays: "Iterable[Display]" = ()) -> None:
         self.study = study
         self._displays = tuple(displays)
+        self._responses: dict[str, list[Response]] = {}
 
     @cached_property
     def artefacts(self) -> tuple[Artefact, ...]:
@@ -168,8 +169,9 @@ class Contents:
 
     def responses(self, case: str, basis: str | None = None) -> list[Response]:
         """All responses of a case, or of those in one basis."""
-        found = (Response(*which) for which in self.study.case(case).responses)
-        return [each for each in found if basis in (None, each.basis)]
+        if case not in self._responses:
+            self._responses[case] = [Response(*each) for each in self.study.case(case).responses]
+        return [each for each in self._responses[case] if basis in (None, each.basis)]
 
     def references(self, case: str) -> list[Response]:
         """The responses of the node-to-node joint of a case in linear modes."""
