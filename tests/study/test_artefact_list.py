@@ -9,7 +9,8 @@ from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import layout
-from boltjoint.study.artefact_list import Artefact, Contents, Response
+from boltjoint.study.artefact_list import Artefact, Contents
+from boltjoint.study.response_list import Response
 
 ROOT = Path(__file__).parents[2]
 

@@ -26,7 +26,7 @@ from boltjoint.study import layout
 from boltjoint.study.timing import time_solver
 
 if TYPE_CHECKING:
-    from boltjoint.study.artefact_list import Response
+    from boltjoint.study.response_list import Response
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from boltjoint.names import REFERENCE, Basis
-from boltjoint.study.artefact_list import Artefact, Contents, Response
+from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, table
+from boltjoint.study.response_list import Response
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from boltjoint.study.artefact_list import Artefact, Contents, Response
+from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import figure, table, table_of_same
+from boltjoint.study.response_list import Response
 
 if TYPE_CHECKING:
     import pandas as pd
