@@ -167,6 +167,8 @@ ATTACKS = {
         lambda: ConstantLoad([0], [0.0], [1.0]),
         lambda: ConstantLoad([0], [np.inf], [1.0]),
         lambda: ConstantLoad([0], ["nope"], [1.0]),
+        lambda: ConstantLoad([0], np.ma.array([1.0], mask=[True]), [1.0]),
+        lambda: ConstantLoad([0], [np.ma.array(1.0, mask=True)], [1.0]),
         lambda: replace(VARIABLE_LAW, tangential_stiffness=np.ones(59)),
         lambda: replace(VARIABLE_LAW, tangential_stiffness=np.full(60, -1.0)),
         lambda: connected(k=0.0),
@@ -311,6 +313,7 @@ ATTACKS = {
         lambda: HarmonicBalance(JOINT, -0.01, 1.0),
         lambda: solved(loss_factor=-1e-9),
         lambda: solved(loss_factor=NAN),
+        lambda: solved(loss_factor=np.ma.masked),
         lambda: solved(loss_factor="nope"),
         lambda: responses(loss_factor=-0.01),
         lambda: backbones(loss_factor=-0.01),
@@ -327,6 +330,8 @@ ATTACKS = {
     "w": [lambda: BALANCE.stuck_solution(NAN), lambda: BALANCE.stuck_solution(-1.0)],
     "force": [
         lambda: solved(force=0.0),
+        lambda: solved(force=5e-324),
+        lambda: solved(force=1e200),
         lambda: solved(force=-1.0),
         lambda: solved(force=NAN),
         lambda: solved(force=[1.0]),
@@ -337,6 +342,8 @@ ATTACKS = {
     "forces": [
         lambda: responses([]),
         lambda: responses([1.0, -1.0]),
+        lambda: responses([1.0, 1e-310]),
+        lambda: backbones(forces=[1e-160]),
         lambda: responses(1.0),
         lambda: backbones(forces=[NAN]),
         lambda: MODE.amplitudes_for([0.0], (60.0, 200.0)),
@@ -345,6 +352,7 @@ ATTACKS = {
     ],
     "window": [
         lambda: solved(window=(200.0, 60.0)),
+        lambda: solved(window=np.ma.array([60.0, 200.0], mask=[False, True])),
         lambda: solved(window=(-60.0, 200.0)),
         lambda: solved(window=(0.0, 200.0)),
         lambda: solved(window=(60.0, NAN)),
@@ -463,7 +471,11 @@ ATTACKS = {
     ],
     "pressure": [lambda: bands_of_equal_middle_load(np.zeros((3, 2)), [1.0, -1.0, 1.0], 1)],
     "preload": [
+        lambda: regions(preload=None),
+        lambda: regions(preload="nope", division="clusters"),
+        lambda: regions(preload=PRELOAD.drop_vars("normal_load")),
         lambda: regions(preload=None, division="equal-middle-load"),
+        lambda: choose_count(JOINT, None, 0.1),
         lambda: regions(preload=PRELOAD.drop_vars("area"), division="equal-middle-load"),
     ],
     "stiffness": [

@@ -6,10 +6,12 @@ to floating point; the other way round, nothing is rounded: a float is no index,
 """
 
 import operator
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import isfinite
 from numbers import Integral, Real
-from typing import TYPE_CHECKING
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +25,15 @@ Shape = Sequence[int | str]
 #: motion of a point in a mode, over that of other points, below which it is rounding: where there
 #: should be none, it reaches 2e-10 on the meshes of the study
 ROUNDING_OF_MODES = 1e-8
+
+#: excitation levels beyond which energies, which go with their square, are zero or infinite
+SMALLEST_LEVEL, LARGEST_LEVEL = 1e-100, 1e100
+
+#: largest whole number, that of an index
+_LARGEST = np.iinfo(np.int64).max
+
+#: length of a value in a message, in characters
+_LONGEST = 100
 
 #: what a limit asks for, and how it reads
 _LIMITS = {
@@ -90,9 +101,18 @@ def number(name: str, value: float, **limits: float) -> float:
     """A finite real number within limits, as for ``array``."""
     found = value if type(value) is float else _scalar(value)
     if not isinstance(found, (float, Real)) or isinstance(found, bool) or not _is_finite(found):
-        raise ValueError(f"{name} is {value!r}: it must be a finite number")
+        raise ValueError(f"{name} is {_printed(value)}: it must be a finite number")
     _refuse_number_outside(name, found, limits)
     return float(found)
+
+
+def _printed(value: object) -> str:
+    """A value that is refused, on one line of some length."""
+    # Python prints no whole number of thousands of digits
+    if isinstance(value, Integral) and abs(value) > _LARGEST:
+        return f"a whole number of {int(value).bit_length()} bits"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _is_finite(value: Real) -> bool:
@@ -105,8 +125,8 @@ def _is_finite(value: Real) -> bool:
 def whole(name: str, value: int, **limits: int) -> int:
     """A whole number within limits, as for ``array``."""
     found = _scalar(value)
-    if not isinstance(found, Integral) or isinstance(found, bool):
-        raise ValueError(f"{name} is {value!r}: it must be a whole number")
+    if not isinstance(found, Integral) or isinstance(found, bool) or abs(found) > _LARGEST:
+        raise ValueError(f"{name} is {_printed(value)}: it must be a whole number")
     _refuse_number_outside(name, found, limits)
     return int(found)
 
@@ -114,14 +134,14 @@ def whole(name: str, value: int, **limits: int) -> int:
 def flag(name: str, value: bool) -> bool:
     """True or false."""
     if not isinstance(value, bool | np.bool_):
-        raise ValueError(f"{name} is {value!r}: it must be True or False")
+        raise ValueError(f"{name} is {_printed(value)}: it must be True or False")
     return bool(value)
 
 
 def choice(name: str, value: str, allowed: Collection[str]) -> str:
     """One of several words."""
     if not (isinstance(value, str) and value in allowed):
-        raise ValueError(f"{name} {value!r} is not known; allowed: {', '.join(allowed)}")
+        raise ValueError(f"{name} {_printed(value)} is not known; allowed: {', '.join(allowed)}")
     return value
 
 
@@ -131,6 +151,16 @@ def numbers(name: str, value: ArrayLike) -> list[float]:
     if not found.size:
         raise ValueError(f"{name} is empty: it must hold at least one value")
     return found.tolist()
+
+
+def level(name: str, value: float) -> float:
+    """An excitation level: a number above zero under which energies are numbers too."""
+    return number(name, value, above=0, at_least=SMALLEST_LEVEL, at_most=LARGEST_LEVEL)
+
+
+def levels(name: str, value: ArrayLike) -> list[float]:
+    """One or more excitation levels."""
+    return [level(f"{name}[{i}]", each) for i, each in enumerate(numbers(name, value))]
 
 
 def ascending(name: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -154,6 +184,37 @@ def instance(name: str, value: object, *allowed: type) -> None:
     if not isinstance(value, allowed):
         classes = " or ".join(each.__name__ for each in allowed)
         raise ValueError(f"{name} is of type {type(value).__name__}: it must be {classes}")
+
+
+def subclass(name: str, value: type, base: type) -> None:
+    """A class that is derived from another."""
+    if not (isinstance(value, type) and issubclass(value, base)):
+        raise ValueError(f"{name} is {_printed(value)}: it must be a class of {base.__name__}")
+
+
+def path(name: str, value: str | PathLike[str]) -> Path:
+    """Path of a file."""
+    instance(name, value, str, PathLike)
+    return Path(value)
+
+
+def mapping(name: str, value: Mapping[str, Any], keys: Collection[str] | None = None) -> None:
+    """Values by words, which are among ``keys`` where these are given."""
+    instance(name, value, Mapping)
+    for key in value:
+        if not isinstance(key, str):
+            raise ValueError(f"{name} has the key {_printed(key)}: keys must be words")
+        if keys is not None:
+            choice(f"key of {name}", key, keys)
+
+
+def sequence(name: str, value: Sequence[Any], *allowed: type) -> None:
+    """Objects in an order, each of one of several classes where these are given."""
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        raise ValueError(f"{name} is of type {type(value).__name__}: it must be a sequence")
+    if allowed:
+        for i, each in enumerate(value):
+            instance(f"{name}[{i}]", each, *allowed)
 
 
 def variable(
@@ -187,10 +248,17 @@ def _values(name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str]) -> 
 
 
 def _plain(name: str, value: ArrayLike, kinds: str, what: str, shape: Shape | None) -> NDArray:
+    # NumPy drops masks in silence
+    rows = value if isinstance(value, list | tuple) else [value]
+    if any(np.ma.isMaskedArray(row) for row in rows):
+        raise ValueError(f"{name} is a masked array: it must be one without a mask")
     try:
         found = np.asarray(value)
     except ValueError:
         raise ValueError(f"{name} must be an array of {what}: its rows differ in length") from None
+    except TypeError:
+        kind = type(value).__name__
+        raise ValueError(f"{name} must be an array of {what}, not of type {kind}") from None
     if found.dtype.kind not in kinds:
         raise ValueError(f"{name} must be an array of {what}, not of type {found.dtype}")
     if shape is not None and not _fits(found.shape, shape):
@@ -209,7 +277,10 @@ def _fits(found: tuple[int, ...], shape: Shape) -> bool:
 
 
 def _scalar(value: object) -> object:
-    return value.item() if getattr(value, "ndim", None) == 0 else value
+    # NumPy's masked number would be zero
+    if getattr(value, "ndim", None) != 0 or np.ma.isMaskedArray(value):
+        return value
+    return value.item()
 
 
 def _refuse_outside(name: str, found: NDArray, limits: dict[str, float]) -> None:

@@ -13,7 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from boltjoint import __version__, checksums
+from boltjoint import __version__, checks, checksums
 from boltjoint.checksums import DamagedFile
 
 #: the parameter of every rule that tells which code runs, not what it computes with
@@ -44,10 +44,14 @@ def save(
     ValueError
         Naming the variables that have no units.
     """
+    checks.instance("dataset", dataset, xr.Dataset)
+    path = checks.path("path", path)
+    if parameters is not None:
+        checks.mapping("parameters", parameters)
     without = [str(name) for name, variable in dataset.variables.items() if not _has_unit(variable)]
     if without:
         raise ValueError(f"no units on {', '.join(without)} (pure numbers have units '1')")
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     given = {name: value for name, value in (parameters or {}).items() if name != _CODE}
     made_with = ", ".join(f"{name}={value!r}" for name, value in given.items())
     dataset.assign_attrs(boltjoint_version=__version__, parameters=made_with).to_netcdf(
@@ -67,7 +71,7 @@ def load(path: str | Path) -> xr.Dataset:
         If the file is not what ``save`` wrote, cannot be read, or declares more values than it can
         hold.
     """
-    path = Path(path)
+    path = checks.path("path", path)
     size = checksums.verify_appended(path)
     try:
         with netCDF4.Dataset(path) as file:

@@ -8,15 +8,27 @@ import inspect
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, fields
+
+import numpy as np
+
+from boltjoint import checks
 
 
 class Options:
-    """Base of frozen dataclasses of options."""
+    """Base of frozen dataclasses of options, positive numbers unless a class says otherwise."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are not positive, or of another kind than their defaults."""
+        for option in fields(self):
+            if isinstance(option.default, int):
+                checks.whole(option.name, getattr(self, option.name), at_least=1)
+            elif isinstance(option.default, float):
+                checks.number(option.name, getattr(self, option.name), above=0)
 
     def stored(self) -> str:
         """All options as JSON, for the attributes of a result."""
-        return json.dumps(asdict(self))
+        return json.dumps(asdict(self), default=np.generic.item)
 
     @classmethod
     def descriptions(cls) -> Iterator[tuple[list[str], str]]:

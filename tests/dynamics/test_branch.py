@@ -1,6 +1,7 @@
 """Errors that a branch tells of itself, and what takes the place of one that is wrong."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from boltjoint.dynamics.branch import (
     estimate_branch_error,
     estimate_solution_error,
     relative_residual,
+    to_dataset,
 )
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
@@ -142,3 +144,21 @@ def test_a_branch_without_a_peak_says_so_where_it_is_asked_for_it(either):
     for name in ("peak_frequency", "peak_amplitude"):
         with pytest.raises(ValueError, match="the response to 5 N has no peak"):
             getattr(branch, name)
+
+
+@pytest.mark.parametrize("coordinates", ["linear", "rdnm-1", "complex-rdnm-1", "backbone"])
+def test_a_complete_branch_without_a_peak_says_so(coordinates):
+    # beyond the resonance, which lies below 170 Hz, and far below the next one
+    found = solve_response(
+        make_joint(), [1.0], loss_factor=LOSS, window=(200.0, 210.0), coordinates=coordinates
+    )
+    assert found["complete"].all() and np.isnan(found["peak_amplitude"]).all()
+    assert found["reason"].item() == "no peak in the window"
+    whole = solve_response(make_joint(), [1.0], loss_factor=LOSS, coordinates=coordinates)
+    assert whole["reason"].item() == ""
+
+
+def test_no_motion_has_no_energy_error():
+    branch = solve_branch(make_joint(), 1.0, loss_factor=LOSS)
+    still = replace(branch, modal_coordinate=0 * branch.modal_coordinate)
+    assert not to_dataset(make_joint(), [still], LOSS)["energy_error"].any()

@@ -30,6 +30,7 @@ from boltjoint.structure.modes import find_modes
 NAN = np.nan
 COORDINATE, CONNECTIVITY = brick_bar(1.0, 1.0, 1.0, (1, 1, 1))
 STEEL = {"youngs_modulus": 2e11, "poissons_ratio": 0.3, "density": 7800.0}
+INVERTED = COORDINATE[CONNECTIVITY[:, [4, 5, 6, 7, 0, 1, 2, 3]]]
 HOOKE = elasticity.elasticity_matrix(2e11, 0.3)
 PLAN = rectangle_plan([0.0, 1.0], [0.0, 1.0])
 RADII, DIVISIONS = BoltRadii(4e-3, 4.5e-3, 6.5e-3), CellDivisions(4, 5, 1, 1, 2)
@@ -53,6 +54,13 @@ def spoiled(dataset, name, value):
     """A copy in which the first entry of a variable is another one."""
     changed = dataset.copy(deep=True)
     changed[name].values.flat[0] = value
+    return changed
+
+
+def inside_out(assembly):
+    """An assembly whose first element is turned inside out."""
+    changed = assembly.copy(deep=True)
+    changed["connectivity"][0] = changed["connectivity"].to_numpy()[0, [4, 5, 6, 7, 0, 1, 2, 3]]
     return changed
 
 
@@ -98,6 +106,8 @@ ATTACKS = {
         lambda a: assembled(connectivity=CONNECTIVITY[:, [4, 5, 6, 7, 0, 1, 2, 3]]),
         lambda a: assembled(connectivity=CONNECTIVITY[0]),
         lambda a: constraints.assemble_assembly(spoiled(a, "connectivity", a.sizes["node"])),
+        lambda a: constraints.mesh_of(inside_out(a)),
+        lambda a: write_preload_deck(inside_out(a), 1.0, "unwritten.inp"),
     ],
     "youngs_modulus": [
         lambda a: assembled(youngs_modulus=0.0),
@@ -110,6 +120,8 @@ ATTACKS = {
     ],
     "corners": [
         lambda a: elasticity.element_stiffness(COORDINATE, HOOKE),
+        lambda a: elasticity.element_stiffness(INVERTED, HOOKE),
+        lambda a: elasticity.element_mass(INVERTED, 1.0),
         lambda a: elasticity.element_mass(NAN * COORDINATE[CONNECTIVITY], 1.0),
     ],
     "D": [lambda a: elasticity.element_stiffness(COORDINATE[CONNECTIVITY], HOOKE[:3])],

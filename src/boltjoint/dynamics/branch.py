@@ -12,9 +12,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.energy import energy_per_period
+from boltjoint.dynamics.energy import energy_error
 from boltjoint.dynamics.folds import Folds, find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_contact import ModalContact
@@ -37,7 +38,8 @@ class Branch:
     ``amplitude`` [m] is that of the first harmonic at the output point; ``modal_coordinate`` has
     the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks located
     local maxima; ``in_all_modes`` marks solutions of the balance in all linear modes, also where a
-    branch in response-dependent modes needed them; ``fell_back`` tells that the branch is one in
+    branch in response-dependent modes needed them; ``reason`` says why the branch ends before the
+    window does, or has no peak; ``fell_back`` tells that the branch is one in
     linear modes because that in the given coordinates was too inaccurate; ``has_isolated`` whether
     there is an isolated branch beside it, None where that is not known.
     """
@@ -54,6 +56,11 @@ class Branch:
     reason: str
     fell_back: bool = False
     has_isolated: bool | None = None
+
+    def __post_init__(self) -> None:
+        """Say why a complete branch has no peak."""
+        if self.complete and not self.reason and self.peak is None:
+            object.__setattr__(self, "reason", "no peak in the window")
 
     @property
     def peak(self) -> int | None:
@@ -238,6 +245,12 @@ def to_dataset(
         If there is no branch, one is of another joint, there are not as many errors, or the
         damping is negative.
     """
+    checks.instance("joint", joint, Joint)
+    checks.sequence("branches", branches, Branch)
+    checks.instance("limits", limits, ErrorLimits)
+    checks.instance("stability", stability, StabilityOptions)
+    if errors is not None:
+        checks.sequence("errors", errors, BranchError)
     if not branches:
         raise ValueError("branches is empty: it must hold at least one branch")
     if errors is not None and len(errors) != len(branches):
@@ -251,7 +264,7 @@ def to_dataset(
         balance = HarmonicBalance(joint.distinct, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         residuals += [relative_residual(balance, x, w) for x, w in at]
-        energy_errors += [_energy_error(balance, x, w) for x, w in at]
+        energy_errors += [energy_error(balance, x, w) for x, w in at]
         states = np.full(joint.law.point_of_element.size, contact_states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
             motion = contact.motion(branch.modal_coordinate[branch.peak])
@@ -317,7 +330,7 @@ def to_dataset(
         ("wrong", flags(wrong), "1", "1 where estimated errors are larger than allowed"),
         ("fell_back", flags(each("fell_back")), "1", "1 where solved in linear modes instead"),
         ("complete", flags(each("complete")), "1", "1 where the branch crosses the whole window"),
-        ("reason", each("reason"), "1", "why the branch ends before"),
+        ("reason", each("reason"), "1", "why the branch ends before, or has no peak"),
     )
     return xr.Dataset(
         {name: quantity("solution", *row) for name, *row in of_solutions}
@@ -365,14 +378,9 @@ def _of_sensors(joint: Joint, branches: Sequence[Branch]) -> dict[str, xr.Variab
         if branch.peak is not None:
             highest = amplitude.argmax(axis=0)
             peaks[i], at_peak[i] = amplitude.max(axis=0), branch.frequency[highest]
+    along = np.concatenate(amplitudes)
     rows = (
-        (
-            "sensor_amplitude",
-            "solution",
-            np.concatenate(amplitudes),
-            "m",
-            "amplitude of the sensor",
-        ),
+        ("sensor_amplitude", "solution", along, "m", "amplitude of the sensor"),
         ("sensor_peak_amplitude", "force", peaks, "m", "largest amplitude of the solutions"),
         ("sensor_peak_frequency", "force", at_peak, "Hz", "frequency of the largest amplitude"),
     )
@@ -390,9 +398,3 @@ def _modal_coordinates(
     found = np.zeros((len(x), modes, len(components)))
     found[:, :, [components.index(name) for name in of_law]] = x.transpose(0, 2, 1)
     return components, found
-
-
-def _energy_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
-    """Input energy less dissipation, over the larger of both."""
-    supplied, structural, friction = energy_per_period(balance, x, w)
-    return (supplied - structural - friction) / max(abs(supplied), abs(structural + friction))

@@ -97,7 +97,7 @@ def solve_converged_response(
         As for ``solve_response``; if the coordinates are ``complex-rdnm-N`` or ``backbone``.
     """
     checks.instance("joint", joint, Joint)
-    forces = checks.numbers("forces", forces)
+    forces = checks.levels("forces", forces)
     joint = replace(joint, law=without_sampling(joint.law))
     coordinates = str(options.get("coordinates", "linear"))
     if coordinates.startswith(("complex", "backbone")):

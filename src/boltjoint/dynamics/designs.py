@@ -38,7 +38,7 @@ def solve_branches(
     ValueError
         If there are not as many joints as forces, or as for ``solve_branch``.
     """
-    forces = checks.numbers("forces", forces)
+    forces = checks.levels("forces", forces)
     if len(joints) != len(forces):
         raise ValueError(f"there are {len(joints)} joints, but {len(forces)} forces")
     threads = checks.whole("threads", threads or cpu_count(), at_least=1)

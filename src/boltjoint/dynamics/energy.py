@@ -31,3 +31,10 @@ def energy_per_period(
 
     force = balance.modal_force, balance.damping_force(x, w), balance.contact.force(x)
     return work(force[0]), work(force[1]), work(force[2])
+
+
+def energy_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
+    """Input energy less dissipation, over the larger of both; 0 without motion."""
+    supplied, structural, friction = energy_per_period(balance, x, w)
+    larger = max(abs(supplied), abs(structural + friction))
+    return (supplied - structural - friction) / max(larger, np.finfo(float).tiny)

@@ -201,7 +201,7 @@ class EPMCEquations(Equations):
         and motions that the structure does not damp count as damped by one of 1e-10.
         Damping that grows with the frequency counts as at the lower end of the window.
         """
-        forces, window = checks.numbers("forces", forces), checks.interval("window", window)
+        forces, window = checks.levels("forces", forces), checks.interval("window", window)
         excitation = self.balance.joint.excitation
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance

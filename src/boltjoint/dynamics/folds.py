@@ -54,6 +54,7 @@ def find_folds(frequency: NDArray[np.float64], complete: bool = True) -> Folds:
         If a frequency is not finite.
     """
     frequency = checks.array("frequency", frequency, ("solutions",))
+    complete = checks.flag("complete", complete)
     change = np.diff(frequency)
     moving = np.flatnonzero(np.abs(change) > _ROUNDING * np.abs(frequency[:-1]))
     direction = np.sign(change[moving])

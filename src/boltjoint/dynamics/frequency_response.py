@@ -98,7 +98,7 @@ def solve_branch(
         excite the resonance, or the output point does not move.
     """
     checks.instance("joint", joint, Joint)
-    force = checks.number("force", force, above=0)
+    force = checks.level("force", force)
     damping = choose_damping(loss_factor, damping)
     Coordinates(coordinates)
     check_options(jacobian, basis_update, quasi_static_correction)
@@ -183,7 +183,7 @@ def solve_response(
     ValueError
         As for ``solve_branch``.
     """
-    forces = checks.numbers("forces", forces)
+    forces = checks.levels("forces", forces)
     limits = ErrorLimits(
         of_peak=checks.number("largest_error", largest_error, above=0),
         on_flanks=checks.number("flank_error_ratio", flank_error_ratio, above=0),

@@ -84,7 +84,7 @@ def synthesise_response(
         Lowest and highest frequency [Hz].
     """
     checks.instance("backbone", backbone, Backbone)
-    force, window = checks.number("force", force, above=0), checks.interval("window", window)
+    force, window = checks.level("force", force), checks.interval("window", window)
     curve = _ResponseCurve(backbone, force)
     for factor in _SHORTER_STEPS:
         if curve.is_solved:

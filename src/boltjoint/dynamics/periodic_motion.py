@@ -35,6 +35,7 @@ class PeriodicMotion:
 
     def __post_init__(self) -> None:
         """Refuse amplitudes of another shape; without convergence they need not be finite."""
+        checks.sequence("components", self.components, str)
         shape = len(self.components), "modes"
         amplitude = checks.array("modal_coordinate", self.modal_coordinate, shape, finite=False)
         object.__setattr__(self, "modal_coordinate", amplitude)

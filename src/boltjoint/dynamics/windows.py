@@ -105,6 +105,7 @@ def window_around(
     margins: WindowMargins = WindowMargins(),
 ) -> tuple[float, float]:
     """Frequency window of a resonance between two frequencies, as ``frequency_window``."""
+    checks.instance("margins", margins, WindowMargins)
     if given is None:
         return margins.below * lowest, margins.above * highest
     given = checks.interval("given", given)

@@ -168,6 +168,7 @@ class AlternatingFrequencyTime(FrictionLaw):
         amplitude = checks.array(
             "amplitude", amplitude, (len(self.components), "modes"), finite=False
         )
+        checks.sequence("rows", rows)
         if len(rows) != len(self.directions):
             raise ValueError(f"rows has {len(rows)} directions, expected {len(self.directions)}")
         rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]

@@ -73,6 +73,10 @@ def keys_of_pairs(keys: Mapping[str, float], area: "NDArray") -> "dict[str, floa
     ValueError
         If a quantity is given for each pair and per area.
     """
+    from boltjoint import checks  # imports NumPy, which those who read declarations do without
+
+    checks.mapping("keys", keys)
+    area = checks.array("area", area, ("pairs",), above=0)
     found = {}
     for name, value in keys.items():
         of_pair = name.removesuffix(_PER_AREA)

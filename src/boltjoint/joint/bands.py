@@ -138,6 +138,7 @@ def inner_and_outer_bands(position: Array, load: Array, count: int) -> Labels:
 
 def refuse_empty_regions(region: Labels, count: int) -> None:
     """Raise a ``ValueError`` where fewer than ``count`` regions hold a pair."""
+    region = checks.indices("region", region, ("pairs",))
     if np.unique(region).size != count:
         raise ValueError(f"{region.size} pairs do not divide into {count} regions along the bar")
 

@@ -68,6 +68,7 @@ def fit_iwan_element(
         If a stiffness or slip force is not positive.
     """
     stiffness, slip_force = checked_elements("stiffness", stiffness, slip_force)
+    checks.instance("options", options, FitOptions)
     shares = rounded_shares(stiffness), rounded_shares(slip_force)
     misfit = DescribingFunctionMisfit(*shares, options.loss_weight, options)
     # an element and a point for each amplitude

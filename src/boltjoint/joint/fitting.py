@@ -99,6 +99,7 @@ def fit_elements(
             f"count is {count}: cannot fit {count} elements to the {stiffness.size} of a region"
         )
     load_fractions = check_fit_options(method, load_fractions, starts)
+    checks.instance("options", options, FitOptions)
     amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in load_fractions])
     loops = fit_loops.LoopMisfit(stiffness, slip_force, amplitude, options.loop_samples)
     shares = rounded_shares(stiffness), rounded_shares(slip_force)

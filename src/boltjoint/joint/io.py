@@ -227,8 +227,8 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         "element_position": ("element", "axis"),
     }
     elements = law(on, **{name: values(name, ("element",)) for name in law.quantities})
-    for name in sampling or {}:
-        checks.choice("sampling", name, ("harmonics", "samples"))
+    if sampling is not None:
+        checks.mapping("sampling", sampling, ("harmonics", "samples"))
     return Joint(
         law=elements if sampling is None else AlternatingFrequencyTime(elements, **sampling),
         **{name: values(name, of_name) for name, of_name in dims.items()},

@@ -127,6 +127,7 @@ def loop_error_of_curve(
     options
         As for ``loop_error``.
     """
+    checks.instance("options", options, FitOptions)
     onset = slip_force / stiffness
     difference = (force - force_on_loading_curve(corner, stiffness, slip_force)) / slip_force.sum()
     # d(A) - 2 d(v) with v up to A (Masing) is linear in both between corners

@@ -136,6 +136,7 @@ class Joint:
         if self.excitation_mode_cos is not None:
             expected["excitation_mode_cos"] = (modes,)
         checks.choice("excitation_unit", self.excitation_unit, EXCITATION_UNITS)
+        checks.sequence("sensor_name", self.sensor_name, str)
         object.__setattr__(self, "sensor_name", tuple(self.sensor_name))
         if self.sensor_mode is not None or self.sensor_name:
             expected["sensor_mode"] = (len(self.sensor_name), modes)
@@ -339,6 +340,7 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
     ValueError
         If a weight is negative, or none is positive.
     """
+    checks.instance("joint", joint, Joint)
     law = joint.law
     weight = checks.array("weight", weight, law.point_of_element.shape, at_least=0)
     kept = np.flatnonzero(weight)

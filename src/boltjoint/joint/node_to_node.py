@@ -81,6 +81,7 @@ def connect_pairs(
         If the two datasets do not hold the same pairs, finite numbers, or no pair carries load; or
         if a key is out of its range, or given for each pair and per area.
     """
+    checks.subclass("law", law, ElementLaw)
     position, other = (
         checks.variable(name, each, "position", ("pair", "axis"))
         for name, each in (("modes", modes), ("preload", preload))

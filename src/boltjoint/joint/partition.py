@@ -6,7 +6,7 @@ slip fraction of the contact is released (``region_error``).
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import xarray as xr
@@ -85,8 +85,8 @@ def partition_regions(
     Raises
     ------
     ValueError
-        If there are fewer pairs than regions, neither a number nor a tolerance is given, or
-        division or motion are not known.
+        If there are fewer pairs than regions, neither a number nor a tolerance is given, division
+        or motion are not known, or the preload does not describe a contact.
     """
     partition = _Partition(joint, preload, division, motion, resonances, options)
     if count is None:
@@ -182,6 +182,22 @@ def choose_count(
     )
 
 
+class _Surface(NamedTuple):
+    """Position [m] and contact pressure [Pa] of all pairs under preload."""
+
+    position: Array
+    pressure: Array
+
+    @classmethod
+    def of(cls, preload: xr.Dataset) -> "_Surface":
+        """Of a contact under preload (``preload.nc``)."""
+        position = checks.variable("preload", preload, "position", ("pair", "axis"))
+        load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
+        area = checks.variable("preload", preload, "area", ("pair",), above=0)
+        checks.array("position of preload", position, ("pairs", 3))
+        return cls(position, load / area)
+
+
 class _Partition:
     """Regions of a joint by one division and motion, for any number."""
 
@@ -198,7 +214,7 @@ class _Partition:
         checks.choice("division", division, get_args(Division))
         checks.choice("motion", motion, get_args(Motion))
         check_resonances(joint, resonances)
-        self._joint, self._preload = joint, preload
+        self._joint, self._surface = joint, _Surface.of(preload)
         self._division, self._motion, self._resonances = division, motion, resonances
         self._options = options
 
@@ -235,11 +251,9 @@ class _Partition:
         if self._division in _BY_LOAD:
             return _BY_LOAD[self._division](joint.position[:, :2], self._load, count)
         # of all pairs, since the surface may be open between those that have elements
-        surface = checks.variable("preload", self._preload, "position", ("pair", "axis"))
-        load = checks.variable("preload", self._preload, "normal_load", ("pair",), at_least=0)
-        pressure = load / checks.variable("preload", self._preload, "area", ("pair",), above=0)
-        region = bands_of_equal_middle_load(surface[:, :2], pressure, count)
-        region = region[KDTree(surface).query(joint.position)[1]]
+        surface = self._surface
+        region = bands_of_equal_middle_load(surface.position[:, :2], surface.pressure, count)
+        region = region[KDTree(surface.position).query(joint.position)[1]]
         refuse_empty_regions(region, count)
         return region
 

@@ -72,6 +72,7 @@ def find_slip_states(
         If there are fewer modes than resonances, or no element carries load.
     """
     check_resonances(joint, resonances)
+    checks.instance("options", options, SlipStateOptions)
     steps = np.arange(options.states)
     released_load = steps / (options.states - 1)
     # within the ends: where the very last element slips depends on how near it is to rest
@@ -130,4 +131,5 @@ def stiffness_at_points(joint: Joint, stuck: Flags | None = None) -> list[Array]
 
 def check_resonances(joint: Joint, resonances: int) -> None:
     """Refuse more resonances than the joint has modes."""
+    checks.instance("joint", joint, Joint)
     checks.whole("resonances", resonances, at_least=1, at_most=joint.natural_frequency.size)

@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from boltjoint import checks
-from boltjoint.structure.elasticity import assemble
+from boltjoint.structure.elasticity import assemble, check_mesh
 from boltjoint.structure.materials import element_materials
 
 Array = NDArray[np.float64]
@@ -168,9 +168,20 @@ def assemble_assembly(assembly: xr.Dataset) -> tuple[sparse.csc_array, sparse.cs
         ``element_materials``.
     """
     return assemble(
+        *_mesh_variables(assembly),
+        *element_materials(assembly),
+    )
+
+
+def mesh_of(assembly: xr.Dataset) -> tuple[Array, NDArray[np.int64]]:
+    """Nodes and hexahedra of an assembly (``elasticity.check_mesh``)."""
+    return check_mesh(*_mesh_variables(assembly))
+
+
+def _mesh_variables(assembly: xr.Dataset) -> tuple[Array, NDArray[np.int64]]:
+    return (
         checks.variable("assembly", assembly, "coordinate", ("node", "axis")),
         checks.index_variable("assembly", assembly, "connectivity", ("element", "corner")),
-        *element_materials(assembly),
     )
 
 
@@ -179,9 +190,13 @@ def factorise(matrix: sparse.csc_array) -> SuperLU:
 
     Raises
     ------
+    ValueError
+        If the matrix is not sparse and square.
     RuntimeError
         If the matrix is singular.
     """
+    if not (sparse.issparse(matrix) and matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1]):
+        raise ValueError("matrix must be sparse and square")
     # Pivots on the diagonal keep the fill of a symmetric ordering (SuperLU users' guide, 2.2).
     # Joining no columns into larger supernodes (relax) saves these matrices a tenth of the fill.
     try:
@@ -222,4 +237,6 @@ def check_held(squared: Array, stiffness: sparse.csc_array, mass: sparse.csc_arr
 
 
 def _nodes(assembly: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np.int64]:
-    return checks.index_variable("assembly", assembly, name, dims, count=assembly.sizes["node"])
+    checks.instance("assembly", assembly, xr.Dataset)
+    count = assembly.sizes.get("node", 0)
+    return checks.index_variable("assembly", assembly, name, dims, count=count)

@@ -69,24 +69,17 @@ def assemble(
         If shapes or material make no sense, a coordinate is not finite, a node does not exist, or
         an element is turned inside out.
     """
-    coordinate, connectivity = _mesh(coordinate, connectivity)
+    coordinate, connectivity = check_mesh(coordinate, connectivity)
     elements = len(connectivity)
     density = _of_elements("density", density, elements, above=0)
     E = _of_elements("youngs_modulus", youngs_modulus, elements, above=0)
     nu = _of_elements("poissons_ratio", poissons_ratio, elements, above=-1, below=0.5)
-    worst = smallest_jacobian(coordinate, connectivity)
-    if worst.min() <= 0:
-        raise ValueError(
-            f"connectivity: {np.count_nonzero(worst <= 0)} elements are turned inside out, "
-            f"the first one is {np.argmax(worst <= 0)}"
-        )
-
     stiffness, mass = [], []
     for start in range(0, elements, _CHUNK):
         chunk = slice(start, start + _CHUNK)
         corners, D = coordinate[connectivity[chunk]], elasticity_matrix(E[chunk], nu[chunk])
-        stiffness.append(element_stiffness(corners, D).reshape(-1, 8, 3, 8, 3))
-        mass.append(element_mass(corners, density[chunk]))
+        stiffness.append(_element_stiffness(corners, D).reshape(-1, 8, 3, 8, 3))
+        mass.append(_element_mass(corners, density[chunk]))
     K_blocks = np.concatenate(stiffness).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
     return _sum_blocks(connectivity, len(coordinate), K_blocks, np.concatenate(mass).ravel())
 
@@ -142,11 +135,15 @@ def element_stiffness(corners: Array, D: Array) -> Array:
     Raises
     ------
     ValueError
-        If an array is not of this shape, or not finite.
+        If an array is not of this shape, or not finite, or an element is turned inside out.
     """
-    corners = checks.array("corners", corners, ("elements", 8, 3))
+    corners = _right_side_out(corners)
+    D = checks.array("D", D, (6, 6) if np.ndim(D) == 2 else (len(corners), 6, 6))
+    return _element_stiffness(corners, D)
+
+
+def _element_stiffness(corners: Array, D: Array) -> Array:
     n = len(corners)
-    D = checks.array("D", D, (6, 6) if np.ndim(D) == 2 else (n, 6, 6))
     central = _jacobian(corners, np.zeros(3))
     K_uu, K_au, K_aa = np.zeros((n, 24, 24)), np.zeros((n, 9, 24)), np.zeros((n, 9, 9))
     for point in _GAUSS:
@@ -182,10 +179,14 @@ def element_mass(corners: Array, density: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        If the corners are not of this shape or not finite, or the density is not positive.
+        If the corners are not of this shape or not finite, the density is not positive, or an
+        element is turned inside out.
     """
-    corners = checks.array("corners", corners, ("elements", 8, 3))
-    density = _of_elements("density", density, len(corners), above=0)
+    corners = _right_side_out(corners)
+    return _element_mass(corners, _of_elements("density", density, len(corners), above=0))
+
+
+def _element_mass(corners: Array, density: Array) -> Array:
     mass = np.zeros((len(corners), 8, 8))
     for point in _GAUSS:
         shape = _shape(point)
@@ -211,8 +212,49 @@ def smallest_jacobian(coordinate: Array, connectivity: NDArray[np.integer]) -> A
         If they are not of these shapes, a coordinate is not finite or a node does not exist.
     """
     coordinate, connectivity = _mesh(coordinate, connectivity)
-    corners, points = coordinate[connectivity], np.concatenate([_CORNER, _GAUSS])
+    return _smallest_jacobian(coordinate[connectivity])
+
+
+def _smallest_jacobian(corners: Array) -> Array:
+    points = np.concatenate([_CORNER, _GAUSS])
     return np.min([np.linalg.det(_jacobian(corners, point)) for point in points], axis=0)
+
+
+def _right_side_out(corners: Array) -> Array:
+    """Corners of elements, shape (elements, 8, 3), refused where one is turned inside out."""
+    corners = checks.array("corners", corners, ("elements", 8, 3))
+    _refuse_inverted("corners", corners)
+    return corners
+
+
+def _refuse_inverted(name: str, corners: Array) -> None:
+    inverted = _smallest_jacobian(corners) <= 0
+    if inverted.any():
+        raise ValueError(
+            f"{name}: {np.count_nonzero(inverted)} elements are turned inside out, the first one "
+            f"is {np.argmax(inverted)}: the determinant of its Jacobian is zero or less at a "
+            "corner or integration point"
+        )
+
+
+def check_mesh(
+    coordinate: Array, connectivity: NDArray[np.integer]
+) -> tuple[Array, NDArray[np.int64]]:
+    """Nodes and hexahedra of a body, none of them turned inside out.
+
+    Parameters
+    ----------
+    coordinate, connectivity
+        As for ``assemble``.
+
+    Raises
+    ------
+    ValueError
+        As for ``smallest_jacobian``, or if an element is turned inside out.
+    """
+    coordinate, connectivity = _mesh(coordinate, connectivity)
+    _refuse_inverted("connectivity", coordinate[connectivity])
+    return coordinate, connectivity
 
 
 def _mesh(coordinate: Array, connectivity: NDArray[np.integer]) -> tuple[Array, NDArray[np.int64]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
+from boltjoint.structure.constraints import mesh_of
 from boltjoint.structure.half_lap.mesh import FIRST_BOLT
 
 if TYPE_CHECKING:
@@ -116,8 +117,7 @@ def _mode_at(assembly: xr.Dataset, shape: Array, point: "Point") -> Array:
 
 def _load_on_surface(assembly: xr.Dataset, surface: str) -> Array:
     """Consistent nodal forces of an even load of one newton on an outer surface of the bars."""
-    coordinate = assembly["coordinate"].to_numpy()
-    connectivity = assembly["connectivity"].to_numpy()
+    coordinate, connectivity = mesh_of(assembly)
     faces = connectivity[:, _FACES].reshape(-1, 4)
     _, first, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True

@@ -50,6 +50,8 @@ def initial_gap(
     ValueError
         If the map is missing, does not cover the lap or is not symmetric about its middle.
     """
+    check_described(assembly)
+    position = checks.array("position", position, ("pairs", 3))
     form, lap, width = assembly.contact.gap_um, assembly.bar.lap_mm, assembly.bar.width_mm
     if form is None:
         return None
@@ -69,6 +71,14 @@ def initial_gap(
     return _UM * (field - field.min())
 
 
+def check_described(assembly: "Assembly") -> None:
+    """Refuse what is no description of an assembly."""
+    # imported here: jobs that only read an assembly do without
+    from boltjoint.config.assembly import Assembly
+
+    checks.instance("assembly", assembly, Assembly)
+
+
 def symmetric_gap(assembly: xr.Dataset) -> Array:
     """Initial gap of the contact pairs [m], shape (pairs,), 0 where the assembly has none.
 
@@ -77,6 +87,7 @@ def symmetric_gap(assembly: xr.Dataset) -> Array:
     ValueError
         If it is negative or not the same on both sides of y = 0.
     """
+    checks.instance("assembly", assembly, xr.Dataset)
     if "initial_gap" not in assembly:
         return np.zeros(assembly.sizes["pair"])
     gap = checks.variable("assembly", assembly, "initial_gap", ("pair",), at_least=0)

@@ -51,7 +51,11 @@ def stuck_patterns(
         If the two do not hold the same pairs, or there is no radius, or one that is not positive.
     """
     if radii is None:
-        radii = assembly["hole_diameter"].item(), assembly["head_diameter"].item() / 2
+        hole, head = (
+            checks.variable("assembly", assembly, name, ()).item()
+            for name in ("hole_diameter", "head_diameter")
+        )
+        radii = hole, head / 2
     # of wide heads the radius is the larger one
     radii = sorted(checks.numbers("radii", radii), reverse=True)
     x, y, _ = checks.variable("assembly", assembly, "position", ("pair", "axis")).T

@@ -236,6 +236,8 @@ def solve_contact(
     tolerance = checks.number("tolerance", tolerance, above=0)
     maximum_iterations = checks.whole("maximum_iterations", maximum_iterations, at_least=1)
     for name, matrix, rows in (("K", K, force.size), ("C", C, 3 * stiffness.size)):
+        if not sparse.issparse(matrix):
+            raise ValueError(f"{name} is of type {type(matrix).__name__}: it must be sparse")
         if matrix.shape != (rows, force.size):
             raise ValueError(f"{name} has shape {matrix.shape}, expected {(rows, force.size)}")
         checks.array(f"data of {name}", matrix.data)

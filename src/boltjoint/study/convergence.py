@@ -54,7 +54,10 @@ def tabulate_sampling(
     ValueError
         If there are too few samples for a harmonic, or the forces are those of AFT already.
     """
-    samples = [checks.whole("samples", count, at_least=3) for count in samples]
+    checks.mapping("solved", solved)
+    samples = checks.indices("samples", samples, ("counts",)).tolist()
+    for count in samples:
+        checks.whole("samples", count, at_least=3)
     rows = []
     for case, (joint, response) in solved.items():
         for force, motion in _largest_motions(joint, response).items():
@@ -116,7 +119,7 @@ def peaks_near(
     ValueError
         As for ``solve_branch``.
     """
-    forces = checks.numbers("forces", forces)
+    forces = checks.levels("forces", forces)
     checks.instance("joint", joint, Joint)
     of_mode = {"damping": as_damping(damping), "resonance": resonance, "control": control}
     window = frequency_window(joint, resonance=resonance)
@@ -200,7 +203,9 @@ def tabulate_divisions(
     """
     checks.instance("joint", joint, Joint)
     checks.choice("division", division, get_args(Division))
-    counts = [checks.whole("counts", count, at_least=1) for count in counts]
+    counts = checks.indices("counts", counts, ("divisions",)).tolist()
+    for count in counts:
+        checks.whole("counts", count, at_least=1)
     parts = []
     bands = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
     for how, motion in [*bands, ("inner-outer", "mean"), ("clusters", "mean")]:
@@ -252,7 +257,7 @@ def tabulate_reductions(
     ValueError
         If there is no joint, or as for ``solve_branch``.
     """
-    forces = checks.numbers("forces", forces)
+    forces = checks.levels("forces", forces)
     if not joints:
         raise ValueError("joints is empty: the first is the one that the others stand for")
     first = next(iter(joints.values()))

@@ -338,12 +338,12 @@ class _Observed:
             if self.grid is not None:
                 along = branch.frequency, branch.amplitude
                 self.response[place, level] = amplitude_on_grid(*along, self.grid)
-        self.reason[place] = next((each.reason for each in branches if not each.complete), "")
+        self.reason[place] = next((each.reason for each in branches if each.reason), "")
 
     def dataset(self) -> xr.Dataset:
         """All of it, by design and force."""
         each = ("design", "force")
-        why = "why the design is impossible, or a branch ends before"
+        why = "why the design is impossible, or a branch ends before or has no peak"
         rows = {
             "peak_frequency": (each, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
             "peak_amplitude": (each, self.peak[..., 1], "m", "largest maximum of the response"),

@@ -55,7 +55,7 @@ def time_solver(
         If there is no force, a number is out of range, a Jacobian is not known, or as for
         ``solve_branch``.
     """
-    forces = checks.numbers("forces", forces)
+    forces = checks.levels("forces", forces)
     checks.whole("repeats", repeats, at_least=1)
     checks.number("time_budget_s", time_budget_s, at_least=0)
     for jacobian in jacobians:

@@ -165,7 +165,7 @@ def checked_levels(
     checks.instance("joint", joint, Joint)
     checks.instance("response", response, xr.Dataset)
     levels = response["force_level"].to_numpy()
-    forces = levels if forces is None else checks.numbers("forces", forces)
+    forces = levels if forces is None else checks.levels("forces", forces)
     if not np.isin(forces, levels).all():
         raise ValueError(f"forces are {forces}: they must be among the levels of the response")
     joint = replace(joint, law=without_sampling(joint.law))

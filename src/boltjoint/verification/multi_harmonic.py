@@ -71,7 +71,7 @@ def solve_periodic(
     """
     checks.instance("joint", joint, Joint)
     frequency = checks.number("frequency", frequency, above=0)
-    force = checks.number("force", force, above=0)
+    force = checks.level("force", force)
     control = StepControl(maximum_iterations=50) if control is None else control
     checks.instance("control", control, StepControl)
     w = 2 * np.pi * frequency

@@ -90,7 +90,7 @@ def find_orbit(
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
     frequency = checks.number("frequency", frequency, above=0)
-    force = checks.number("force", force, above=0)
+    force = checks.level("force", force)
     steps = checks.whole("steps", steps, at_least=3)
     tolerance = checks.number("tolerance", tolerance, above=0)
     maximum_iterations = checks.whole("maximum_iterations", maximum_iterations, at_least=1)

@@ -125,7 +125,7 @@ def steady_state(
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
     frequency = checks.number("frequency", frequency, above=0)
-    force = checks.number("force", force, above=0)
+    force = checks.level("force", force)
     damping = as_damping(damping)
     ramp = checks.whole("ramp", ramp, at_least=0)
     steps = checks.whole("steps", steps, at_least=3)

@@ -204,9 +204,9 @@ def basis_of_pod_modes(assembly: xr.Dataset, pod_modes: xr.Dataset, number: int)
     """
     number = checks.whole("number", number, at_least=1)
     position = checks.variable("pod_modes", pod_modes, "position", ("pair", "axis"))
-    if pod_modes.sizes["node"] != assembly.sizes["node"] or not np.array_equal(
-        position, assembly["position"].to_numpy()
-    ):
+    other = checks.variable("assembly", assembly, "position", ("pair", "axis"))
+    of_nodes = "node" in pod_modes.sizes and pod_modes.sizes["node"] == assembly.sizes["node"]
+    if not (of_nodes and np.array_equal(position, other)):
         raise ValueError("the POD modes were found on a different mesh")
     if number > pod_modes.sizes["pod_mode"]:
         raise ValueError(

@@ -20,6 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.structure.constraints import mesh_of
 from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
 from boltjoint.structure.materials import element_materials
 
@@ -66,6 +67,7 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
     ValueError
         If the preload is not positive, or the assembly has an initial gap.
     """
+    checks.instance("assembly", assembly, xr.Dataset)
     if "initial_gap" in assembly:
         raise ValueError(
             "assembly has an initial gap, which decks do not hold: must have flat surfaces"
@@ -150,9 +152,10 @@ def _structure(assembly: xr.Dataset) -> list[str]:
     nut_side, head_side = assembly["section_node"].to_numpy().T
     node = np.arange(assembly.sizes["node"])
     node[head_side] = nut_side
-    connectivity = node[assembly["connectivity"].to_numpy()]
+    coordinate, connectivity = mesh_of(assembly)
+    connectivity = node[connectivity]
     used = np.unique(connectivity)
-    coordinate = assembly["coordinate"].to_numpy()[used]
+    coordinate = coordinate[used]
     return [
         "*NODE, NSET=ALL",
         *(

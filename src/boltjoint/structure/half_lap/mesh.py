@@ -28,7 +28,7 @@ from boltjoint.structure.half_lap.parts import (
     part_variable,
 )
 from boltjoint.structure.half_lap.plan import Labels, LapPlan, Plan, lap_plan, rectangle_plan
-from boltjoint.structure.initial_gap import initial_gap
+from boltjoint.structure.initial_gap import check_described, initial_gap
 
 if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly
@@ -76,6 +76,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
         If bolts, cells and lap do not fit together, or if an odd number of elements across the
         width leaves no nodes on the plane of symmetry; or as for ``initial_gap``.
     """
+    check_described(assembly)
     bar, mesh = assembly.bar, assembly.mesh
     if mesh.ring_cells_across_width % 2:
         raise ValueError(

@@ -158,6 +158,8 @@ def lap_plan(
     """
     check_washer(radii, divisions)
     axes = checks.array("axes", axes, ("bolts",))
+    checks.instance("radii", radii, BoltRadii)
+    checks.instance("divisions", divisions, CellDivisions)
     for name, value in (("length", length), ("width", width), ("cell_length", cell_length)):
         checks.number(name, value, above=0)
     for name, value in (("columns_between", columns_between), ("columns_at_ends", columns_at_ends)):
