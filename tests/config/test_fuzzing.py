@@ -21,7 +21,7 @@ from boltjoint.config.strict_yaml import LARGEST_FILE
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.study import estimate
+from boltjoint.study import estimate, estimated_jobs
 from boltjoint.study.artefact_list import Contents
 
 NUMBER = int(os.environ.get("BOLTJOINT_FUZZ", "480"))
@@ -189,6 +189,7 @@ def test_an_exception_while_checking_is_a_line_with_its_file(study, monkeypatch,
     ],
 )
 def test_an_exception_while_estimating_is_a_line_with_its_file(study, monkeypatch, name, line):
-    monkeypatch.setattr(estimate, name, failing)
+    module = estimate if name == "Contents" else estimated_jobs
+    monkeypatch.setattr(module, name, failing)
     reason = "ends in ZeroDivisionError: float division by zero"
     assert problems_of(study) == [f"{line}: {reason}"]

@@ -11,7 +11,7 @@ from boltjoint.dynamics.converged_peaks import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl
-from boltjoint.study import estimate
+from boltjoint.study import estimated_jobs
 from boltjoint.verification.harmonics_table import tabulate_steady_states
 
 
@@ -34,9 +34,9 @@ def test_defaults_are_those_of_the_library():
     samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
     assert Solver().time_samples == samples
     assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
-    assert max(HarmonicConvergence().harmonics) == estimate._MOST_CHOSEN
+    assert max(HarmonicConvergence().harmonics) == estimated_jobs.MOST_CHOSEN
     harmonics = inspect.signature(tabulate_steady_states).parameters["harmonics"].default
-    assert max(harmonics) == estimate._MANY_ENRICHED
+    assert max(harmonics) == estimated_jobs.MANY_ENRICHED
 
 
 def test_friction_forces_by_aft_may_have_more_harmonics():

@@ -127,6 +127,28 @@ def test_many_harmonics_are_refused_by_their_key(study):
     assert found.seconds > 1e4 * few.seconds
 
 
+def test_what_fills_the_memory_is_refused_by_its_key(study, tmp_path):
+    found = estimate.estimate(study(fitting={"initial_guesses": 10**9}))
+    line = estimate.shortage(found, 16 * GIB)
+    assert line.startswith("config/config.yaml: fitting.initial_guesses: needs some ")
+    for key, observed in (("amplitudes", "backbone"), ("frequencies", "responses")):
+        sweep = SALTELLI | {"observe": [observed], key: 10**9}
+        write(tmp_path / "config/sweeps/shares.yaml", sweep)
+        found = estimate.estimate(study(sweeps=["shares"]))
+        line = estimate.shortage(found, 16 * GIB)
+        assert line.startswith(f"config/sweeps/shares.yaml: {key}: needs some ")
+
+
+def test_short_steps_take_as_many_solutions_as_there_may_be(study):
+    default = estimate.estimate(study()).seconds
+    few = estimate.estimate(study(solver={"largest_step": 1e-5})).seconds
+    many = estimate.estimate(
+        study(solver={"largest_step": 1e-5, "smallest_step": 1e-9, "maximum_solutions": 10**6})
+    )
+    # up to 5000 solutions, and up to a million
+    assert default < few < many.seconds
+
+
 def test_a_march_in_a_large_basis_is_refused_by_its_case(study):
     case = CASE | {"modes": ["free-100"], "coordinates": ["linear"], "solve": CASE["solve"][:1]}
     line = estimate.shortage(estimate.estimate(study(case=case)), 8 * GIB)

@@ -85,7 +85,8 @@ rule reduce_joint:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        **SMALL,
+        mem_mb=lambda w: resources_of("fit", w.case)["mem_mb"],
+        runtime=lambda w: resources_of("fit", w.case)["runtime"],
     params:
         library=library("reduce_joint.py"),
         reduction=lambda w: study.fitting.options(w.joint),
