@@ -37,7 +37,6 @@ from boltjoint.dynamics.periodic_motion import motion_at_peak
 from boltjoint.dynamics.phase_resonance import PeakSearch, find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.coupled import CoupledConstantLoad, CoupledVariableLoad
-from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.structure.half_lap.mesh import build_assembly
@@ -68,26 +67,18 @@ ASSEMBLIES = {
 
 def small_joint(law: str, index: int, seed: int) -> tuple[Joint, float, float]:
     """A random small joint of a law, with a force [N] and a loss factor."""
-    underlying = "variable" if "variable" in law else "constant"
+    if not law.startswith("coupled"):
+        return random_joint(law, index, seed)
+    underlying = law.removeprefix("coupled-")
     joint, force, loss_factor = random_joint(underlying, index, seed)
     coulomb = joint.law
     random = np.random.default_rng([seed, index, 7])
-    if law == "iwan":
-        count = coulomb.slip_force.size
-        shape = random.uniform(-0.9, 0.5, count), random.uniform(0.0, 3.0, count)
-        joint = replace(
-            joint,
-            law=FourParameterIwan(
-                coulomb.point_of_element, coulomb.tangential_stiffness, coulomb.slip_force, *shape
-            ),
-        )
-    elif law.startswith("coupled"):
-        kind = CoupledConstantLoad if underlying == "constant" else CoupledVariableLoad
-        lateral = random.normal(size=joint.tangential_mode.shape) * joint.tangential_mode
-        values = {name: getattr(coulomb, name) for name in kind.quantities}
-        elements = kind(coulomb.point_of_element, **values)
-        # without a closed form for one harmonic
-        joint = replace(joint, law=AlternatingFrequencyTime(elements), lateral_mode=lateral)
+    kind = CoupledConstantLoad if underlying == "constant" else CoupledVariableLoad
+    lateral = random.normal(size=joint.tangential_mode.shape) * joint.tangential_mode
+    values = {name: getattr(coulomb, name) for name in kind.quantities}
+    elements = kind(coulomb.point_of_element, **values)
+    # without a closed form for one harmonic
+    joint = replace(joint, law=AlternatingFrequencyTime(elements), lateral_mode=lateral)
     return joint, force, loss_factor
 
 
