@@ -5,6 +5,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from snakemake.io import Params
 
 from boltjoint import __version__, checksums, dataset
 from boltjoint.dataset import DamagedFile, quantity
@@ -37,6 +38,12 @@ def test_content_and_provenance_survive(tmp_path):
     assert again.attrs["boltjoint_version"] == __version__
     assert again.attrs["parameters"] == "preload=10000.0"
     assert again.attrs["coordinates"] == "linear"
+
+
+def test_parameters_are_those_of_a_job(tmp_path):
+    params = Params(fromdict={"preload": 1e4, "library": "1f"})
+    dataset.save(some_dataset(), tmp_path / "a.nc", params)
+    assert dataset.load(tmp_path / "a.nc").attrs["parameters"] == "preload=10000.0"
 
 
 def test_same_content_same_bytes(tmp_path):

@@ -46,6 +46,9 @@ def save(
     """
     checks.instance("dataset", dataset, xr.Dataset)
     path = checks.path("path", path)
+    if hasattr(parameters, "items"):
+        # those of a job of Snakemake are no Mapping
+        parameters = dict(parameters.items())
     if parameters is not None:
         checks.mapping("parameters", parameters)
     without = [str(name) for name, variable in dataset.variables.items() if not _has_unit(variable)]
