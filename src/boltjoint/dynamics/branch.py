@@ -41,7 +41,8 @@ class Branch:
     branch in response-dependent modes needed them; ``reason`` says why the branch ends before the
     window does, or has no peak; ``fell_back`` tells that the branch is one in
     linear modes because that in the given coordinates was too inaccurate; ``has_isolated`` whether
-    there is an isolated branch beside it, None where that is not known.
+    there is an isolated branch beside it, ``larger_resonance`` which other resonance has a larger
+    peak in the window, 0 where none has; each is None where that is not known.
     """
 
     force: float
@@ -56,6 +57,7 @@ class Branch:
     reason: str
     fell_back: bool = False
     has_isolated: bool | None = None
+    larger_resonance: int | None = None
 
     def __post_init__(self) -> None:
         """Say why a complete branch has no peak."""
@@ -71,24 +73,12 @@ class Branch:
 
     @property
     def peak_frequency(self) -> float:
-        """Frequency of the peak [Hz].
-
-        Raises
-        ------
-        ValueError
-            If there is no peak.
-        """
+        """Frequency of the peak [Hz]; a ``ValueError`` without one."""
         return float(self.frequency[self._existing_peak])
 
     @property
     def peak_amplitude(self) -> float:
-        """Amplitude of the peak [m].
-
-        Raises
-        ------
-        ValueError
-            If there is no peak.
-        """
+        """Amplitude of the peak [m]; a ``ValueError`` without one."""
         return float(self.amplitude[self._existing_peak])
 
     @property
@@ -302,6 +292,7 @@ def to_dataset(
     wrong = [error.exceeds(limits) for error in errors]
     isolated = [-1 if found is None else found for found in each("has_isolated")]
     isolated = np.array(isolated, dtype=np.int8)
+    larger = [-1 if found is None else found for found in each("larger_resonance")]
     of_solutions = (
         ("excitation_force", excitation, joint.excitation_unit, "excitation amplitude"),
         ("frequency", along("frequency"), "Hz", "excitation frequency"),
@@ -327,6 +318,7 @@ def to_dataset(
         ("folded_from", list(folded_from), "Hz", "lowest frequency with several solutions"),
         ("folded_to", list(folded_to), "Hz", "highest frequency with several solutions"),
         ("isolated_branch", isolated, "1", "1 with an isolated branch, 0 without, -1 if not known"),
+        ("larger_resonance", larger, "1", "resonance of a larger peak, 0 none, -1 if not known"),
         ("wrong", flags(wrong), "1", "1 where estimated errors are larger than allowed"),
         ("fell_back", flags(each("fell_back")), "1", "1 where solved in linear modes instead"),
         ("complete", flags(each("complete")), "1", "1 where the branch crosses the whole window"),

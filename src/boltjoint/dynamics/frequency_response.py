@@ -30,6 +30,7 @@ from boltjoint.dynamics.coordinates import check_options, formulate_equations
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import Jacobian
 from boltjoint.dynamics.modal_synthesis import synthesise_response
+from boltjoint.dynamics.other_resonances import OtherResonances
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
 from boltjoint.dynamics.stability import StabilityOptions
 from boltjoint.dynamics.windows import frequency_window
@@ -116,7 +117,8 @@ def solve_branch(
             raise ValueError("a response synthesised from the backbone has no start")
         of_mode = {"damping": damping, "resonance": resonance, "control": control}
         known = trace_for_forces(joint, [force], window=window, **of_mode)
-        return synthesise_branch(known, force, window)
+        others = OtherResonances(known, [force], window)
+        return synthesise_branch(known, force, window, others)
     balance = HarmonicBalance(joint.distinct, damping, force)
     equations = formulate_equations(
         coordinates, balance, resonance, jacobian, basis_update, quasi_static_correction
@@ -283,7 +285,8 @@ def branch_solver(
         known = trace_for_forces(joint, forces, window=window, **of_mode)
     else:
         known = backbone_from_dataset(joint, backbone, control)
-    return partial(synthesise_branch, known, window=window)
+    others = OtherResonances(known, forces, window)
+    return partial(synthesise_branch, known, window=window, others=others)
 
 
 def _is_wrong(branch: Branch, error: BranchError, limits: ErrorLimits) -> bool:
@@ -301,7 +304,12 @@ def _is_wrong(branch: Branch, error: BranchError, limits: ErrorLimits) -> bool:
     return wrong
 
 
-def synthesise_branch(backbone: Backbone, force: float, window: tuple[float, float]) -> Branch:
+def synthesise_branch(
+    backbone: Backbone,
+    force: float,
+    window: tuple[float, float],
+    others: OtherResonances | None = None,
+) -> Branch:
     """Frequency response at one force level by nonlinear modal synthesis.
 
     Parameters
@@ -310,10 +318,12 @@ def synthesise_branch(backbone: Backbone, force: float, window: tuple[float, flo
         That covers the response (``trace_for_forces``).
     force, window
         As for ``solve_branch``.
+    others
+        Resonances among which a larger peak is sought; a warning tells of one.
     """
     response = synthesise_response(backbone, force, window)
     count, output = response.frequency.size, OutputPoint(backbone.equations.balance)
-    return Branch(
+    branch = Branch(
         force=force,
         frequency=response.frequency,
         modal_coordinate=response.modal_coordinate,
@@ -326,6 +336,12 @@ def synthesise_branch(backbone: Backbone, force: float, window: tuple[float, flo
         reason=response.reason,
         has_isolated=response.has_isolated,
     )
+    if others is None or branch.peak is None:
+        return branch
+    larger = others.larger_than(branch)
+    if larger:
+        logger.warning("%g N: resonance %d has a larger peak in the window", force, larger)
+    return replace(branch, larger_resonance=larger)
 
 
 def _branch(force: float, path: SolutionBranch, output: OutputPoint) -> Branch:
