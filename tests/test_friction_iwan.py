@@ -311,7 +311,8 @@ def test_time_integration_reaches_the_motion_of_many_harmonics():
     joint = make_joint(2, law="iwan")
     response = solve_response(joint, [20.0], loss_factor=0.01)
     start = motion_at_peak(response, 20.0)
-    peak, motion = find_peak(joint, start[0], 20.0, 0.01, start[1], harmonics=17, samples=512)
+    located = find_peak(joint, start[0], 20.0, 0.01, start[1], harmonics=17, samples=512)
+    peak, motion = located.frequency, located.motion
     found = steady_state(joint, peak, 20.0, 0.01, start=motion.in_time(300), steps=300)
     assert found.converged
     amplitude = abs(motion.amplitude(joint.response_mode))

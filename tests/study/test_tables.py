@@ -229,7 +229,9 @@ def test_models_are_compared_with_the_converged_peaks_of_the_reference(study):
             assert in_harmonics.index[-1] == most
             bar = accuracy.loc[force, f"{what}_error_bar_percent"]
             left_out = by_harmonics.loc[(force, most), f"{what}_truncation_error_percent"]
-            assert bar == pytest.approx(100 * abs(error) + left_out)
+            # over the smaller of both, and of their product
+            apart = max(1 + error, 1 / (1 + error))
+            assert bar == pytest.approx(100 * (apart * (1 + left_out / 100) - 1))
         assert accuracy.loc[force, "harmonics"] == most
 
 

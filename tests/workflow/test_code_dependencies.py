@@ -101,7 +101,14 @@ def test_module_that_does_not_exist_is_named(tree, text):
 def test_boltjoint_is_the_package_by_default(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from boltjoint.config.strict_yaml import parse_mapping\n", encoding="utf-8")
-    modules = ("__init__", "config/__init__", "config/strict_yaml")
+    modules = (
+        "__init__",
+        "config/__init__",
+        "config/strict_yaml",
+        "config/types",
+        "names",
+        "regular_file",
+    )
     assert library_sources(script) == [str(PACKAGE / f"{name}.py") for name in modules]
 
 
