@@ -41,3 +41,15 @@ def test_a_backbone_starts_from_modes_that_damping_couples():
     joint, force, loss_factor = random_joint("constant", 139, seed=6161)
     branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates="backbone")
     assert branch.complete, branch.reason
+
+
+def test_a_branch_that_one_complex_mode_does_not_lead_across_is_that_in_linear_modes():
+    """An implicit basis has the solutions of the full equations, which are followed instead."""
+    joint, force, loss_factor = random_joint("variable", 57, seed=990017)
+    branch, linear = (
+        solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
+        for coordinates in ("complex-rdnm-1", "linear")
+    )
+    assert branch.complete, branch.reason
+    assert branch.in_all_modes.all()
+    assert branch.peak_amplitude == pytest.approx(linear.peak_amplitude, rel=1e-9)

@@ -4,6 +4,8 @@ A branch starts from the stuck linear solution at one end of the window, or from
 load stepping (homotopy in the force); one that does not cross the window is started elsewhere.
 """
 
+from copy import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -60,13 +62,22 @@ class Continuation:
     def across(
         self, window: tuple[float, float], start: NDArray[np.float64] | None
     ) -> SolutionBranch:
-        """Branch from one end of a window [rad/s] to the other, with shorter steps if need be."""
+        """Branch from one end of a window [rad/s] to the other, with shorter steps if need be.
+
+        One that an implicit basis does not lead across is followed in the full equations, whose
+        solutions it has.
+        """
         regular = self._follow_compiled(window, start)
         if regular is not None:
             return regular
         branch = self._from_starts(window, start)
         if branch.complete:
             return branch
+        if self._lagged and self._equations.full_equations is not None:
+            full = copy(self)
+            full._equations, full._lagged = self._equations.full_equations, False
+            other = full.across(window, start)
+            return other if other.complete else branch
         steps, self._control = self._control, self._control.with_shorter_steps(_SHORTER_STEPS)
         other = self._from_starts(window, start)
         self._control = steps
