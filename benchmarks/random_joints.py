@@ -133,9 +133,9 @@ def _force_at_onset(joint: Joint, loss_factor: float) -> float:
     return float(np.median(onset)) / by_force
 
 
-def solve(law: str, coordinates: str, index: int) -> dict[str, object]:
+def solve(law: str, coordinates: str, index: int, seed: int = SEED) -> dict[str, object]:
     """The branch of a random joint, and its peak beside the highest solution of its own."""
-    joint, force, loss_factor = random_joint(law, index)
+    joint, force, loss_factor = random_joint(law, index, seed)
     begun = time.process_time()
     with threadpool_limits(limits=1):
         branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
@@ -166,21 +166,21 @@ def _highest_inside(amplitude: NDArray[np.float64]) -> float:
     return float(higher.max(initial=0.0))
 
 
-def _solve(task: tuple[str, str, int]) -> dict[str, object]:
+def _solve(task: tuple[str, str, int, int]) -> dict[str, object]:
     warnings.simplefilter("ignore")
     try:
         return solve(*task)
     except Exception as error:
-        law, coordinates, index = task
+        law, coordinates, index, _ = task
         names = {"law": law, "coordinates": coordinates, "index": index}
         return names | {"complete": False, "reason": repr(error), "missed": False, "cpu_s": 0.0}
 
 
-def _tasks(args: argparse.Namespace) -> Iterator[tuple[str, str, int]]:
+def _tasks(args: argparse.Namespace) -> Iterator[tuple[str, str, int, int]]:
     for law in args.law:
         for coordinates in args.coordinates:
             for index in range(args.first, args.first + args.count):
-                yield law, coordinates, index
+                yield law, coordinates, index, args.seed
 
 
 def main() -> None:
@@ -188,6 +188,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--count", type=int, default=1000, help="joints of each law")
     parser.add_argument("--first", type=int, default=0, help="index of the first joint")
+    parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--law", nargs="+", default=LAWS, choices=LAWS)
     parser.add_argument("--coordinates", nargs="+", default=COORDINATES)
     parser.add_argument("--cores", type=int, default=2)
