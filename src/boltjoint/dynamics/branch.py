@@ -19,6 +19,7 @@ from boltjoint.dynamics.energy import energy_error
 from boltjoint.dynamics.folds import Folds, find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_contact import ModalContact
+from boltjoint.dynamics.output_point import OutputPoint
 from boltjoint.dynamics.stability import StabilityOptions, find_stability
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
@@ -61,6 +62,7 @@ class Branch:
 
     def __post_init__(self) -> None:
         """Say why a complete branch has no peak."""
+        checks.flags("located", self.located, ("solutions",))
         if self.complete and not self.reason and self.peak is None:
             object.__setattr__(self, "reason", "no peak in the window")
 
@@ -87,40 +89,6 @@ class Branch:
             why = self.reason or "no local maximum inside the window"
             raise ValueError(f"the response to {self.force:g} N has no peak: {why}")
         return self.peak
-
-
-class OutputPoint:
-    """Complex first-harmonic amplitude of the output point [m] from modal coordinates.
-
-    Parameters
-    ----------
-    balance
-        The modal equations, in linear modes.
-    """
-
-    def __init__(self, balance: HarmonicBalance) -> None:
-        self._mode = balance.joint.response_mode
-        self._sin, self._cos = (balance.components.index(name) for name in ("sin", "cos"))
-
-    def __call__(self, q: NDArray[np.float64]) -> complex:
-        """Complex amplitude, sine coefficient + i cosine coefficient [m]."""
-        amplitude = q.reshape(-1, self._mode.size) @ self._mode
-        return complex(amplitude[self._sin], amplitude[self._cos])
-
-    def value(self, q: NDArray[np.float64]) -> float:
-        """Amplitude [m]."""
-        return abs(self(q))
-
-    def amplitudes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Amplitudes [m] of several solutions, shape (solutions, components * modes)."""
-        if not len(q):
-            return np.zeros(0)
-        at = q.reshape(len(q), -1, self._mode.size) @ self._mode
-        return np.hypot(at[:, self._sin], at[:, self._cos])
-
-    def slope(self, q: NDArray[np.float64], dq: NDArray[np.float64]) -> float:
-        """Half the derivative of the square of the amplitude, of the same sign as its own."""
-        return float((self(q).conjugate() * self(dq)).real)
 
 
 def relative_residual(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:

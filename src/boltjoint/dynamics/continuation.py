@@ -9,11 +9,11 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.compiled_balance import balance_system
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.dynamics.load_stepping import LoadStepping
+from boltjoint.dynamics.output_point import OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
 from boltjoint.solvers.compiled_path import follow
 from boltjoint.solvers.compiled_steps import Limits

@@ -169,6 +169,7 @@ def converge_peak(
     PeakSequence
         From the given peak on, without numbers of harmonics with which none is found.
     """
+    checks.instance("options", options, HarmonicConvergence)
     tolerances = options.frequency_tolerance, options.amplitude_tolerance
     known = max(parse_component(name)[1] for name in motion.components)
     amplitude = abs(motion.amplitude(joint.response_mode))

@@ -39,8 +39,9 @@ def solve_branches(
         If there are not as many joints as forces, or as for ``solve_branch``.
     """
     forces = checks.levels("forces", forces)
+    checks.sequence("joints", joints, Joint)
     if len(joints) != len(forces):
         raise ValueError(f"there are {len(joints)} joints, but {len(forces)} forces")
-    threads = checks.whole("threads", threads or cpu_count(), at_least=1)
+    threads = checks.whole("threads", cpu_count() if threads is None else threads, at_least=1)
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(partial(solve_branch, **options), joints, forces))

@@ -21,7 +21,6 @@ from boltjoint.dynamics.branch import (
     Branch,
     BranchError,
     ErrorLimits,
-    OutputPoint,
     estimate_branch_error,
     to_dataset,
 )
@@ -31,6 +30,7 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import Jacobian
 from boltjoint.dynamics.modal_synthesis import synthesise_response
 from boltjoint.dynamics.other_resonances import OtherResonances
+from boltjoint.dynamics.output_point import OutputPoint
 from boltjoint.dynamics.rdnm import BasisUpdate, SelfConsistentRDNM
 from boltjoint.dynamics.stability import StabilityOptions
 from boltjoint.dynamics.windows import frequency_window

@@ -151,6 +151,8 @@ def weigh_pairs(
     if count is not None and checks.whole("count", count, at_least=1) > joint.points:
         raise ValueError(f"count is {count}, but the joint has {joint.points} points")
     control = StepControl() if control is None else control
+    checks.instance("options", options, HyperReductionOptions)
+    checks.instance("windows", windows, Mapping)
     alike = count_alike(joint)
     joint, alike = keep_elements(joint, alike), alike[alike > 0]
     on = joint.law.point_of_element

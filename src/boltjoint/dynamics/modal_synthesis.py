@@ -17,9 +17,9 @@ from scipy.optimize import minimize_scalar
 
 from boltjoint import checks
 from boltjoint.dynamics.backbone import Backbone
-from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.epmc import ModalState
 from boltjoint.dynamics.harmonic_balance import parse_component
+from boltjoint.dynamics.output_point import OutputPoint
 
 #: why a response has no peak where friction alone dissipates energy
 _UNLIMITED = "friction alone does not limit the response to this force"

@@ -20,8 +20,8 @@ from scipy.optimize import brentq
 
 from boltjoint import checks
 from boltjoint.damping import Damping
-from boltjoint.dynamics.branch import OutputPoint
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.output_point import OutputPoint
 from boltjoint.dynamics.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
@@ -281,6 +281,7 @@ class _Resonance:
     """Solutions of ``PhaseEquations`` by the phase, each started from the nearest one."""
 
     def __init__(self, equations: PhaseEquations, start: Array, search: PeakSearch) -> None:
+        checks.instance("search", search, PeakSearch)
         self.solutions: dict[float, tuple[Array, Array]] = {}
         self._slopes: dict[float, float] = {}
         self._equations, self._start, self._search = equations, start, search

@@ -141,7 +141,7 @@ class Joint:
         if self.sensor_mode is not None or self.sensor_name:
             expected["sensor_mode"] = (len(self.sensor_name), modes)
         if self.free_frequency is not None or self.free_participation is not None:
-            free = np.size(self.free_frequency)
+            free = checks.array("free_frequency", self.free_frequency, ("free modes",)).size
             expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))

@@ -57,6 +57,7 @@ def fit_reduced_joint(
     check_capabilities(joint, COULOMB_ELEMENTS)
     count = checks.whole("count", count, at_least=1)
     load_fractions = check_fit_options(method, load_fractions, starts)
+    checks.instance("options", options, FitOptions)
     law = joint.law
     fits, errors, of_region, of_fit, displacement = [], [], [], [], []
     phase = np.linspace(0, np.pi, options.loop_samples)

@@ -48,6 +48,9 @@ def rescale_contact(
     """
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
+    checks.subclass("law", law, ElementLaw)
+    for name, keys in (("before", before), ("after", after)):
+        checks.mapping(name, keys)
     ratio = checks.number("preload_ratio", preload_ratio, above=0)
     pairs = ContactPairs(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.zeros((2, 3)))
     scaled = ContactPairs(ratio * pairs.normal_load, ratio * pairs.gap, pairs.position)

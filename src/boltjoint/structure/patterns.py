@@ -198,19 +198,27 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     )
     if not np.array_equal(position, other):
         raise ValueError("modes and patterns were found on different contact pairs")
-    reference = patterns["frequency"].transpose("pattern", "springs", "resonance").to_numpy()
+    dims = ("pattern", "springs", "resonance")
+    reference = checks.variable("patterns", patterns, "frequency", dims)
+    natural = checks.variable("modes", modes, "natural_frequency", ("mode",))
+    checks.variable("modes", modes, "relative_mode", ("axis", "pair", "mode"))
+    of_springs = tuple(patterns["stiffness"].dims) if "stiffness" in patterns else ()
+    stiffness = checks.variable("patterns", patterns, "stiffness", of_springs)
+    stuck_pairs = checks.indices(
+        "stuck of patterns", patterns["stuck"].transpose("pattern", "pair").to_numpy()
+    )
     if modes.sizes["mode"] < reference.shape[-1]:
         raise ValueError(
             f"{modes.sizes['mode']} modes cannot show {reference.shape[-1]} resonances"
         )
-    free = np.diag((2 * np.pi * modes["natural_frequency"].to_numpy()) ** 2)
+    free = np.diag((2 * np.pi * natural) ** 2)
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
     frequency = np.empty_like(reference)
-    stiffness = np.broadcast_to(patterns["stiffness"].to_numpy(), len(position))
+    stiffness = np.broadcast_to(stiffness, len(position))
     # as shares of the largest: springs that are alike leave the rows as they are, to the bit
     largest = max(stiffness.max(), np.finfo(float).tiny)
     root = np.sqrt(stiffness / largest)[:, None]
-    for i, stuck in enumerate(patterns["stuck"].transpose("pattern", "pair").to_numpy() > 0):
+    for i, stuck in enumerate(stuck_pairs > 0):
         for j, springs in enumerate(patterns["springs"].to_numpy()):
             rows = [(root * relative.sel(axis=axis).to_numpy())[stuck] for axis in springs]
             matrix = free + largest * sum(B.T @ B for B in rows)

@@ -203,6 +203,7 @@ def tabulate_divisions(
     """
     checks.instance("joint", joint, Joint)
     checks.choice("division", division, get_args(Division))
+    checks.instance("reference", reference, pd.DataFrame)
     counts = checks.indices("counts", counts, ("divisions",)).tolist()
     for count in counts:
         checks.whole("counts", count, at_least=1)
@@ -258,6 +259,9 @@ def tabulate_reductions(
         If there is no joint, or as for ``solve_branch``.
     """
     forces = checks.levels("forces", forces)
+    checks.mapping("joints", joints)
+    for name, joint in joints.items():
+        checks.instance(f"joints[{name!r}]", joint, Joint)
     if not joints:
         raise ValueError("joints is empty: the first is the one that the others stand for")
     first = next(iter(joints.values()))

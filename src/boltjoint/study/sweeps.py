@@ -193,11 +193,17 @@ def solve_designs(
         If no design is possible, or the base case has no peak up to which backbones go.
     """
     checks.instance("designs", designs, xr.Dataset)
+    checks.instance("chunk", chunk, range)
+    checks.sequence("variants", variants, SweptJoint, ImpossibleJoint)
+    checks.whole("threads", threads, at_least=1)
+    for name, points in (("frequencies", frequencies), ("amplitudes", amplitudes)):
+        if points is not None:
+            checks.whole(name, points, at_least=1)
     values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
     impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
     joints = [each for each in variants if isinstance(each, SweptJoint)]
     if not joints:
-        raise ValueError(f"no design is possible: {variants[0]}")
+        raise ValueError(f"no design is possible: {next(iter(variants), 'there is none')}")
     window = grid = sizes = None
     reasons: Mapping[int, str] = {}
     if frequencies is not None:

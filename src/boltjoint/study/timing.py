@@ -58,10 +58,13 @@ def time_solver(
     forces = checks.levels("forces", forces)
     checks.whole("repeats", repeats, at_least=1)
     checks.number("time_budget_s", time_budget_s, at_least=0)
+    checks.sequence("jacobians", jacobians)
+    control = StepControl() if options.get("control") is None else options["control"]
+    checks.instance("control", control, StepControl)
     for jacobian in jacobians:
         checks.choice("jacobians", jacobian, get_args(Jacobian))
     rows = []
-    brief = replace(options.get("control") or StepControl(), maximum_solutions=2)
+    brief = replace(control, maximum_solutions=2)
     spent = dict.fromkeys(product(jacobians, forces), 0.0)
     with threadpool_limits(limits=1):
         for jacobian in jacobians:

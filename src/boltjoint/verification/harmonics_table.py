@@ -82,7 +82,9 @@ def tabulate_time_integration(
         If a force is not among the levels of the response, or as for ``steady_state``.
     """
     joint, forces, damping = checked_levels(joint, response, forces)
-    harmonics = [checks.whole("harmonics", each, at_least=1) for each in harmonics]
+    harmonics = checks.indices("harmonics", harmonics, ("numbers",)).tolist()
+    for number in harmonics:
+        checks.whole("harmonics", number, at_least=1)
     samples = checks.whole("samples", samples, at_least=2 * max(harmonics) + 1)
     steps = checks.whole("steps", steps, at_least=3)
     rows = []
@@ -137,6 +139,7 @@ def tabulate_steady_states(
         As for ``tabulate_time_integration``.
     """
     joint, forces, damping = checked_levels(joint, response, forces)
+    harmonics = checks.indices("harmonics", harmonics, ("numbers",)).tolist()
     rows = []
     for force in forces:
         if (peak := motion_at_peak(response, force)) is None:

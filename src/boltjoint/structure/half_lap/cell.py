@@ -90,6 +90,8 @@ def check_washer(radii: BoltRadii, divisions: CellDivisions) -> None:
     ValueError
         If one is there without the other.
     """
+    checks.instance("radii", radii, BoltRadii)
+    checks.instance("divisions", divisions, CellDivisions)
     rings = divisions.rings_head_to_washer
     if (radii.washer is None) != (rings == 0):
         needed = "0 without a washer wider" if radii.washer is None else "positive with one wider"

@@ -1,0 +1,234 @@
+"""Whatever a public function is given, it computes or raises a ``ValueError``."""
+
+import zlib
+from dataclasses import fields
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from hostile_arguments import changed
+from small_joint import make_joint, make_preload
+
+import boltjoint
+from boltjoint import dataset
+from boltjoint.damping import LossFactor
+from boltjoint.dynamics import branch, folds
+from boltjoint.dynamics.epmc import EPMCEquations
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.periodic_motion import PeriodicMotion
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.iwan import FourParameterIwan
+from boltjoint.joint import bands, fit_options, fitting, io, masing, model, partition, slip_states
+from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.solvers.equations import LaggedControl
+from boltjoint.structure import contact_law, elasticity
+from boltjoint.structure.half_lap import plan
+from boltjoint.study import convergence, timing
+from boltjoint.verification.multi_harmonic import solve_periodic
+
+JOINT, VARIABLE = make_joint(), make_joint(law="variable")
+STORED = io.joint_to_dataset(JOINT)
+WINDOW = (60.0, 200.0)
+SOLVED = {"force": 1.0, "loss_factor": 0.01, "window": WINDOW, "resonance": 1}
+SOLVED |= {"coordinates": "linear", "control": boltjoint.StepControl()}
+FORCES = {name: value for name, value in SOLVED.items() if name != "force"} | {"forces": [1.0]}
+RESPONSE = boltjoint.solve_response(JOINT, **FORCES)
+IWAN = FourParameterIwan([0], [1.0], [1.0], [-0.5], [0.0])
+K, SLIP = np.array([1e6, 2e6, 4e6]), np.array([1.0, 2.0, 3.0])
+CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+PAIRS = {
+    "natural_frequency": ("mode", [50.0]),
+    "excitation_mode": ("mode", [1.0]),
+    "response_mode": ("mode", [1.0]),
+    "relative_mode": (("axis", "pair", "mode"), np.ones((3, 2, 1))),
+    "position": (("pair", "axis"), np.zeros((2, 3))),
+}
+CARRIED = {"normal_load": ("pair", [1.0, 0.0]), "gap": ("pair", [0.0, 1e-6])}
+AXES = {"axis": ["x", "y", "z"]}
+
+
+def values_of(found):
+    return {field.name: getattr(found, field.name) for field in fields(found)}
+
+
+def elements_of(law):
+    return {name: getattr(law, name) for name in ("point_of_element", *law.quantities)}
+
+
+#: valid calls: the function, and its arguments by name
+CALLS = {
+    "Branch": (boltjoint.Branch, values_of(boltjoint.solve_branch(JOINT, **SOLVED))),
+    "ConstantLoad": (boltjoint.ConstantLoad, elements_of(JOINT.law)),
+    "VariableLoad": (boltjoint.VariableLoad, elements_of(VARIABLE.law)),
+    "FourParameterIwan": (FourParameterIwan, elements_of(IWAN)),
+    "AlternatingFrequencyTime": (
+        AlternatingFrequencyTime,
+        {"elements": JOINT.law, "harmonics": 2, "samples": 16},
+    ),
+    "Joint": (boltjoint.Joint, values_of(JOINT)),
+    "StepControl": (boltjoint.StepControl, values_of(boltjoint.StepControl())),
+    "LaggedControl": (LaggedControl, values_of(LaggedControl())),
+    "FitOptions": (fit_options.FitOptions, values_of(fit_options.FitOptions())),
+    "connect_nodes": (
+        boltjoint.connect_nodes,
+        {
+            "modes": xr.Dataset(PAIRS, AXES),
+            "preload": xr.Dataset(CARRIED | {"position": PAIRS["position"]}, AXES),
+            "tangential_stiffness": 1e8,
+            "friction_coefficient": 0.1,
+            "normal_stiffness": None,
+        },
+    ),
+    "find_backbone": (
+        boltjoint.find_backbone,
+        {"joint": JOINT, "forces": [0.1], "loss_factor": 0.01, "window": WINDOW},
+    ),
+    "fit_reduced_joint": (
+        boltjoint.fit_reduced_joint,
+        {
+            "joint": boltjoint.partition_regions(JOINT, make_preload(JOINT), 2),
+            "count": 1,
+            "starts": 1,
+            "options": fit_options.FitOptions(),
+        },
+    ),
+    "frequency_window": (
+        lambda joint, **options: boltjoint.frequency_window(joint, **options),
+        {"joint": JOINT, "resonance": 1, "given": WINDOW},
+    ),
+    "load_joint": (boltjoint.load_joint, {"path": "joint.nc", "sampling": {"samples": 16}}),
+    "partition_regions": (
+        boltjoint.partition_regions,
+        {
+            "joint": JOINT,
+            "preload": make_preload(JOINT),
+            "count": 3,
+            "division": "clusters",
+            "motion": "load-weighted",
+            "resonances": 1,
+            "options": slip_states.SlipStateOptions(),
+        },
+    ),
+    "solve_branch": (boltjoint.solve_branch, {"joint": JOINT} | SOLVED),
+    "solve_branches": (
+        boltjoint.solve_branches,
+        {"joints": [JOINT], "forces": [1.0], "loss_factor": 0.01, "window": WINDOW, "threads": 1},
+    ),
+    "solve_response": (boltjoint.solve_response, {"joint": JOINT} | FORCES),
+    "weigh_pairs": (
+        boltjoint.weigh_pairs,
+        {"joint": JOINT, "forces": [1.0], "damping": 0.01, "count": 3, "windows": {1: None}},
+    ),
+    "load": (dataset.load, {"path": "joint.nc"}),
+    "save": (dataset.save, {"dataset": STORED, "path": "other.nc", "parameters": {"count": 3}}),
+    "joint_from_dataset": (io.joint_from_dataset, {"stored": STORED}),
+    "joint_to_dataset": (io.joint_to_dataset, {"joint": JOINT, "reduced_from": STORED}),
+    "merge_points": (
+        model.merge_points,
+        {"joint": JOINT, "region": np.arange(60) // 20, "weight": np.ones(60)},
+    ),
+    "keep_elements": (model.keep_elements, {"joint": JOINT, "weight": np.ones(60)}),
+    "region_error": (partition.region_error, {"joint": JOINT, "regions": JOINT, "resonances": 1}),
+    "cluster_by_motion": (cluster_by_motion, {"joint": JOINT, "count": 2}),
+    "bands_of_equal_load": (
+        bands.bands_of_equal_load,
+        {"position": JOINT.position[:, :2], "load": np.ones(60), "count": 3},
+    ),
+    "fit_elements": (fitting.fit_elements, {"stiffness": K, "slip_force": SLIP, "count": 1}),
+    "loop_error": (
+        masing.loop_error,
+        {"stiffness": K, "slip_force": SLIP, "fitted_stiffness": K, "fitted_slip_force": SLIP},
+    ),
+    "HarmonicBalance": (
+        HarmonicBalance,
+        {"joint": JOINT, "damping": LossFactor(0.01), "excitation_force": 1.0, "basis": np.eye(3)},
+    ),
+    "EPMCEquations": (EPMCEquations, {"joint": JOINT, "damping": 0.01, "resonance": 1}),
+    "PeriodicMotion": (
+        PeriodicMotion,
+        {"components": ("sin", "cos"), "modal_coordinate": np.zeros((2, 3))},
+    ),
+    "to_dataset": (
+        branch.to_dataset,
+        {
+            "joint": JOINT,
+            "branches": [boltjoint.solve_branch(JOINT, **SOLVED)],
+            "damping": 0.01,
+            "errors": None,
+            "limits": branch.ErrorLimits(),
+        },
+    ),
+    "find_folds": (folds.find_folds, {"frequency": np.array([1.0, 2.0]), "complete": True}),
+    "solve_periodic": (
+        solve_periodic,
+        {"joint": JOINT, "frequency": 70.0, "force": 1.0, "damping": 0.01, "harmonics": 3},
+    ),
+    "contact_force": (
+        contact_law.contact_force,
+        {"relative": np.zeros((1, 3)), "stiffness": np.ones(1), "friction_coefficient": 0.1},
+    ),
+    "assemble": (
+        elasticity.assemble,
+        {
+            "coordinate": CUBE,
+            "connectivity": np.arange(8)[None],
+            "youngs_modulus": 2e11,
+            "poissons_ratio": 0.3,
+            "density": 7800.0,
+        },
+    ),
+    "element_mass": (elasticity.element_mass, {"corners": CUBE[None], "density": 7800.0}),
+    "rectangle_plan": (
+        plan.rectangle_plan,
+        {"x": np.array([0.0, 1.0]), "y": np.array([0.0, 1.0])},
+    ),
+    "tabulate_divisions": (
+        convergence.tabulate_divisions,
+        {
+            "joint": JOINT,
+            "preload": make_preload(JOINT),
+            "counts": [2],
+            "reference": pd.DataFrame(
+                {"force_N": [1.0], "peak_frequency_Hz": [70.0], "peak_mm_per_N": [1.0]}
+            ),
+            "damping": 0.01,
+        },
+    ),
+    "time_solver": (
+        timing.time_solver,
+        {
+            "joint": JOINT,
+            "forces": [1.0],
+            "jacobians": ["analytic"],
+            "repeats": 1,
+            "loss_factor": 0.01,
+        },
+    ),
+}
+#: calls of each, of which every one has another argument
+NUMBER = 40
+
+
+def test_all_public_names_are_called():
+    assert set(boltjoint._NAMES) <= set(CALLS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_hostile_arguments_are_refused_by_a_value_error(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    dataset.save(STORED, tmp_path / "joint.nc")
+    function, valid = CALLS[name]
+    # valid to begin with: nothing else is refused
+    function(**valid)
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    for _ in range(NUMBER):
+        wrong = str(rng.choice(list(valid)))
+        arguments = valid | {wrong: changed(valid[wrong], rng)}
+        try:
+            with np.errstate(all="ignore"):
+                function(**arguments)
+        except (ValueError, OSError):
+            pass
+        except Exception as error:
+            raise AssertionError(f"{wrong} = {arguments[wrong]!r}") from error
