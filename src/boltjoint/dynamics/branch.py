@@ -62,8 +62,10 @@ class Branch:
 
     def __post_init__(self) -> None:
         """Say why a complete branch has no peak."""
-        checks.flags("located", self.located, ("solutions",))
-        if self.complete and not self.reason and self.peak is None:
+        located = checks.flags("located", self.located, ("solutions",))
+        complete = checks.flag("complete", self.complete)
+        checks.instance("reason", self.reason, str)
+        if complete and not self.reason and not located.any():
             object.__setattr__(self, "reason", "no peak in the window")
 
     @property
