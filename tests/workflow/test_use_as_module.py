@@ -38,8 +38,9 @@ def use(folder, snakefile):
     (folder / "workflow/Snakefile").write_text(USE.format(snakefile=snakefile))
 
 
-def test_a_study_runs_with_the_workflow_as_its_module(study):
-    use(study, f'"{ROOT}/workflow/Snakefile"')
+@pytest.mark.parametrize("snakefile", ["Snakefile", "workflow/Snakefile"])
+def test_a_study_runs_with_the_workflow_as_its_module(study, snakefile):
+    use(study, f'"{ROOT}/{snakefile}"')
     run(study, RESPONSE, TABLE)
     assert dataset.load(study / RESPONSE)["complete"].all()
     assert (study / TABLE).exists()
