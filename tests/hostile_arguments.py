@@ -1,5 +1,6 @@
 """Arguments of random types and magnitudes, in place of one of a valid call."""
 
+import zlib
 from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
@@ -22,6 +23,23 @@ def changed(value, rng):
     near = _near(value, rng) if rng.random() < 0.5 else []
     among = near or ANYTHING
     return among[rng.integers(len(among))]
+
+
+def assert_refused(function, valid, name, number):
+    """Whatever one argument of a valid call is, the call returns or raises a ``ValueError``."""
+    # valid to begin with: nothing else is refused
+    function(**valid)
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    for _ in range(number):
+        wrong = str(rng.choice(list(valid)))
+        arguments = valid | {wrong: changed(valid[wrong], rng)}
+        try:
+            with np.errstate(all="ignore"):
+                function(**arguments)
+        except (ValueError, OSError):
+            pass
+        except Exception as error:
+            raise AssertionError(f"{wrong} = {arguments[wrong]!r}") from error
 
 
 def _near(value, rng):
@@ -55,19 +73,26 @@ def _near_array(value):
     negative.flat[:1] = -1
     beyond.flat[-1:] = 10**9 if value.dtype.kind in "if" else value.flat[-1:]
     near = [value.T, value[:-1], value[:0], value[None], value[..., None], value.ravel()]
-    near += [value * 0, spoiled * -1, value.astype(complex), value.astype(str), value.astype(object)]
+    near += [
+        value * 0,
+        spoiled * -1,
+        value.astype(complex),
+        value.astype(str),
+        value.astype(object),
+    ]
     return [*near, spoiled, negative, beyond, np.ma.array(value, mask=True), spoiled * 1e200]
 
 
 def _near_dataset(value, rng):
     name = str(rng.choice(list(value.data_vars)))
     dim = str(rng.choice(list(value.sizes)))
-    near = [value.drop_vars(name), value.assign({name: ("wrong", np.zeros(2))})]
+    near = [value.drop_vars(name), value.assign({name: ("none", np.zeros(2))})]
     near += [value.assign({name: (value[name].dims, np.full(value[name].shape, "a"))})]
     near += [value.isel({dim: slice(0)}), value.isel({dim: 0}), value.rename({dim: "other"})]
     for wrong in (np.nan, -1e9, 1e9, -1, 10**9):
         copy = value.copy(deep=True)
         if copy[name].size and copy[name].dtype.kind in ("f" if wrong != wrong else "if"):
-            copy[name].to_numpy().flat[0] = wrong
-            near.append(copy)
+            wide = np.array(copy[name], dtype="f8" if copy[name].dtype.kind == "f" else "i8")
+            wide.flat[0] = wrong
+            near.append(copy.assign({name: (copy[name].dims, wide, copy[name].attrs)}))
     return near

@@ -236,6 +236,7 @@ def _values(name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str]) -> 
     from xarray import Dataset
 
     instance(name, dataset, Dataset)
+    instance(f"variable of {name}", key, str)
     if key not in dataset:
         raise ValueError(f"{name} has no variable {key!r}")
     found = dataset[key]

@@ -10,6 +10,7 @@ import re
 from hashlib import blake2b
 from pathlib import Path
 
+from boltjoint import checks
 from boltjoint.regular_file import UnsuitableFile, read_bytes, require_regular
 
 #: bytes of a result, more than the memory of most machines
@@ -34,7 +35,8 @@ class DamagedFile(ValueError):
 
 def append(path: str | Path) -> None:
     """Write the checksum of a file at its end."""
-    checksum = _checksum(path, Path(path).stat().st_size)
+    path = checks.path("path", path)
+    checksum = _checksum(path, path.stat().st_size)
     with open(path, "ab") as file:
         file.write(_LABEL + checksum.encode() + b"\n")
 
@@ -54,10 +56,10 @@ def verify_appended(path: str | Path) -> int:
     DamagedFile
         If it is no regular file, cannot be read, has no checksum at its end, or another one.
     """
-    _require_present(path)
+    path = _require_present(path)
     try:
         require_regular(path, LARGEST_RESULT)
-        size = max(Path(path).stat().st_size - _LENGTH, 0)
+        size = max(path.stat().st_size - _LENGTH, 0)
         with open(path, "rb") as file:
             file.seek(size)
             line = file.read(_LENGTH)
@@ -76,7 +78,9 @@ def verify_appended(path: str | Path) -> int:
 
 def write_text(path: str | Path, text: str) -> None:
     """Write a text in UTF-8, and its checksum beside it."""
-    path, content = Path(path), text.encode()
+    path = checks.path("path", path)
+    checks.instance("text", text, str)
+    content = text.encode()
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(content)
     beside = f"{blake2b(content, digest_size=_DIGITS // 2).hexdigest()}  {path.name}\n"
@@ -96,8 +100,7 @@ def read_text(path: str | Path) -> str:
         If it is no regular file, cannot be read, does not have the checksum beside it, or is not
         UTF-8.
     """
-    _require_present(path)
-    path = Path(path)
+    path = _require_present(path)
     beside = path.with_name(path.name + BESIDE)
     try:
         content = read_bytes(path, LARGEST_TEXT)
@@ -113,9 +116,11 @@ def read_text(path: str | Path) -> str:
         raise DamagedFile(path, "cannot be read (it is not text in UTF-8)") from error
 
 
-def _require_present(path: str | Path) -> None:
-    if not Path(path).exists():
+def _require_present(path: str | Path) -> Path:
+    path = checks.path("path", path)
+    if not path.exists():
         raise FileNotFoundError(f"{path}: there is no such file")
+    return path
 
 
 def _unreadable(path: str | Path, error: OSError | UnsuitableFile) -> DamagedFile:

@@ -8,6 +8,8 @@ import os
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 
+from boltjoint import checks
+
 
 class UnsuitableFile(ValueError):
     """Why a file is not read: ``sentence`` is without a subject."""
@@ -35,6 +37,8 @@ def read_bytes(path: str | Path, largest: int, folder: str | Path | None = None)
         If the file cannot be read, or is a folder.
     UnsuitableFile
         If it lies elsewhere, is a device, pipe or socket, or is larger than that.
+    ValueError
+        If an argument is of another kind.
     """
     require_regular(path, largest, folder)
     with open(path, "rb") as file:
@@ -46,8 +50,11 @@ def read_bytes(path: str | Path, largest: int, folder: str | Path | None = None)
 
 def require_regular(path: str | Path, largest: int, folder: str | Path | None = None) -> None:
     """Refuse what ``read_bytes`` refuses, without opening the file."""
+    # a whole number would be a file that is open already
+    path = checks.path("path", path)
+    checks.whole("largest", largest, at_least=0)
     if folder is not None:
-        above = os.path.realpath(folder)
+        above = os.path.realpath(checks.path("folder", folder))
         if os.path.commonpath([above, os.path.realpath(path)]) != above:
             raise UnsuitableFile(path, "lies outside the folder of the study")
     status = os.stat(path)

@@ -58,6 +58,7 @@ def sweep_of(order):
             "peak_amplitude": (("design", "force"), 1e-3 * by_force),
             "natural_frequency": (("design", "amplitude"), np.outer(1 + error, 70 + amplitude)),
             "damping_ratio": (("design", "amplitude"), np.outer(1 + error, amplitude)),
+            "reason": ("design", np.full(len(size), "")),
         },
         {"force_level": ("force", force), "amplitude": amplitude},
     )

@@ -35,9 +35,10 @@ def sweep():
         {
             "peak_frequency": (("design", "force"), np.full_like(amplitude, 70.0)),
             "peak_amplitude": (("design", "force"), amplitude),
+            "reason": ("design", np.full(len(amplitude), "")),
         },
         coords={
-            **{f"x{place}": ("design", values) for place, values in enumerate(x)},
+            **{f"x{place}": ("design", values, {"units": "1"}) for place, values in enumerate(x)},
             "force_level": ("force", [1.0, 10.0]),
         },
         attrs={"saltelli_samples": samples, "varied": "x0 x1 x2"},
@@ -81,8 +82,12 @@ def test_all_variance_is_that_of_the_only_key():
     first, second = np.split(qmc.Sobol(2, rng=0).random(64).T, 2)
     (x,) = exchanged(first, second)
     swept = xr.Dataset(
-        {"peak_frequency": ("design", 70 - x), "peak_amplitude": ("design", np.exp(3 * x))},
-        coords={"x": ("design", x)},
+        {
+            "peak_frequency": ("design", 70 - x),
+            "peak_amplitude": ("design", np.exp(3 * x)),
+            "reason": ("design", np.full(x.size, "")),
+        },
+        coords={"x": ("design", x, {"units": "1"})},
         attrs={"saltelli_samples": 64, "varied": "x"},
     )
     table = tabulate_sensitivity(swept)

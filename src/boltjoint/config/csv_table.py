@@ -14,6 +14,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.config.strict_yaml import DECIMAL, LARGEST, LIMITS, SMALLEST, as_text
 from boltjoint.regular_file import UnsuitableFile, read_bytes
 
@@ -77,9 +78,13 @@ class CsvTable:
     ------
     TableError
         If the first line is no CSV.
+    ValueError
+        If an argument is no text.
     """
 
     def __init__(self, text: str, file: str) -> None:
+        checks.instance("text", text, str)
+        checks.instance("file", file, str)
         self.file = file
         self._lines = StringIO(text.removeprefix("\ufeff"), newline=None)
         first = self._lines.readline()

@@ -147,7 +147,8 @@ class Triangular(Entry):
             )
 
 
-_DISTRIBUTIONS = {
+#: by their words
+DISTRIBUTIONS = {
     "linear": Linear,
     "log": Logarithmic,
     "normal": Normal,
@@ -164,7 +165,7 @@ def _form(value: object) -> str | None:
     return "list" if isinstance(value, list | tuple) else None
 
 
-*_BEFORE, _LAST = _DISTRIBUTIONS
+*_BEFORE, _LAST = DISTRIBUTIONS
 Values = Annotated[
     Annotated[Several[Number], Tag("list")]
     | Annotated[Linear, Tag("linear")]

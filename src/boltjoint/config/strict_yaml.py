@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 
 import yaml
 
+from boltjoint import checks
 from boltjoint.config.types import KeyPath
 from boltjoint.regular_file import UnsuitableFile, read_bytes
 
@@ -92,6 +93,7 @@ def parse_mapping(text: str) -> dict[str, Any]:
         nested deeper than ``DEEPEST``, has a number beyond ``SMALLEST`` and ``LARGEST``, or
         a tag, anchor, alias or second document.
     """
+    checks.instance("text", text, str)
     if found := _NO_TEXT.search(text):
         before = text[: found.start()]
         raise TextError(f"{as_text(found[0])} is no character of a text", *_line_and_column(before))

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import Field, InstanceOf
 
-from boltjoint import names
+from boltjoint import checks, names
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts import (
@@ -191,8 +191,13 @@ def load_study(
     ------
     ConfigError
         With one line for each problem of each file that the study uses.
+    ValueError
+        If an argument is of another kind.
     """
-    files = StudyFiles(Path(folder))
+    files = StudyFiles(checks.path("folder", folder))
+    checks.instance("changes", {} if changes is None else changes, Mapping)
+    checks.instance("published", () if published is None else published, Collection)
+    checks.flag("before", before)
     layers = files.settings(changes or {})
     files.refuse_problems()
 

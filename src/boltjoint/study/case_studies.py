@@ -3,6 +3,7 @@
 import csv
 from pathlib import Path
 
+from boltjoint import checks
 from boltjoint.config.types import ConfigError
 
 #: files of a folder of published tables: its case studies, and its index of all tables
@@ -21,7 +22,7 @@ def name_case_studies(folder: Path | None) -> list[str]:
     ConfigError
         If the file of case studies cannot be read.
     """
-    return [] if folder is None else _column(folder / CASE_STUDIES, "case")
+    return [] if folder is None else _column(checks.path("folder", folder) / CASE_STUDIES, "case")
 
 
 def name_tables(index: str | Path) -> list[str]:
@@ -32,7 +33,7 @@ def name_tables(index: str | Path) -> list[str]:
     ConfigError
         If the index cannot be read.
     """
-    index = Path(index)
+    index = checks.path("index", index)
     if not index.is_file():
         return []
     return sorted({*_BESIDE_TABLES, *(f"{name}.csv" for name in _column(index, "file"))})

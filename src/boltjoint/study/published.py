@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from boltjoint import checks
 from boltjoint.study.case_studies import CASE_STUDIES, name_case_studies
 
 #: the modal basis of all case studies of the source
@@ -40,7 +41,12 @@ class Published:
 
     def __post_init__(self) -> None:
         """Refuse a case study that the source does not have."""
-        if self.case is not None and self.case not in self.case_studies:
+        if self.folder is not None:
+            object.__setattr__(self, "folder", checks.path("folder", self.folder))
+        if self.case is None:
+            return
+        checks.instance("case", self.case, str)
+        if self.case not in self.case_studies:
             raise ValueError(
                 f"the source has no case study {self.case!r}; "
                 f"there are: {', '.join(self.case_studies)}"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from boltjoint import checksums
+from boltjoint import checks, checksums
 from boltjoint.checksums import DamagedFile
 from boltjoint.study.tables.html import table_page
 
@@ -28,15 +28,19 @@ def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) ->
     title
         Heading of the page.
     """
+    checks.instance("table", table, pd.DataFrame)
+    checks.instance("title", title, str)
+    page = checks.path("page", page)
     exact = table
     if _LEVEL in table:
         exact = table.assign(**{_LEVEL: table[_LEVEL].map(_all_digits, na_action="ignore")})
     checksums.write_text(csv, exact.to_csv(index=False, float_format=_DIGITS))
-    Path(page).write_text(table_page(table, title), encoding="utf-8")
+    page.write_text(table_page(table, title), encoding="utf-8")
 
 
 def write_data(table: pd.DataFrame, csv: str | Path) -> None:
     """Write data as CSV with all digits; as for ``write``."""
+    checks.instance("table", table, pd.DataFrame)
     checksums.write_text(csv, table.to_csv(index=False))
 
 
@@ -58,6 +62,10 @@ def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFr
         If the file does not have its checksum (``checksums.read_text``), is empty, ends within a
         row, or is no table.
     """
+    if dtype is not None:
+        checks.mapping("dtype", dtype)
+        for column, kind in dtype.items():
+            checks.subclass(f"dtype of {column}", kind, object)
     text = checksums.read_text(path)
     if not text.endswith("\n"):
         raise DamagedFile(path, "is not complete, its last row has no end")

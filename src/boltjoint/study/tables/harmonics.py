@@ -4,6 +4,18 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from boltjoint import checks
+
+#: what is read of a response, by its dimensions
+_READ = {
+    ("force",): (
+        *("force_level", "peak_harmonics"),
+        *("peak_frequency_truncation_error", "peak_amplitude_truncation_error"),
+        *("superharmonic_order", "superharmonic_frequency", "superharmonic_share"),
+    ),
+    ("force", "harmonics"): ("harmonic_peak_frequency", "harmonic_peak_amplitude"),
+}
+
 
 def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
     """Peaks by number of harmonics, as many as were tried.
@@ -22,7 +34,15 @@ def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
         they are not enough; and of that last peak, ``frequency_truncation_error_percent`` and
         ``amplitude_truncation_error_percent``, and ``superharmonic``: the harmonic in resonance
         and that resonance, or nothing.
+
+    Raises
+    ------
+    ValueError
+        If the response has no converged peaks.
     """
+    for dims, names in _READ.items():
+        for name in names:
+            checks.variable("response", response, name, dims, finite=False)
     rows = []
     for place in range(response.sizes["force"]):
         at = response.isel(force=place)
@@ -30,6 +50,8 @@ def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
         found = at[["harmonic_peak_frequency", "harmonic_peak_amplitude"]].dropna("harmonics")
         last = np.array([np.nan, np.nan])
         if np.isfinite(most):
+            if most not in found["harmonics"]:
+                raise ValueError(f"peak_harmonics is {most:g}, but there is no peak with as many")
             last = found.sel(harmonics=most).to_array().to_numpy()
         for number in found["harmonics"].to_numpy():
             peak = found.sel(harmonics=number).to_array().to_numpy()

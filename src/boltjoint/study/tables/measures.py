@@ -4,6 +4,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
+
 #: errors of a peak, and what they are errors of
 PEAK_ERRORS = {
     "peak_frequency_error_percent": "peak_frequency_Hz",
@@ -51,6 +53,8 @@ def upper_branch(
 
 def peak_of_level(response: xr.Dataset, level: int) -> dict[str, object]:
     """Solutions, completeness and peak of a force level."""
+    levels = checks.variable("response", response, "force_level", ("force",))
+    level = checks.whole("level", level, at_least=0, below=len(levels))
     at = response.isel(force=level)
     force = float(at["force_level"])
     return {

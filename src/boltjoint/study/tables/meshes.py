@@ -18,7 +18,8 @@ from scipy.optimize import brentq
 from boltjoint import checks
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.structure.elasticity import element_mass
-from boltjoint.study.tables.sweeps import OBSERVED
+from boltjoint.study.designs import places_of
+from boltjoint.study.tables.sweeps import peaks_by_level
 
 Array = NDArray[np.float64]
 
@@ -111,10 +112,9 @@ def tabulate_convergence(
     ValueError
         If fewer than three designs have a size.
     """
-    dims = [name for name in sweep["peak_frequency"].dims if name != "force"]
-    if dims != ["design"]:
-        sweep = sweep.stack(design=dims)  # noqa: PD013 - no table
-    size = checks.array("size", size, (sweep.sizes["design"],), finite=False)
+    places_of(sweep)
+    checks.whole("amplitudes", amplitudes, at_least=1)
+    size = checks.array("size", size, (sweep["reason"].size,), finite=False)
     meshes = np.argsort(-size, kind="stable")[: np.count_nonzero(np.isfinite(size))][-3:]
     if meshes.size < 3:
         raise ValueError(f"size is {size.tolist()}: orders are found from three meshes")
@@ -169,15 +169,15 @@ def observed_order(size: Array, value: Array) -> float:
 
 def _observed(sweep: xr.Dataset, amplitudes: int) -> Iterator[tuple[dict[str, object], Array]]:
     """Observed quantity with its level, and its values by design."""
-    for column, (name, factor) in OBSERVED.items():
-        for number, level in enumerate(sweep["force_level"].to_numpy().tolist()):
-            values = sweep[name].isel(force=number).to_numpy()
-            yield {"observed": column, "force_N": level, "amplitude_mm": np.nan}, factor * values
+    for column, level, values in peaks_by_level(sweep):
+        yield {"observed": column, "force_N": np.nan, **level, "amplitude_mm": np.nan}, values
     if "amplitude" not in sweep.dims:
         return
     at = np.unique(np.linspace(0, sweep.sizes["amplitude"] - 1, amplitudes).round().astype(int))
+    amplitude = 1e3 * checks.variable("sweep", sweep, "amplitude", ("amplitude",))
+    dims = ("amplitude", *places_of(sweep))
     for column, name in _OF_BACKBONE.items():
+        values = checks.variable("sweep", sweep, name, dims, finite=False)
         for number in at:
-            told = {"observed": column, "force_N": np.nan}
-            told["amplitude_mm"] = 1e3 * sweep["amplitude"].to_numpy()[number]
-            yield told, sweep[name].isel(amplitude=number).to_numpy()
+            told = {"observed": column, "force_N": np.nan, "amplitude_mm": amplitude[number]}
+            yield told, values[number].ravel()

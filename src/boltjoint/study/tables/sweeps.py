@@ -7,7 +7,8 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.study.designs import varied
+from boltjoint import checks
+from boltjoint.study.designs import places_of, varied
 
 #: what is told of each design and level, by the columns of the tables, and the factor of its unit
 OBSERVED = {"peak_frequency_Hz": ("peak_frequency", 1.0), "peak_mm": ("peak_amplitude", 1e3)}
@@ -37,7 +38,7 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
     """
     rows = []
     count = drawn_designs(sweep)
-    for name, level, values in _levels(sweep):
+    for name, level, values in peaks_by_level(sweep):
         values = values[:count]
         known = values[np.isfinite(values)]
         row = {"observed": name, **level, "designs": values.size, "with_peak": known.size}
@@ -73,7 +74,7 @@ def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
         drawn: its half widths are zero. Of a Saltelli design only its two samples count.
     """
     count, drawn = drawn_designs(sweep), "design" in sweep.dims
-    peaks = [(name, level, values[:count]) for name, level, values in _levels(sweep)]
+    peaks = [(name, level, values[:count]) for name, level, values in peaks_by_level(sweep)]
     solved = np.any([np.isfinite(values) for _, _, values in peaks], axis=0)
     ends = {
         key: _ends(of_key.to_numpy()[:count], solved)
@@ -96,8 +97,13 @@ def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
 
 def drawn_designs(sweep: xr.Dataset) -> int:
     """Number of designs, from the first, that have the distributions of the keys."""
-    samples = sweep.attrs.get("saltelli_samples")
-    return sweep["reason"].size if samples is None else 2 * int(samples)
+    places_of(sweep)
+    if "saltelli_samples" not in sweep.attrs:
+        return sweep["reason"].size
+    samples = checks.whole("saltelli_samples", sweep.attrs["saltelli_samples"], at_least=1)
+    if (expected := samples * (len(varied(sweep)) + 2)) != sweep["reason"].size:
+        raise ValueError(f"there are {sweep['reason'].size} designs, but {expected} are asked for")
+    return 2 * samples
 
 
 def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -123,22 +129,26 @@ def response_quantiles(sweep: xr.Dataset, shares: Sequence[float]) -> NDArray[np
 
     Designs without a response do not count; where levels vary, all are one level.
     """
-    amplitude = sweep["response_amplitude"]
-    if "force" not in amplitude.dims:
-        amplitude = amplitude.expand_dims("force")
-    amplitude = amplitude.transpose("force", ..., "frequency").to_numpy()
-    return np.array([_quantiles(values, shares) for values in amplitude])
+    dims = (*places_of(sweep), "frequency")
+    levels = [level for level in ("force",) if level in sweep.dims]
+    amplitude = checks.variable(
+        "sweep", sweep, "response_amplitude", (*levels, *dims), finite=False
+    )
+    of_levels = amplitude if levels else amplitude[None]
+    return np.array([_quantiles(values, shares) for values in of_levels])
 
 
 def backbone_quantiles(
     sweep: xr.Dataset, name: str, shares: Sequence[float]
 ) -> NDArray[np.float64]:
     """Natural frequencies or damping ratios as ``response_quantiles``, (shares, amplitude)."""
-    return _quantiles(sweep[name].transpose(..., "amplitude").to_numpy(), shares)
+    dims = (*places_of(sweep), "amplitude")
+    return _quantiles(checks.variable("sweep", sweep, name, dims, finite=False), shares)
 
 
 def _quantiles(values: NDArray[np.float64], shares: Sequence[float]) -> NDArray[np.float64]:
     """Quantiles over all designs at each place of a grid, which is last, (shares, grid)."""
+    shares = checks.array("shares", shares, ("shares",), at_least=0, at_most=1)
     rows = values.reshape(-1, values.shape[-1])
     known = rows[np.isfinite(rows).any(axis=1)]
     if not known.size:
@@ -197,12 +207,12 @@ def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
     A. Saltelli, P. Annoni, I. Azzini, F. Campolongo, M. Ratto, S. Tarantola: Variance based
     sensitivity analysis of model output. Computer Physics Communications 181 (2010) 259-270.
     """
+    places_of(sweep)
     if "saltelli_samples" not in sweep.attrs:
         raise ValueError("Sobol indices are found from designs of the kind saltelli only")
-    samples = int(sweep.attrs["saltelli_samples"])
-    keys = varied(sweep)
+    keys, samples = varied(sweep), drawn_designs(sweep) // 2
     rows = []
-    for name, level, values in _levels(sweep):
+    for name, level, values in peaks_by_level(sweep):
         parts = values.reshape(len(keys) + 2, samples)
         parts = parts[:, np.isfinite(parts).all(axis=0)]
         count = 1 << (parts.shape[1].bit_length() - 1) if parts.shape[1] else 0
@@ -248,12 +258,17 @@ def _intervals(parts: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.quantile(again, [outside, 1 - outside], axis=0)
 
 
-def _levels(sweep: xr.Dataset) -> Iterator[tuple[str, dict[str, float], NDArray[np.float64]]]:
+def peaks_by_level(
+    sweep: xr.Dataset,
+) -> Iterator[tuple[str, dict[str, float], NDArray[np.float64]]]:
     """Observed quantity, level and values of all designs, one after another."""
     for column, (name, factor) in OBSERVED.items():
-        values = sweep[name] * factor
-        if "force" not in values.dims:
-            yield column, {}, values.to_numpy().ravel()
+        places = places_of(sweep)
+        if "force" not in sweep.dims:
+            values = checks.variable("sweep", sweep, name, places, finite=False)
+            yield column, {}, factor * values.ravel()
             continue
-        for number, level in enumerate(sweep["force_level"].to_numpy().tolist()):
-            yield column, {"force_N": level}, values.isel(force=number).to_numpy().ravel()
+        levels = checks.variable("sweep", sweep, "force_level", ("force",)).tolist()
+        values = checks.variable("sweep", sweep, name, ("force", *places), finite=False)
+        for level, of_level in zip(levels, values, strict=True):
+            yield column, {"force_N": level}, factor * of_level.ravel()

@@ -1,0 +1,156 @@
+"""Readers of files and tables of results refuse by a ``ValueError`` whatever they cannot use."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from hostile_arguments import assert_refused
+from small_study import CASE, write_config
+
+from boltjoint import checksums, regular_file
+from boltjoint.config import csv_table, gap_map, strict_yaml
+from boltjoint.config.distributions import Linear
+from boltjoint.config.study import load_study
+from boltjoint.config.sweep import Saltelli
+from boltjoint.structure import elasticity
+from boltjoint.structure.half_lap import blocks, plan
+from boltjoint.study.case_studies import name_case_studies, name_tables
+from boltjoint.study.designs import list_designs, values_of
+from boltjoint.study.published import Published
+from boltjoint.study.tables import files, harmonics, measures, meshes, sensors, sweeps
+
+TEXTS = {
+    "table.csv": "a,b\n1,2\n",
+    "gap.csv": "x_mm,y_mm,gap_um\n0,0,1\n1,0,1\n0,1,2\n",
+    "keys.yaml": "a: 1\nb: [1, {c: 2}]\n",
+    "case_studies.csv": "case,assembly,contact_law,contact_nodes\nmine,one,constant,3\n",
+    "tables.csv": "table,case,kind,joint,file\n3.1,mine,times,node-to-node,times\n",
+}
+VARY = {
+    "preload_N": (8e3, 12e3),
+    "loss_factor": Linear(kind="linear", lowest=1e-3, highest=1e-2),
+}
+SALTELLI = Saltelli(kind="saltelli", number=4)
+DESIGNS = list_designs(VARY, SALTELLI, CASE)
+OF_LEVELS = ("design", "force")
+PEAKS = 70 + np.linspace(0, 1, 2 * DESIGNS.sizes["design"]).reshape(-1, 2)
+SWEEP = DESIGNS.assign(
+    {
+        "force_level": ("force", [1.0, 10.0]),
+        "peak_frequency": (OF_LEVELS, PEAKS),
+        "peak_amplitude": (OF_LEVELS, 1e-5 * PEAKS),
+        "response_amplitude": ((*OF_LEVELS, "frequency"), PEAKS[..., None] * [1.0, 2.0, 1.0]),
+        "natural_frequency": (("design", "amplitude"), PEAKS),
+        "damping_ratio": (("design", "amplitude"), PEAKS),
+        "amplitude": ("amplitude", [1e-6, 1e-3]),
+    }
+)
+OF_SENSORS = ("force", "sensor")
+RESPONSE = xr.Dataset(
+    {
+        "force_level": ("force", [1.0, 10.0]),
+        "excitation_force": ("solution", [1.0, 10.0]),
+        "complete": ("force", [1, 0]),
+        "reason": ("force", ["", "no convergence"]),
+        "peak_frequency": ("force", [70.0, np.nan]),
+        "peak_amplitude": ("force", [1e-5, np.nan]),
+        "sensor_peak_frequency": (OF_SENSORS, [[70.0], [np.nan]]),
+        "sensor_peak_amplitude": (OF_SENSORS, [[1e-6], [np.nan]]),
+        "peak_harmonics": ("force", [3.0, np.nan]),
+        "harmonic_peak_frequency": (("force", "harmonics"), [[70.0, 70.1], [np.nan, np.nan]]),
+        "harmonic_peak_amplitude": (("force", "harmonics"), [[1e-5, 2e-5], [np.nan, np.nan]]),
+        "peak_frequency_truncation_error": ("force", [1e-4, np.nan]),
+        "peak_amplitude_truncation_error": ("force", [1e-4, np.nan]),
+        "superharmonic_order": ("force", [3, 0]),
+        "superharmonic_frequency": ("force", [210.0, np.nan]),
+        "superharmonic_share": ("force", [0.1, np.nan]),
+    },
+    {"sensor": ["end"], "harmonics": [1, 3]},
+)
+PLAN = plan.rectangle_plan([0.0, 1.0], [0.0, 1.0])
+CUBE = blocks.extrude(PLAN, [0.0, 1.0])
+
+
+def read_table(text, file):
+    return csv_table.CsvTable(text, file).columns()
+
+
+#: valid calls: the function, and its arguments by name
+CALLS = {
+    "read_bytes": (
+        regular_file.read_bytes,
+        {"path": "table.csv", "largest": 1000, "folder": "."},
+    ),
+    "read_file": (csv_table.read_file, {"path": "table.csv", "folder": "."}),
+    "CsvTable": (read_table, {"text": TEXTS["table.csv"], "file": "table.csv"}),
+    "read_gap_map": (gap_map.read_gap_map, {"text": TEXTS["gap.csv"], "file": "gap.csv"}),
+    "load_gap_map": (gap_map.load_gap_map, {"path": "gap.csv"}),
+    "read_mapping": (strict_yaml.read_mapping, {"path": "keys.yaml", "folder": "."}),
+    "parse_mapping": (strict_yaml.parse_mapping, {"text": TEXTS["keys.yaml"]}),
+    "load_study": (
+        load_study,
+        {"folder": "study", "changes": {"cases": ["small"]}, "published": None, "before": False},
+    ),
+    "name_case_studies": (name_case_studies, {"folder": "."}),
+    "name_tables": (name_tables, {"index": "tables.csv"}),
+    "Published": (Published, {"folder": ".", "case": "mine"}),
+    "append": (checksums.append, {"path": "table.csv"}),
+    "write_text": (checksums.write_text, {"path": "written.txt", "text": "a"}),
+    "read_text": (checksums.read_text, {"path": "table.csv"}),
+    "write": (
+        files.write,
+        {
+            "table": pd.DataFrame({"force_N": [1.0]}),
+            "csv": "written.csv",
+            "page": "written.html",
+            "title": "Forces",
+        },
+    ),
+    "write_data": (files.write_data, {"table": pd.DataFrame({"a": [1.0]}), "csv": "written.csv"}),
+    "read": (files.read, {"path": "tables.csv", "dtype": {"table": str}}),
+    "list_designs": (
+        list_designs,
+        {
+            "vary": VARY,
+            "design": SALTELLI,
+            "case": CASE,
+            "variants": [{"values": {}, "reason": ""}],
+            "table": None,
+        },
+    ),
+    "values_of": (values_of, {"designs": DESIGNS}),
+    "tabulate_statistics": (sweeps.tabulate_statistics, {"sweep": SWEEP}),
+    "tabulate_extremes": (sweeps.tabulate_extremes, {"sweep": SWEEP}),
+    "tabulate_sensitivity": (sweeps.tabulate_sensitivity, {"sweep": SWEEP}),
+    "response_quantiles": (sweeps.response_quantiles, {"sweep": SWEEP, "shares": [0.1, 0.5]}),
+    "backbone_quantiles": (
+        sweeps.backbone_quantiles,
+        {"sweep": SWEEP, "name": "damping_ratio", "shares": [0.1, 0.5]},
+    ),
+    "tabulate_convergence": (
+        meshes.tabulate_convergence,
+        {"sweep": SWEEP, "size": np.linspace(1, 2, DESIGNS.sizes["design"]), "amplitudes": 2},
+    ),
+    "tabulate_harmonic_peaks": (harmonics.tabulate_harmonic_peaks, {"response": RESPONSE}),
+    "tabulate_sensors": (sensors.tabulate_sensors, {"response": RESPONSE}),
+    "peak_of_level": (measures.peak_of_level, {"response": RESPONSE, "level": 0}),
+    "smallest_jacobian": (
+        elasticity.smallest_jacobian,
+        {"coordinate": CUBE[0], "connectivity": CUBE[1]},
+    ),
+    "extrude": (blocks.extrude, {"plan": PLAN, "levels": [0.0, 1.0]}),
+    "BoltRadii": (plan.BoltRadii, {"shank": 4e-3, "hole": 4.5e-3, "head": 6.5e-3}),
+}
+#: calls of each, of which every one has another argument
+NUMBER = 60
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_hostile_arguments_are_refused_by_a_value_error(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_config(Path("study"))
+    for file, text in TEXTS.items():
+        Path(file).write_text(text)
+    assert_refused(*CALLS[name], name, NUMBER)
