@@ -9,7 +9,7 @@ CONFIG = $(if $(STUDY),--config "study=$(STUDY)")
 PROFILE ?=
 WHERE = $(if $(PROFILE),--profile $(PROFILE),--cores $(CORES))
 
-.PHONY: reproduce test lint docs reference benchmark verify clean
+.PHONY: reproduce test oldest lint docs reference benchmark verify clean
 
 reproduce: .venv/ready
 	$(BIN)/snakemake $(WHERE) $(CONFIG)
@@ -17,6 +17,13 @@ reproduce: .venv/ready
 
 test: .venv/ready
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
+
+# the tests with the oldest dependencies that pyproject.toml allows, in an environment of their own
+oldest:
+	$(PYTHON) -m venv .venv/oldest
+	sed -n 's/^  "\(.*\)>=\(.*\)",$$/\1==\2/p' pyproject.toml > .venv/oldest/constraints.txt
+	.venv/oldest/bin/python -m pip install --quiet --constraint .venv/oldest/constraints.txt --editable .[test]
+	OMP_NUM_THREADS=1 .venv/oldest/bin/python -m pytest --numprocesses $(CORES) -m "not workflow and not report" $(TESTS)
 
 lint: .venv/ready
 	$(BIN)/ruff check .

@@ -6,11 +6,14 @@ import site
 import stat
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
-PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src/boltjoint"
 
 #: to root, permissions of files mean nothing otherwise
 WITHOUT_PRIVILEGES = [
@@ -69,3 +72,15 @@ def test_all_public_names_work_where_nothing_is_installed_or_can_be_written(envi
     assert 0.5 < float(slipping) <= 4 / 3.14159
     assert ran.stderr.count("every process compiles anew") == 1, ran.stderr
     assert len(ran.stderr.splitlines()) == 1
+
+
+def test_floors_of_dependencies_are_those_of_the_conda_environment():
+    # make oldest takes them from lines of this form
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    floors = dict(each.lower().split(">=") for each in project["dependencies"])
+    environment = yaml.safe_load((ROOT / "workflow/envs/boltjoint.yaml").read_text())
+    wanted = dict(each.split(" >=") for each in environment["dependencies"] if each != "pip")
+    assert wanted.pop("python") == project["requires-python"].removeprefix(">=")
+    # it makes the environments
+    del floors["snakemake"]
+    assert wanted == floors
