@@ -8,6 +8,9 @@ from folding_joint import DAMPING, WINDOW, make_folding_joint
 from small_joint import make_joint
 
 from boltjoint import dataset
+from boltjoint.dynamics import stability
+from boltjoint.dynamics.branch import OutputPoint
+from boltjoint.dynamics.folded_branch import FoldedBranch
 from boltjoint.dynamics.folds import find_folds
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
@@ -72,7 +75,7 @@ def test_multiplier_of_a_linear_oscillator_is_its_decay_in_a_period():
 @pytest.mark.parametrize(("load", "force"), FOLDED)
 def test_solutions_between_two_folds_are_unstable(load, force, modes):
     _, branch, balance, folds = folded(load, force, modes)
-    everywhere = StabilityOptions(further_solutions=branch.frequency.size)
+    everywhere = StabilityOptions(further_solutions=branch.frequency.size, harmonics=1)
     found = find_stability(balance, branch.frequency, branch.modal_coordinate, folds, everywhere)
     first, last = folds.at
     unstable = np.flatnonzero(found.stable == 0)
@@ -85,6 +88,108 @@ def test_solutions_between_two_folds_are_unstable(load, force, modes):
     for turn in folds.at:
         around = found.largest_multiplier[turn - 1 : turn + 2]
         assert around.min() < 1 < around.max() or abs(around - 1).min() < 0.01
+
+
+@pytest.mark.parametrize("modes", [1, 2])
+@pytest.mark.parametrize(("load", "force"), FOLDED)
+def test_marks_at_folds_are_those_of_the_motion_in_time(load, force, modes):
+    joint, branch, of_one, folds = folded(load, force, modes)
+    solutions = of_one, branch.frequency, branch.modal_coordinate, folds
+    found = find_stability(*solutions)
+    alone = find_stability(*solutions, StabilityOptions(harmonics=1))
+    marked = found.stable >= 0
+    assert (found.harmonics[marked] == 15).all()
+    assert (found.harmonics[~marked] == 0).all()
+    # one harmonic misplaces the turning points: that is where its marks are wrong
+    differ = np.flatnonzero(marked & (alone.stable >= 0) & (found.stable != alone.stable))
+    assert differ.size
+    finer = FoldedBranch(*solutions, 15, 1024)
+    picks = *differ[:: max(1, differ.size // 2)], int(folds.at.sum()) // 2
+    for i in picks:
+        frequency = branch.frequency[i]
+        start = sampled(joint, finer.balance.components, finer.motion_of(i))
+        exact = find_orbit(joint, frequency, force, DAMPING, start)
+        assert exact.converged
+        assert abs(exact.motion[0] - start[0]).max() < 0.02 * abs(start).max()
+        largest = abs(exact.multipliers[0])
+        assert (largest < 1) == (found.stable[i] == 1)
+        # while an element only touches its limit of slip, that of stable ones has two values
+        if largest > 1:
+            assert found.largest_multiplier[i] == pytest.approx(largest, abs=5e-3)
+
+
+def test_motions_with_more_harmonics_turn_elsewhere():
+    _, branch, of_one, folds = folded(60.0, 5.0)
+    found = find_stability(of_one, branch.frequency, branch.modal_coordinate, folds)
+    low, high = found.frequency_range
+    law = AlternatingFrequencyTime(of_one.joint.law, 15)
+    of_many = solve_branch(replace(of_one.joint, law=law), 5.0, damping=DAMPING, window=WINDOW)
+    expected = find_folds(of_many.frequency).frequency_range
+    # both branches stop at solutions next to their turning points, of steps that are not the same
+    assert (low, high) == pytest.approx(expected, rel=2e-3)
+    assert abs(low - folds.frequency_range[0]) > 0.01 * low
+
+
+def test_a_motion_belongs_to_the_solution_on_its_sheet():
+    _, branch, of_one, folds = folded(60.0, 5.0)
+    frequency, x = branch.frequency, branch.modal_coordinate
+    finer = FoldedBranch(of_one, frequency, x, folds, 15, 256)
+    # at a frequency between the turning points of both
+    middle = (finer.frequency_range[0] + folds.frequency_range[1]) / 2
+    first, last = folds.at
+    sheets = (0, first), (first, last + 1), (last, frequency.size)
+    places = [begin + int(np.argmin(abs(frequency[begin:end] - middle))) for begin, end in sheets]
+    amplitudes = OutputPoint(finer.balance).amplitudes
+    of_many = amplitudes(np.array([finer.motion_of(place) for place in places]))
+    assert np.all(np.diff(branch.amplitude[places]) > 0)
+    assert np.all(np.diff(of_many) > 0)
+    # the same though a middle motion is nearer to an upper solution
+    moved = x.copy()
+    moved[places[2]] = x[places[1]]
+    finer = FoldedBranch(of_one, frequency, moved, folds, 15, 256)
+    assert amplitudes(finer.motion_of(places[2])[None])[0] == pytest.approx(of_many[2], rel=1e-6)
+
+
+def test_responses_with_enough_harmonics_are_their_own_motion():
+    of_one = folded(60.0, 5.0)[2]
+    law = AlternatingFrequencyTime(of_one.joint.law, 5)
+    balance = replace(of_one, joint=replace(of_one.joint, law=law))
+    path = solve_branch(balance.joint, 5.0, damping=DAMPING, window=WINDOW)
+    folds = find_folds(path.frequency)
+    solutions = balance, path.frequency, path.modal_coordinate, folds
+    found = find_stability(*solutions, StabilityOptions(harmonics=5))
+    marked = np.flatnonzero(found.stable >= 0)
+    i = marked[marked.size // 2]
+    w = 2 * np.pi * path.frequency[i]
+    exact = largest_multiplier(balance, path.modal_coordinate[i], w)
+    assert found.largest_multiplier[i] == exact
+    assert (found.harmonics[marked] == 5).all()
+    assert found.frequency_range == folds.frequency_range
+
+
+def test_without_a_motion_stability_is_of_one_harmonic(monkeypatch):
+    _, branch, of_one, folds = folded(60.0, 5.0)
+    monkeypatch.setattr(FoldedBranch, "motion_of", lambda *_: None)
+    solutions = of_one, branch.frequency, branch.modal_coordinate, folds
+    found = find_stability(*solutions)
+    marked = found.stable >= 0
+    assert (found.harmonics[marked] == 1).all()
+    i = int(folds.at.sum()) // 2
+    w = 2 * np.pi * branch.frequency[i]
+    assert found.largest_multiplier[i] == largest_multiplier(of_one, branch.modal_coordinate[i], w)
+
+
+def test_few_exponents_are_the_nearest_of_all():
+    joint, branch, _, folds = folded(60.0, 5.0)
+    i = int(folds.at.sum()) // 2
+    frequency, x = branch.frequency[i], branch.modal_coordinate[i]
+    w = 2 * np.pi * frequency
+    of_many, q = with_harmonics(joint, x, 5.0, w, 31)
+    assert q.size > stability._FEW_UNKNOWNS
+    by_iteration = largest_multiplier(of_many, q, w)
+    exponents = floquet_exponents(of_many, q, w)
+    kept = exponents[abs(exponents) <= 0.5 * w]
+    assert by_iteration == pytest.approx(np.exp(2 * np.pi / w * kept.real.max()), rel=1e-9)
 
 
 def test_stability_is_found_only_near_folds():

@@ -149,10 +149,12 @@ def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, los
         assert texts_in(figure) == ["no results"]
 
 
-def test_unstable_solutions_are_dashed(response):
+@pytest.mark.parametrize(("harmonics", "of"), [(15, "15 harmonics"), (1, "one harmonic")])
+def test_unstable_solutions_are_dashed(response, harmonics, of):
     folded = response.copy(deep=True)
     mine = np.flatnonzero(folded["excitation_force"] == 5.0)
     folded["stable"][mine[20:25]] = 0
+    folded["stability_harmonics"][mine[18:27]] = harmonics
     (axes,) = plot_response(folded, "regions=3", "linear").axes
     solid = curves(axes)["3 regions, linear modes, 5 N"]
     assert np.isnan(solid[20:25, 1]).all()
@@ -161,10 +163,11 @@ def test_unstable_solutions_are_dashed(response):
     shown = np.flatnonzero(np.isfinite(dashed.get_ydata()))
     # joined to the others
     np.testing.assert_array_equal(shown, np.arange(19, 26))
-    assert "unstable" in legend_texts(axes)
+    assert f"unstable ({of})" in legend_texts(axes)
     # where stability was not found a line is solid
     assert (response["stable"] == -1).all()
-    assert "unstable" not in legend_texts(plot_response(response, "regions=3", "linear").axes[0])
+    without = legend_texts(plot_response(response, "regions=3", "linear").axes[0])
+    assert not any(text.startswith("unstable") for text in without)
 
 
 def test_a_response_replaced_by_linear_modes_is_named(response):

@@ -100,7 +100,8 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(artefacts):
     assert (
         "There are several solutions at the same frequency: at 50 N between 71.25 and 72.50 Hz "
         "(2 turning points). Sweeps with rising and with falling frequency follow different ones. "
-        "Those drawn dashed are unstable, at 50 N, with Floquet multipliers up to 1.25."
+        "At 50 N motions with 15 harmonics are unstable, where the line is broken, with Floquet "
+        "multipliers up to 1.25. There are several such motions between 71.50 and 72.75 Hz at 50 N."
     ) in of_regions
     assert "isolated branch" not in of_regions
     in_one_mode = figure(page, "response_mine_free-4_node-to-node_rdnm-1_resonance=1")
@@ -115,8 +116,15 @@ def test_folds_wrong_peaks_and_replaced_responses_are_named(artefacts):
 def test_folds_without_unstable_solutions_are_named(artefacts):
     edit("accuracy", lambda frame: frame.assign(largest_multiplier=0.9 * (frame["force_N"] == 50)))
     of_regions = figure(write(artefacts), "response_mine_free-4_regions=6_linear_resonance=1")
-    assert "At 50 N none of them is unstable in all linear modes." in of_regions
-    assert "drawn dashed" not in of_regions
+    assert "At 50 N no motions with 15 harmonics are unstable." in of_regions
+    assert "are unstable, where" not in of_regions
+
+
+def test_stability_of_one_harmonic_is_named(artefacts):
+    edit("accuracy", lambda frame: frame.assign(stability_harmonics=(frame["force_N"] == 50) * 1))
+    of_regions = figure(write(artefacts), "response_mine_free-4_regions=6_linear_resonance=1")
+    assert "At 50 N motions of one harmonic are unstable, where the line is broken" in of_regions
+    assert "several such motions" not in of_regions
 
 
 def test_what_comes_from_results_is_escaped(artefacts):

@@ -142,6 +142,8 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
     level = 1
     response["turning_points"][level] = 2
     response["folded_from"][level], response["folded_to"][level] = 61.0, 62.5
+    response["folded_from_converged"][level] = 61.5
+    response["folded_to_converged"][level] = 62.0
     response["isolated_branch"][level] = 1
     response["fell_back"][level] = 1
     response["wrong"][level] = 1
@@ -154,13 +156,20 @@ def test_accuracy_table_tells_estimated_errors_and_folds(study):
         100 * float(response["largest_error_estimate"][level])
     )
     assert (row["turning_points"], row["folded_from_Hz"], row["folded_to_Hz"]) == (2, 61.0, 62.5)
+    converged = row["folded_from_converged_Hz"], row["folded_to_converged_Hz"]
+    assert converged == (61.5, 62.0)
     assert row["fell_back"]
     assert row["wrong"]
     mine = response["excitation_force"] == FORCES[level]
     response["largest_multiplier"][np.flatnonzero(mine)[3:5]] = [1.25, 0.75]
+    response["stable"][np.flatnonzero(mine)[3:5]] = [0, 1]
+    response["stability_harmonics"][np.flatnonzero(mine)[3:5]] = [15, 1]
     table = tabulate_accuracy({which: response}, {})
     expected = [1.25 if force == FORCES[level] else np.nan for force in FORCES]
     np.testing.assert_array_equal(table["largest_multiplier"], expected)
+    # the fewest harmonics with which the stability of a motion is known
+    expected = [1 if force == FORCES[level] else 0 for force in FORCES]
+    np.testing.assert_array_equal(table["stability_harmonics"], expected)
     known = [True if force == FORCES[level] else None for force in FORCES]
     assert table["isolated_branch"].tolist() == known
     assert row["residual"] == float(response["residual"][mine.to_numpy()].max()) > 1e-6

@@ -1,4 +1,8 @@
-"""Stability of periodic solutions: Floquet multipliers by Hill's method, where a branch folds.
+"""Stability of periodic motions: Floquet multipliers by Hill's method, where a branch folds.
+
+The motion that belongs to a solution of one harmonic, or of few, is balanced with more first
+(``folded_branch``): at a turning point, which one harmonic misplaces, its multipliers are not those
+of the solution.
 
 A small change of a periodic motion is sought as ``exp(r t)`` times a change with the harmonics of
 the solution. With the Jacobian J of the balance at the solution, the exponents r obey::
@@ -25,14 +29,20 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from boltjoint import checks
+from boltjoint.dynamics.folded_branch import FoldedBranch
 from boltjoint.dynamics.folds import Folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
 from boltjoint.friction.aft import by_samples
 from boltjoint.options import Options
 
 Array = NDArray[np.float64]
+
+#: unknowns up to which all exponents take less time than those that are kept
+_FEW_UNKNOWNS = 60
 
 
 @dataclass(frozen=True)
@@ -44,9 +54,14 @@ class StabilityOptions(Options):
     further_solutions
         Solutions on either side of those in the range of frequencies with several solutions whose
         stability is found too. Where a branch does not fold, none is.
-    delay_samples
-        Time samples of a period at which sliders are followed: their delay is off by a sample at
-        most. Of a balance by AFT they are its own.
+    harmonics
+        Highest harmonic of the motion whose stability is found. With 15, marks of random joints at
+        folds are those of the motion in time; of one harmonic a fifth of them are wrong. Solutions
+        with as many or more are their own motion.
+    samples
+        Time samples of a period at which forces are sampled and sliders followed, at least twice
+        the harmonics and one: the delay of sliders is off by a sample at most. Of a balance by AFT
+        with as many harmonics they are its own.
     largest_exponent
         Modulus of an exponent, over the excitation frequency, up to which it is kept. Of the
         exponents of a multiplier one has an imaginary part within a half, and is the most accurate;
@@ -55,33 +70,40 @@ class StabilityOptions(Options):
     Raises
     ------
     ValueError
-        If a number is negative, not finite or not whole, or there are fewer than three samples.
+        If a number is negative, not finite or not whole, or there are too few samples.
     """
 
     further_solutions: int = 2
-    delay_samples: int = 256
+    harmonics: int = 15
+    samples: int = 1024
     largest_exponent: float = 0.5
 
     def __post_init__(self) -> None:
         """Refuse options with which nothing is found."""
         checks.whole("further_solutions", self.further_solutions, at_least=0)
-        checks.whole("delay_samples", self.delay_samples, at_least=3)
+        checks.whole("harmonics", self.harmonics, at_least=1)
+        checks.whole("samples", self.samples, at_least=2 * self.harmonics + 1)
         checks.number("largest_exponent", self.largest_exponent, above=0)
 
 
 class Stability(NamedTuple):
-    """Stability of the solutions of a branch, shape (solutions,).
+    """Stability of the motions that belong to the solutions of a branch, shape (solutions,).
 
     ``stable``: 1 or 0, -1 where it was not found, as with friction that has a circular limit;
-    ``largest_multiplier``: modulus of the largest Floquet multiplier, there NaN.
+    ``largest_multiplier``: modulus of the largest Floquet multiplier, there NaN; ``harmonics`` of
+    the motion, there 0: those of the solution where no motion with more was found.
+    ``frequency_range``: lowest and highest frequency [Hz] between which there are several motions
+    with all these harmonics, NaN where there are none or it is not known.
     """
 
     stable: NDArray[np.int8]
     largest_multiplier: Array
+    harmonics: NDArray[np.int64]
+    frequency_range: tuple[float, float]
 
 
 def floquet_exponents(
-    balance: HarmonicBalance, x: Array, w: float, samples: int = StabilityOptions.delay_samples
+    balance: HarmonicBalance, x: Array, w: float, samples: int = StabilityOptions.samples
 ) -> NDArray[np.complex128]:
     """Exponents of Hill's method at a solution of the balance [rad/s].
 
@@ -97,13 +119,7 @@ def floquet_exponents(
     samples
         Of the period, at which sliders are followed.
     """
-    jacobian = balance.residual_and_jacobian(x, w)[1]()
-    n = x.size
-    first_order = np.zeros((2 * n, 2 * n))
-    first_order[:n, n:] = np.eye(n)
-    first_order[n:, :n] = -jacobian
-    first_order[n:, n:] = -_rate_derivative(balance, x, w, samples)
-    return np.linalg.eigvals(first_order)
+    return _all_exponents(*_exponent_problem(balance, x, w, samples))
 
 
 def largest_multiplier(
@@ -119,9 +135,15 @@ def largest_multiplier(
         Which exponents are kept. Where the motion is so far from all resonances that none is, the
         one nearest to zero counts.
     """
-    exponents = floquet_exponents(balance, x, w, options.delay_samples)
+    limit = options.largest_exponent * w
+    stiffness, rate = _exponent_problem(balance, x, w, options.samples)
+    exponents = None
+    if x.size > _FEW_UNKNOWNS:
+        exponents = _exponents_within(stiffness, rate, limit, 2 * len(balance.stiffness))
+    if exponents is None:
+        exponents = _all_exponents(stiffness, rate)
     size = abs(exponents)
-    kept = size <= max(options.largest_exponent * w, size.min())
+    kept = size <= max(limit, size.min())
     return float(np.exp(2 * np.pi / w * exponents[kept].real.max()))
 
 
@@ -132,7 +154,7 @@ def find_stability(
     folds: Folds,
     options: StabilityOptions = StabilityOptions(),
 ) -> Stability:
-    """Stability of the solutions of a branch where it folds.
+    """Stability of the motions at the solutions of a branch where it folds.
 
     Parameters
     ----------
@@ -147,17 +169,88 @@ def find_stability(
     options
         Where it is found, and how.
     """
-    low, high = folds.frequency_range
-    folded = np.flatnonzero((frequency >= low) & (frequency <= high))
-    around = np.arange(-options.further_solutions, options.further_solutions + 1)
-    multiplier = np.full(frequency.size, np.nan)
-    if not by_samples(balance.joint.law, options.delay_samples).sums_in_modal_coordinates:
-        # sliders in the plane have no delay of their own
-        folded = folded[:0]
-    for i in np.intersect1d(folded[:, None] + around, np.flatnonzero(np.isfinite(x).all(axis=1))):
-        multiplier[i] = largest_multiplier(balance, x[i], 2 * np.pi * frequency[i], options)
+    multiplier, harmonics = np.full(frequency.size, np.nan), np.zeros(frequency.size, np.int64)
+    low, high = several = folds.frequency_range
+    # sliders in the plane have no delay of their own
+    has_delay = by_samples(balance.joint.law, options.samples).sums_in_modal_coordinates
+    if folds.turning_points and has_delay:
+        known = np.flatnonzero(np.isfinite(x).all(axis=1))
+        of_few = max(parse_component(name)[1] for name in balance.components)
+        finer = None
+        if of_few < options.harmonics and known.size == frequency.size:
+            finer = FoldedBranch(balance, frequency, x, folds, options.harmonics, options.samples)
+            several = finer.frequency_range
+        low, high = np.fmin(low, several[0]), np.fmax(high, several[1])
+        inside = np.flatnonzero((frequency >= low) & (frequency <= high))
+        around = np.arange(-options.further_solutions, options.further_solutions + 1)
+        for i in np.intersect1d(inside[:, None] + around, known):
+            w, motion = 2 * np.pi * frequency[i], None
+            if finer is not None:
+                motion = finer.motion_of(int(i))
+            if motion is None:
+                multiplier[i] = largest_multiplier(balance, x[i], w, options)
+                harmonics[i] = of_few
+            else:
+                multiplier[i] = largest_multiplier(finer.balance, motion, w, options)
+                harmonics[i] = options.harmonics
     stable = np.where(np.isnan(multiplier), -1, multiplier < 1)
-    return Stability(stable.astype(np.int8), multiplier)
+    return Stability(stable.astype(np.int8), multiplier, harmonics, several)
+
+
+def _exponent_problem(
+    balance: HarmonicBalance, x: Array, w: float, samples: int
+) -> tuple[Array, Array]:
+    """J [rad^2/s^2] and D + G [rad/s] of the exponents, both (n, n)."""
+    jacobian = balance.residual_and_jacobian(x, w)[1]()
+    return jacobian, _rate_derivative(balance, x, w, samples)
+
+
+def _all_exponents(jacobian: Array, rate: Array) -> NDArray[np.complex128]:
+    """All exponents [rad/s], shape (2 n,)."""
+    n = len(jacobian)
+    first_order = np.zeros((2 * n, 2 * n))
+    first_order[:n, n:] = np.eye(n)
+    first_order[n:, :n] = -jacobian
+    first_order[n:, n:] = -rate
+    return np.linalg.eigvals(first_order)
+
+
+def _exponents_within(
+    jacobian: Array, rate: Array, limit: float, count: int
+) -> NDArray[np.complex128] | None:
+    """Those exponents whose modulus is within a limit [rad/s], by inverse iteration (Arnoldi).
+
+    Parameters
+    ----------
+    jacobian, rate
+        J and D + G.
+    limit
+        Of the modulus.
+    count
+        How many are expected there.
+
+    Returns
+    -------
+    ndarray or None
+        At least these; None where that takes more work than all exponents, or does not converge.
+    """
+    n, factors = len(jacobian), lu_factor(jacobian / limit**2)
+    rate = rate / limit
+
+    def inverse(y: Array) -> Array:
+        position, velocity = y[:n], y[n:]
+        return np.append(-lu_solve(factors, velocity + rate @ position), position)
+
+    operator, start = LinearOperator((2 * n, 2 * n), inverse, dtype=float), np.ones(2 * n)
+    while count < n // 4:
+        try:
+            found = eigs(operator, count, v0=start, return_eigenvectors=False)
+        except ArpackError:
+            return None
+        if abs(found).min() < 1:
+            return limit / found
+        count *= 2
+    return None
 
 
 def _rate_derivative(balance: HarmonicBalance, x: Array, w: float, samples: int) -> Array:

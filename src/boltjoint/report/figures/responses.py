@@ -31,6 +31,8 @@ _PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
 _CONVERGED_MARK = {"marker": "D", "mfc": "white", "mew": 1.0, "linestyle": "none"}
 _ERROR_BAR_LINE = {"linewidth": 0.8, "alpha": 0.8}
 _UNSTABLE_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
+#: where stability is that of one harmonic
+_ONE_HARMONIC = {"linestyle": (0, (1.0, 1.5))}
 #: response over its peak down to which a curve is in the axes
 _FLANK = 1 / 2
 #: margin on both sides of that, over its width, and at least over the frequency
@@ -46,7 +48,8 @@ def plot_response(
     """Response over frequency at all force levels, divided by the force.
 
     The axes span the frequencies at which some response is half its peak or more, and a margin.
-    Dashed are unstable solutions. Peaks with as many harmonics as converge are joined to those of
+    Dashed are solutions whose motion is unstable, dotted those where that is known of few harmonics
+    only. Peaks with as many harmonics as converge are joined to those of
     the response.
 
     Parameters
@@ -87,12 +90,14 @@ def plot_response(
             x, y = curve.frequency, curve.amplitude
             label = f"{name}, {forces[index]:g} {unit}"
             axes.semilogy(
-                x, np.where(curve.unstable, np.nan, y), color=colour, label=label, **style
+                x, np.where(curve.unstable > 0, np.nan, y), color=colour, label=label, **style
             )
-            if curve.unstable.any():
-                dashed = np.where(_with_neighbours(curve.unstable), y, np.nan)
-                axes.plot(x, dashed, color=colour, **style, **_UNSTABLE_LINE)
-                marks["unstable"] = {**REFERENCE_LINE, **_UNSTABLE_LINE}
+            for harmonics in np.unique(curve.unstable[curve.unstable > 0]):
+                part = np.where(_with_neighbours(curve.unstable == harmonics), y, np.nan)
+                dashes = _UNSTABLE_LINE if harmonics > 1 else _UNSTABLE_LINE | _ONE_HARMONIC
+                axes.plot(x, part, color=colour, **style, **dashes)
+                of = f"{harmonics} harmonics" if harmonics > 1 else "one harmonic"
+                marks[f"unstable ({of})"] = {**REFERENCE_LINE, **dashes}
             if curve.peak is not None:
                 at = [curve.peak]
                 axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
@@ -170,14 +175,14 @@ def _isolated_branches(backbone: xr.Dataset) -> Iterator[str]:
 class _Curve:
     """Response at one force level: frequency [Hz] and amplitude over force [mm/N], where solved.
 
-    ``unstable`` are unstable solutions; ``peak`` is the index of the located peak, None where the
-    branch has none; ``converged`` is the peak with as many harmonics as change nothing, None where
-    it was not found.
+    ``unstable`` has the harmonics of unstable motions, 0 at others; ``peak`` is the index of the
+    located peak, None where the branch has none; ``converged`` is the peak with as many harmonics
+    as change nothing, None where it was not found.
     """
 
     frequency: NDArray[np.float64]
     amplitude: NDArray[np.float64]
-    unstable: NDArray[np.bool_]
+    unstable: NDArray[np.int64]
     peak: int | None
     converged: tuple[float, float] | None
     broken_off: bool
@@ -199,6 +204,7 @@ def _curves(response: xr.Dataset) -> list[_Curve]:
         solutions = response.isel(solution=np.flatnonzero(of_level))
         amplitude = solutions["response_amplitude"].to_numpy() * MM / force
         peak = np.flatnonzero(solutions["response_amplitude"] == at["peak_amplitude"])
+        is_unstable = solutions["stable"].to_numpy() == 0
         converged = None
         if np.isfinite(at.get("peak_harmonics", np.nan)):
             highest = float(at["peak_amplitude_converged"]) * MM / force
@@ -207,7 +213,7 @@ def _curves(response: xr.Dataset) -> list[_Curve]:
             _Curve(
                 frequency=solutions["frequency"].to_numpy(),
                 amplitude=amplitude,
-                unstable=solutions["stable"].to_numpy() == 0,
+                unstable=np.where(is_unstable, solutions["stability_harmonics"], 0),
                 peak=int(peak[0]) if peak.size else None,
                 converged=converged,
                 broken_off=not at["complete"],

@@ -38,7 +38,8 @@ def tabulate_accuracy(
         ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
         all solutions; estimated errors are those of the response file, without any reference;
         with converged peaks, these and the error bars of the peak are beside them;
-        ``largest_multiplier`` is the largest where the branch folds, beyond 1 where it is unstable;
+        ``largest_multiplier`` is the largest where the branch folds, beyond 1 where a motion is
+        unstable, and ``stability_harmonics`` the fewest of these motions, 0 without;
         ``isolated_branch`` is empty where it is not known;
         ``residual_in_time`` is the largest, and lies at ``worst_in_time_Hz``.
     """
@@ -62,6 +63,8 @@ def tabulate_accuracy(
             row |= _error_estimates(response.isel(force=level))
             row |= _error_bars(response.isel(force=level))
             row["largest_multiplier"] = float(response["largest_multiplier"].where(mine).max())
+            harmonics = response["stability_harmonics"].where(mine & (response["stable"] >= 0))
+            row["stability_harmonics"] = int(harmonics.min().fillna(0))
             where = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
             rows.append({**where, "force_N": force, **row})
     table = pd.DataFrame(rows)
@@ -128,6 +131,8 @@ def _error_estimates(at: xr.Dataset) -> dict[str, object]:
         "turning_points": int(at["turning_points"]),
         "folded_from_Hz": float(at["folded_from"]),
         "folded_to_Hz": float(at["folded_to"]),
+        "folded_from_converged_Hz": float(at["folded_from_converged"]),
+        "folded_to_converged_Hz": float(at["folded_to_converged"]),
         "isolated_branch": {0: False, 1: True}.get(int(at["isolated_branch"])),
     }
 

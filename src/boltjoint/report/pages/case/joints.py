@@ -137,14 +137,31 @@ def _folds(rows: pd.DataFrame) -> str:
         f"There are several solutions at the same frequency: {ranges}. Sweeps with rising and with "
         "falling frequency follow different ones."
     )
-    multiplier = folded["largest_multiplier"]
+    for harmonics, rows_of in folded.groupby("stability_harmonics"):
+        words += _stability(rows_of, int(harmonics))
+    return words
+
+
+def _stability(folded: pd.DataFrame, harmonics: int) -> str:
+    """Which motions with a number of harmonics are unstable; nothing where it was not found."""
+    if not harmonics:
+        return ""
+    motions = "motions of one harmonic" if harmonics == 1 else f"motions with {harmonics} harmonics"
+    multiplier, words = folded["largest_multiplier"], ""
     if not (unstable := folded[multiplier > 1]).empty:
         words += (
-            f" Those drawn dashed are unstable, at {_forces(unstable)} N, with Floquet multipliers "
-            f"up to {multiplier.max():.4g}."
+            f" At {_forces(unstable)} N {motions} are unstable, where the line is broken, with "
+            f"Floquet multipliers up to {multiplier.max():.4g}."
         )
+    several = ", ".join(
+        f"between {one.folded_from_converged_Hz:.2f} and {one.folded_to_converged_Hz:.2f} Hz at "
+        f"{one.force_N:g} N"
+        for one in folded.dropna(subset="folded_from_converged_Hz").itertuples()
+    )
+    if several and harmonics > 1:
+        words += f" There are several such motions {several}."
     if not (stable := folded[multiplier <= 1]).empty:
-        words += f" At {_forces(stable)} N none of them is unstable in all linear modes."
+        words += f" At {_forces(stable)} N no {motions} are unstable."
     return words
 
 

@@ -1,0 +1,184 @@
+"""The folded part of a response, followed again with more harmonics.
+
+With few harmonics a branch turns at other frequencies than the motion itself does, or where that
+does not turn at all. From the solutions at its ends, where there is one at each frequency, the part
+is followed by arc-length continuation of a balance with more harmonics (AFT). Where both branches
+pass a frequency as often, motions with more belong to solutions with few in their order along the
+branch: lower, middle and upper sheet of a fold. Elsewhere the nearest does.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.dynamics.folds import Folds, find_folds
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.periodic_motion import PeriodicMotion
+from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
+from boltjoint.solvers import arc_length
+from boltjoint.solvers.equations import Solution, SolutionBranch, StepControl
+from boltjoint.solvers.newton import newton
+
+Array = NDArray[np.float64]
+
+#: margins on either side of the folded part, over its width, that are tried one after another: its
+#: turning points with more harmonics may lie outside
+_MARGINS = (1.0, 4.0, np.inf)
+
+#: twice the steps of a response, whose solutions are guesses here; a branch of more solutions is
+#: lost among corners
+_CONTROL = StepControl(tolerance=1e-7, largest_step=0.15, maximum_solutions=1000)
+#: a motion that opens and closes is far from that of few harmonics
+_FROM_FEW = replace(_CONTROL, maximum_iterations=50)
+#: distance of a motion from its solution, over the size of that, above which others are sought
+_FAR = 0.1
+#: distance of two solutions that are the same: far above the tolerance, and below that of sheets
+_SAME = 1e-3
+
+
+class FoldedBranch:
+    """The folded part of a branch with more harmonics, and its motion at any frequency.
+
+    Parameters
+    ----------
+    balance
+        The modal equations with few harmonics, in linear modes.
+    frequency
+        Of the solutions [Hz], shape (solutions,).
+    x
+        Their modal coordinates, finite, shape (solutions, components * modes).
+    folds
+        Of the branch: at least one turning point.
+    harmonics, samples
+        Highest harmonic, and time samples of a period.
+    """
+
+    def __init__(
+        self,
+        balance: HarmonicBalance,
+        frequency: Array,
+        x: Array,
+        folds: Folds,
+        harmonics: int,
+        samples: int,
+    ) -> None:
+        law = AlternatingFrequencyTime(without_sampling(balance.joint.law), harmonics, samples)
+        self.balance = replace(balance, joint=replace(balance.joint, law=law))
+        self._equations, self._of_few = LinearModes(self.balance), balance.components
+        self._frequency, self._x = frequency, x
+        self._whole: SolutionBranch | None = None
+        self._parts = self._follow(folds)
+
+    def motion_of(self, place: int) -> Array | None:
+        """The motion that belongs to a solution, counted from 0, at the same frequency.
+
+        Returns
+        -------
+        ndarray or None
+            Modal coordinates of the balance with more harmonics, shape (components * modes,); None
+            where no motion is known.
+        """
+        own, w = self._with_all_harmonics(self._x[place]), 2 * np.pi * self._frequency[place]
+
+        def distance(motion: Array) -> float:
+            return float(np.linalg.norm(motion - own))
+
+        guesses = self._passing(w)
+        before, of_few = self._order(place)
+        if self._whole is not None and len(guesses) == of_few:
+            motions = self._solve([guesses[before]], w, _CONTROL)
+            if motions:
+                return motions[0]
+        # where the branch turns right there, both sides of the turn are near
+        motions = self._solve(sorted(guesses, key=distance)[:2], w, _CONTROL)
+        if min(map(distance, motions), default=np.inf) > _FAR * np.linalg.norm(own):
+            # there may be a closed branch of its own near the solution
+            motions += self._solve([own], w, _CONTROL if motions else _FROM_FEW)
+        return min(motions, key=distance, default=None)
+
+    @property
+    def frequency_range(self) -> tuple[float, float]:
+        """Lowest and highest frequency [Hz] between which there are several motions.
+
+        NaN where there are none, or the part could not be followed from one end to the other.
+        """
+        if self._whole is None:
+            return np.nan, np.nan
+        w = np.array([solution.p for solution in self._whole.solutions])
+        return find_folds(w / (2 * np.pi)).frequency_range
+
+    def _follow(self, folds: Folds) -> list[SolutionBranch]:
+        """The part from one end to the other; else what there is of it from both ends."""
+        low, high = folds.frequency_range
+        first_turn, last_turn = folds.at[0], folds.at[-1]
+        parts: list[SolutionBranch] = []
+        for margin in _MARGINS:
+            width = margin * (high - low)
+            before = np.flatnonzero(self._frequency[:first_turn] < low - width)
+            after = last_turn + np.flatnonzero(self._frequency[last_turn:] > high + width)
+            first = before[-1] if before.size else 0
+            last = after[0] if after.size else last_turn + self._frequency[last_turn:].argmax()
+            ends = self._end(int(first)), self._end(int(last))
+            for begin, end in (ends, ends[::-1]):
+                if not begin.converged:
+                    continue
+                parts.append(self._trace(begin, end.p))
+                if parts[-1].complete and _are_equal(parts[-1].solutions[-1], end):
+                    self._whole = parts[-1]
+                    return parts[-1:]
+        return parts
+
+    def _end(self, place: int) -> Solution:
+        """The motion at one of the solutions where there is one at its frequency."""
+        guess, w = self._with_all_harmonics(self._x[place]), 2 * np.pi * self._frequency[place]
+        return newton(self._equations, guess, float(w), _FROM_FEW)[0]
+
+    def _trace(self, begin: Solution, end: float) -> SolutionBranch:
+        """From a motion to a frequency [rad/s]."""
+        largest_scale = _CONTROL.window_scale * 2 * np.pi * float(np.ptp(self._frequency))
+        return arc_length.trace(
+            self._equations,
+            begin.x,
+            (begin.p, end),
+            _CONTROL,
+            scale=lambda w: min(largest_scale, _CONTROL.parameter_scale * w),
+        )
+
+    def _solve(self, guesses: Sequence[Array], w: float, control: StepControl) -> list[Array]:
+        """Motions at a frequency [rad/s] near guesses, without those that are not found."""
+        solutions = [newton(self._equations, guess, w, control)[0] for guess in guesses]
+        return [each.x for each in solutions if each.converged]
+
+    def _order(self, place: int) -> tuple[int, int]:
+        """How often the branch of few harmonics passes the frequency of a solution before it.
+
+        And how often in all, with the solution itself.
+        """
+        beyond = self._frequency > self._frequency[place]
+        passing = np.flatnonzero(beyond[1:] != beyond[:-1])
+        others = passing[(passing != place) & (passing != place - 1)]
+        return int(np.sum(others < place)), others.size + 1
+
+    def _passing(self, w: float) -> list[Array]:
+        """Motions where the parts pass a frequency [rad/s], interpolated between solutions."""
+        guesses = []
+        for part in self._parts:
+            for one, other in pairwise(each for each in part.solutions if each.converged):
+                if one.p != other.p and (one.p - w) * (other.p - w) <= 0:
+                    guesses.append(one.x + (w - one.p) / (other.p - one.p) * (other.x - one.x))
+        return guesses
+
+    def _with_all_harmonics(self, x: Array) -> Array:
+        """A motion of few harmonics in the components of all."""
+        motion = PeriodicMotion(self._of_few, x.reshape(len(self._of_few), -1))
+        return motion.in_components(self.balance.components).ravel()
+
+
+def _are_equal(one: Solution, other: Solution) -> bool:
+    """Whether two solutions at a frequency are the same, not those of two sheets of a fold."""
+    distance = np.linalg.norm(one.x - other.x)
+    return other.converged and bool(distance <= _SAME * np.linalg.norm(other.x))
