@@ -20,7 +20,7 @@ from boltjoint.dynamics.folds import Folds, find_folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.dynamics.output_point import OutputPoint
-from boltjoint.dynamics.stability import StabilityOptions, find_stability
+from boltjoint.dynamics.stability import StabilityOptions, find_stability, stability_variables
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -255,12 +255,7 @@ def to_dataset(
     error_estimate = np.concatenate([error.of_solutions for error in errors])
     on_sweep_up = np.concatenate([fold.on_sweep_up for fold in folds])
     on_sweep_down = np.concatenate([fold.on_sweep_down for fold in folds])
-    stable, multiplier, harmonics = (
-        np.concatenate([getattr(one, name) for one in stabilities])
-        for name in ("stable", "largest_multiplier", "harmonics")
-    )
     folded_from, folded_to = zip(*(fold.frequency_range for fold in folds), strict=True)
-    several = np.array([one.frequency_range for one in stabilities])
     turning_points = np.array([fold.turning_points for fold in folds])
     peak_error, largest = zip(*((error.of_peak, error.largest) for error in errors), strict=True)
     wrong = [error.exceeds(limits) for error in errors]
@@ -278,9 +273,6 @@ def to_dataset(
         ("error_estimate", error_estimate, "1", "estimated relative error of response_amplitude"),
         ("on_sweep_up", flags(on_sweep_up), "1", "1 where a slow sweep up the frequency passes"),
         ("on_sweep_down", flags(on_sweep_down), "1", "1 where a slow sweep down passes"),
-        ("stable", stable, "1", "1 where its motion is stable, 0 where not, -1 where not found"),
-        ("largest_multiplier", multiplier, "1", "largest Floquet multiplier of the motion"),
-        ("stability_harmonics", harmonics, "1", "highest harmonic of that motion, 0 without"),
         ("energy_error", energy_errors, "1", "input less dissipation, over the larger of both"),
     )
     of_forces = (
@@ -292,8 +284,6 @@ def to_dataset(
         ("turning_points", turning_points, "1", "turning points of the branch in frequency"),
         ("folded_from", list(folded_from), "Hz", "lowest frequency with several solutions"),
         ("folded_to", list(folded_to), "Hz", "highest frequency with several solutions"),
-        ("folded_from_converged", several[:, 0], "Hz", "the lowest with stability_harmonics"),
-        ("folded_to_converged", several[:, 1], "Hz", "the highest with stability_harmonics"),
         ("isolated_branch", isolated, "1", "1 with an isolated branch, 0 without, -1 if not known"),
         ("larger_resonance", larger, "1", "resonance of a larger peak, 0 none, -1 if not known"),
         ("wrong", flags(wrong), "1", "1 where estimated errors are larger than allowed"),
@@ -305,6 +295,7 @@ def to_dataset(
         {name: quantity("solution", *row) for name, *row in of_solutions}
         | {"modal_coordinate": quantity(*modal_coordinate)}
         | {name: quantity("force", *row) for name, *row in of_forces}
+        | stability_variables(stabilities)
         | {name: quantity("fold", *row) for name, *row in _of_folds(joint, branches, folds)}
         | _of_sensors(joint, branches)
         | {

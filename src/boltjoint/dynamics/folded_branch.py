@@ -7,7 +7,7 @@ pass a frequency as often, motions with more belong to solutions with few in the
 branch: lower, middle and upper sheet of a fold. Elsewhere the nearest does.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -31,7 +31,7 @@ _MARGINS = (1.0, 4.0, np.inf)
 
 #: twice the steps of a response, whose solutions are guesses here; a branch of more solutions is
 #: lost among corners
-_CONTROL = StepControl(tolerance=1e-7, largest_step=0.15, maximum_solutions=1000)
+_CONTROL = StepControl(tolerance=1e-7, smallest_step=1e-5, largest_step=0.15, maximum_solutions=400)
 #: a motion that opens and closes is far from that of few harmonics
 _FROM_FEW = replace(_CONTROL, maximum_iterations=50)
 #: distance of a motion from its solution, over the size of that, above which others are sought
@@ -113,24 +113,36 @@ class FoldedBranch:
 
     def _follow(self, folds: Folds) -> list[SolutionBranch]:
         """The part from one end to the other; else what there is of it from both ends."""
+        parts: list[SolutionBranch] = []
+        for ends in self._ends(folds):
+            found = []
+            for begin, end in (ends, ends[::-1]):
+                if not begin.converged:
+                    continue
+                found.append(self._trace(begin, end.p))
+                if found[-1].complete and _are_equal(found[-1].solutions[-1], end):
+                    self._whole = found[-1]
+                    return found[-1:]
+            parts = found or parts
+            # what is lost among corners is so from ends farther away too
+            if any(len(each.solutions) >= _CONTROL.maximum_solutions for each in found):
+                break
+        return parts
+
+    def _ends(self, folds: Folds) -> Iterator[tuple[Solution, Solution]]:
+        """Motions on both sides of the part, farther and farther away from it."""
         low, high = folds.frequency_range
         first_turn, last_turn = folds.at[0], folds.at[-1]
-        parts: list[SolutionBranch] = []
+        known: set[tuple[int, int]] = set()
         for margin in _MARGINS:
             width = margin * (high - low)
             before = np.flatnonzero(self._frequency[:first_turn] < low - width)
             after = last_turn + np.flatnonzero(self._frequency[last_turn:] > high + width)
             first = before[-1] if before.size else 0
             last = after[0] if after.size else last_turn + self._frequency[last_turn:].argmax()
-            ends = self._end(int(first)), self._end(int(last))
-            for begin, end in (ends, ends[::-1]):
-                if not begin.converged:
-                    continue
-                parts.append(self._trace(begin, end.p))
-                if parts[-1].complete and _are_equal(parts[-1].solutions[-1], end):
-                    self._whole = parts[-1]
-                    return parts[-1:]
-        return parts
+            if (first, last) not in known:
+                known.add((first, last))
+                yield self._end(int(first)), self._end(int(last))
 
     def _end(self, place: int) -> Solution:
         """The motion at one of the solutions where there is one at its frequency."""

@@ -24,15 +24,18 @@ A. Lazarus, O. Thomas: A harmonic-based method for computing the stability of pe
 dynamical systems. Comptes Rendus Mécanique 338 (2010) 510-517: which exponents to keep.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from boltjoint import checks
+from boltjoint.dataset import quantity
 from boltjoint.dynamics.folded_branch import FoldedBranch
 from boltjoint.dynamics.folds import Folds
 from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
@@ -195,6 +198,23 @@ def find_stability(
                 harmonics[i] = options.harmonics
     stable = np.where(np.isnan(multiplier), -1, multiplier < 1)
     return Stability(stable.astype(np.int8), multiplier, harmonics, several)
+
+
+def stability_variables(stabilities: Sequence[Stability]) -> dict[str, xr.Variable]:
+    """Variables of ``response.nc`` by the stability of its branches."""
+    stable, multiplier, harmonics = (
+        np.concatenate([getattr(one, name) for one in stabilities])
+        for name in ("stable", "largest_multiplier", "harmonics")
+    )
+    low, high = np.array([one.frequency_range for one in stabilities]).T
+    rows = (
+        ("stable", "solution", stable, "1", "1 where its motion is stable, 0 if not, -1 not found"),
+        ("largest_multiplier", "solution", multiplier, "1", "largest Floquet multiplier of that"),
+        ("stability_harmonics", "solution", harmonics, "1", "of that motion, 0 where not found"),
+        ("folded_from_converged", "force", low, "Hz", "folded_from with stability_harmonics"),
+        ("folded_to_converged", "force", high, "Hz", "folded_to with stability_harmonics"),
+    )
+    return {name: quantity(*row) for name, *row in rows}
 
 
 def _exponent_problem(
