@@ -6,7 +6,9 @@ takes responses that fold, and of each some random solutions: marked ones, ones 
 point, ones between two. A motion is found in time by shooting from the motion with 15 harmonics
 that belongs to a solution, and its Floquet multipliers by differences of a period. Printed are all
 marks that differ from it, and how many of one harmonic agree. Shooting from the solution itself may
-reach another motion: how many marks agree with that is printed too.
+reach another motion: how many marks agree with that is printed too. Where a slider only touches
+its limit, a multiplier has two values, by the sense of the change: where a mark differs, the motion
+is disturbed in both senses and integrated, and ``returns`` tells whether it comes back.
 """
 
 import argparse
@@ -16,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from random_joints import _rows
 
 from boltjoint.damping import Damping, ModalDamping
@@ -28,6 +31,7 @@ from boltjoint.dynamics.stability import StabilityOptions, find_stability
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
 from boltjoint.verification.periodic_orbits import find_orbit
+from boltjoint.verification.time_integration import Integration
 
 #: a multiplier as near to 1 is that of a slider which rests wherever it is
 _AT_REST = 1e-6
@@ -136,7 +140,8 @@ def compare_marks(
         if many is not None:
             components = finer.balance.components
             motion = PeriodicMotion(components, many.reshape(len(components), -1))
-        in_time, moved = _in_time(*period, motion)
+        in_time, moved, orbit = _in_time(*period, motion)
+        is_stable = stability.stable[i] == 1
         rows.append(
             {
                 "index": index,
@@ -148,6 +153,9 @@ def compare_marks(
                 "in_time": in_time,
                 "moved": moved,
                 "from_one": _in_time(*period, own)[0],
+                "returns": np.nan
+                if np.isnan(in_time) or (in_time < 1) == is_stable
+                else _returns(*period, orbit),
             }
         )
     return rows
@@ -160,8 +168,8 @@ def _in_time(
     damping: Damping,
     steps: int,
     motion: PeriodicMotion,
-) -> tuple[float, float]:
-    """Largest multiplier in time of the motion near a given one, and its distance from that.
+) -> tuple[float, float, NDArray[np.float64]]:
+    """Largest multiplier in time of the motion near a given one, its distance from that, and it.
 
     The multiplier is NaN where shooting does not converge.
     """
@@ -170,7 +178,32 @@ def _in_time(
     size = abs(orbit.multipliers)
     size = size[abs(size - 1) > _AT_REST]
     distance = float(np.linalg.norm(orbit.motion - start) / np.linalg.norm(start))
-    return float(size.max()) if orbit.converged and size.size else np.nan, distance
+    largest = float(size.max()) if orbit.converged and size.size else np.nan
+    return largest, distance, orbit.motion
+
+
+def _returns(
+    joint: Joint,
+    frequency: float,
+    force: float,
+    damping: Damping,
+    steps: int,
+    motion: NDArray[np.float64],
+    periods: int = 1000,
+    disturbance: float = 1e-3,
+) -> float:
+    """1 where a disturbed motion returns from both senses, 0 where it leaves, NaN between."""
+    size, distances = np.linalg.norm(motion), []
+    for sense in (-1, 1):
+        integration = Integration.of(joint, frequency, force, damping, steps)
+        integration.follow(motion)
+        integration.q[0] += sense * disturbance * abs(motion).max()
+        distance = []
+        for _ in range(periods):
+            integration.advance()
+            distance.append(float(np.linalg.norm(integration.history - motion) / size))
+        distances.append(distance[-1] / distance[0])
+    return 1.0 if max(distances) < 0.5 else 0.0 if max(distances) > 1 else np.nan
 
 
 def _rows_of(args: argparse.Namespace) -> Iterator[dict[str, object]]:
@@ -196,12 +229,14 @@ def main() -> None:
     known = table[table["in_time"].notna()]
     stable = known["in_time"] < 1
     right, of_one = stable == (known["stable"] == 1), stable == (known["of_one"] < 1)
+    returned = (known["returns"] == (known["stable"] == 1)) & ~right
     from_one = table[table["from_one"].notna()]
     agree = (from_one["from_one"] < 1) == (from_one["stable"] == 1)
     off = abs(known["multiplier"] - known["in_time"])[right]
     off_of_one = abs(known["of_one"] - known["in_time"])
     print(
-        f"{right.sum()} of {len(known)} marks right, {of_one.sum()} of one harmonic; "
+        f"{right.sum()} of {len(known)} marks right, {returned.sum()} more by disturbed motions; "
+        f"{of_one.sum()} of one harmonic; "
         f"{len(table) - len(known)} motions not found in time, "
         f"{(known['harmonics'] < table['harmonics'].max()).sum()} marks of one harmonic\n"
         f"{agree.sum()} of {len(from_one)} marks agree with shooting from the solution itself\n"

@@ -34,6 +34,8 @@ _MARGINS = (1.0, 4.0, np.inf)
 _CONTROL = StepControl(tolerance=1e-7, smallest_step=1e-5, largest_step=0.15, maximum_solutions=400)
 #: a motion that opens and closes is far from that of few harmonics
 _FROM_FEW = replace(_CONTROL, maximum_iterations=50)
+#: unknowns beyond which a branch takes minutes: motions are sought from the solutions alone
+_LARGE = 500
 #: distance of a motion from its solution, over the size of that, above which others are sought
 _FAR = 0.1
 #: distance of two solutions that are the same: far above the tolerance, and below that of sheets
@@ -97,7 +99,7 @@ class FoldedBranch:
         motions = self._solve(sorted(guesses, key=distance)[:2], w, _CONTROL)
         if min(map(distance, motions), default=np.inf) > _FAR * np.linalg.norm(own):
             # there may be a closed branch of its own near the solution
-            motions += self._solve([own], w, _CONTROL if motions else _FROM_FEW)
+            motions += self._solve([own], w, _FROM_FEW if self._parts and not motions else _CONTROL)
         return min(motions, key=distance, default=None)
 
     @property
@@ -114,6 +116,8 @@ class FoldedBranch:
     def _follow(self, folds: Folds) -> list[SolutionBranch]:
         """The part from one end to the other; else what there is of it from both ends."""
         parts: list[SolutionBranch] = []
+        if self._with_all_harmonics(self._x[0]).size > _LARGE:
+            return parts
         for ends in self._ends(folds):
             found = []
             for begin, end in (ends, ends[::-1]):

@@ -46,6 +46,11 @@ Array = NDArray[np.float64]
 
 #: unknowns up to which all exponents take less time than those that are kept
 _FEW_UNKNOWNS = 60
+#: imaginary part of exponents over the frequency: 1/2, where a period doubles, and the error of few
+#: harmonics
+_HALF = 0.52
+#: motions in a row that are not found, after which no more are sought
+_GIVEN_UP = 5
 
 
 @dataclass(frozen=True)
@@ -66,9 +71,10 @@ class StabilityOptions(Options):
         the harmonics and one: the delay of sliders is off by a sample at most. Of a balance by AFT
         with as many harmonics they are its own.
     largest_exponent
-        Modulus of an exponent, over the excitation frequency, up to which it is kept. Of the
-        exponents of a multiplier one has an imaginary part within a half, and is the most accurate;
-        larger exponents are not those of the motion, since the delay of sliders is linear in them.
+        Modulus of the real part of an exponent, over the excitation frequency, up to which it is
+        kept: a multiplier up to 23. Larger exponents are not those of the motion, since the delay
+        of sliders is linear in them. Of the exponents of a multiplier that with an imaginary part
+        within half the frequency is kept, the most accurate.
 
     Raises
     ------
@@ -138,15 +144,17 @@ def largest_multiplier(
         Which exponents are kept. Where the motion is so far from all resonances that none is, the
         one nearest to zero counts.
     """
-    limit = options.largest_exponent * w
+    half, largest = _HALF * w, options.largest_exponent * w
     stiffness, rate = _exponent_problem(balance, x, w, options.samples)
     exponents = None
     if x.size > _FEW_UNKNOWNS:
-        exponents = _exponents_within(stiffness, rate, limit, 2 * len(balance.stiffness))
+        modes = len(balance.stiffness)
+        exponents = _exponents_within(stiffness, rate, np.hypot(half, largest), 2 * modes)
     if exponents is None:
         exponents = _all_exponents(stiffness, rate)
-    size = abs(exponents)
-    kept = size <= max(limit, size.min())
+    kept = (abs(exponents.imag) <= half) & (abs(exponents.real) <= largest)
+    if not kept.any():
+        kept = [abs(exponents).argmin()]
     return float(np.exp(2 * np.pi / w * exponents[kept].real.max()))
 
 
@@ -184,12 +192,14 @@ def find_stability(
             finer = FoldedBranch(balance, frequency, x, folds, options.harmonics, options.samples)
             several = finer.frequency_range
         low, high = np.fmin(low, several[0]), np.fmax(high, several[1])
+        missing = 0
         inside = np.flatnonzero((frequency >= low) & (frequency <= high))
         around = np.arange(-options.further_solutions, options.further_solutions + 1)
         for i in np.intersect1d(inside[:, None] + around, known):
             w, motion = 2 * np.pi * frequency[i], None
-            if finer is not None:
+            if finer is not None and missing < _GIVEN_UP:
                 motion = finer.motion_of(int(i))
+                missing = missing + 1 if motion is None else 0
             if motion is None:
                 multiplier[i] = largest_multiplier(balance, x[i], w, options)
                 harmonics[i] = of_few
