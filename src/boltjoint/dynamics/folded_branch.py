@@ -34,6 +34,8 @@ _MARGINS = (1.0, 4.0, np.inf)
 _CONTROL = StepControl(tolerance=1e-7, smallest_step=1e-5, largest_step=0.15, maximum_solutions=400)
 #: a motion that opens and closes is far from that of few harmonics
 _FROM_FEW = replace(_CONTROL, maximum_iterations=50)
+#: time samples with which the branch is followed: enough for guesses
+_FEW_SAMPLES = 256
 #: unknowns beyond which a branch takes minutes: motions are sought from the solutions alone
 _LARGE = 500
 #: distance of a motion from its solution, over the size of that, above which others are sought
@@ -68,9 +70,12 @@ class FoldedBranch:
         harmonics: int,
         samples: int,
     ) -> None:
-        law = AlternatingFrequencyTime(without_sampling(balance.joint.law), harmonics, samples)
-        self.balance = replace(balance, joint=replace(balance.joint, law=law))
+        few_samples = min(samples, max(_FEW_SAMPLES, 2 * harmonics + 1))
+        self.balance, coarse = (
+            _with_harmonics(balance, harmonics, number) for number in (samples, few_samples)
+        )
         self._equations, self._of_few = LinearModes(self.balance), balance.components
+        self._guiding = LinearModes(coarse)
         self._frequency, self._x = frequency, x
         self._whole: SolutionBranch | None = None
         self._parts = self._follow(folds)
@@ -151,13 +156,13 @@ class FoldedBranch:
     def _end(self, place: int) -> Solution:
         """The motion at one of the solutions where there is one at its frequency."""
         guess, w = self._with_all_harmonics(self._x[place]), 2 * np.pi * self._frequency[place]
-        return newton(self._equations, guess, float(w), _FROM_FEW)[0]
+        return newton(self._guiding, guess, float(w), _FROM_FEW)[0]
 
     def _trace(self, begin: Solution, end: float) -> SolutionBranch:
         """From a motion to a frequency [rad/s]."""
         largest_scale = _CONTROL.window_scale * 2 * np.pi * float(np.ptp(self._frequency))
         return arc_length.trace(
-            self._equations,
+            self._guiding,
             begin.x,
             (begin.p, end),
             _CONTROL,
@@ -166,7 +171,10 @@ class FoldedBranch:
 
     def _solve(self, guesses: Sequence[Array], w: float, control: StepControl) -> list[Array]:
         """Motions at a frequency [rad/s] near guesses, without those that are not found."""
-        solutions = [newton(self._equations, guess, w, control)[0] for guess in guesses]
+        coarse = [newton(self._guiding, guess, w, control)[0] for guess in guesses]
+        solutions = [
+            newton(self._equations, each.x, w, _CONTROL)[0] for each in coarse if each.converged
+        ]
         return [each.x for each in solutions if each.converged]
 
     def _order(self, place: int) -> tuple[int, int]:
@@ -192,6 +200,12 @@ class FoldedBranch:
         """A motion of few harmonics in the components of all."""
         motion = PeriodicMotion(self._of_few, x.reshape(len(self._of_few), -1))
         return motion.in_components(self.balance.components).ravel()
+
+
+def _with_harmonics(balance: HarmonicBalance, harmonics: int, samples: int) -> HarmonicBalance:
+    """The balance by AFT of the same elements."""
+    law = AlternatingFrequencyTime(without_sampling(balance.joint.law), harmonics, samples)
+    return replace(balance, joint=replace(balance.joint, law=law))
 
 
 def _are_equal(one: Solution, other: Solution) -> bool:

@@ -63,13 +63,13 @@ class StabilityOptions(Options):
         Solutions on either side of those in the range of frequencies with several solutions whose
         stability is found too. Where a branch does not fold, none is.
     harmonics
-        Highest harmonic of the motion whose stability is found. With 15, marks of random joints at
-        folds are those of the motion in time; of one harmonic a fifth of them are wrong. Solutions
-        with as many or more are their own motion.
+        Highest harmonic of the motion whose stability is found. With 15, marks of 99 of 100 random
+        motions at folds are those in time, with one 85. Solutions with as many or more are their
+        own motion.
     samples
         Time samples of a period at which forces are sampled and sliders followed, at least twice
-        the harmonics and one: the delay of sliders is off by a sample at most. Of a balance by AFT
-        with as many harmonics they are its own.
+        the harmonics and one: contact states change at a sample. With 256, a multiplier of 1.037
+        was found to be 0.994. Of a balance by AFT with as many harmonics they are its own.
     largest_exponent
         Modulus of the real part of an exponent, over the excitation frequency, up to which it is
         kept: a multiplier up to 23. Larger exponents are not those of the motion, since the delay

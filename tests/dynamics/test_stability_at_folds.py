@@ -1,0 +1,56 @@
+"""Stability marks at folds of random joints, beside motions in time found by shooting."""
+
+import numpy as np
+import pytest
+from stability_at_folds import compare_marks, folding_joint
+
+from boltjoint.dynamics import folded_branch
+from boltjoint.dynamics.folded_branch import FoldedBranch
+from boltjoint.dynamics.folds import find_folds
+from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.stability import largest_multiplier
+from boltjoint.verification.periodic_orbits import find_orbit
+
+SEED = 88431
+
+
+@pytest.mark.parametrize("index", [17, 20])
+def test_marks_are_those_of_the_motion_in_time(index):
+    rows = compare_marks(SEED, index)
+    assert rows
+    for row in rows:
+        assert (row["in_time"] < 1) == (row["stable"] == 1)
+        assert row["harmonics"] == 15
+        # the motion is the same
+        assert row["moved"] < 0.01
+        assert row["multiplier"] == pytest.approx(row["in_time"], abs=0.01)
+
+
+def test_a_motion_whose_period_doubles_is_unstable(monkeypatch):
+    joint, force, damping = folding_joint(np.random.default_rng([20271, 15]))
+    branch = solve_branch(joint, force, damping=damping)
+    solutions = branch.frequency, branch.modal_coordinate
+    folds = find_folds(branch.frequency)
+    # motions from the solutions alone
+    monkeypatch.setattr(folded_branch, "_LARGE", 0)
+    balance = HarmonicBalance(joint, damping, force)
+    finer = FoldedBranch(balance, *solutions, folds, 15, 1024)
+    components = finer.balance.components
+    found = 0
+    for place in range(folds.at[0], folds.at[-1], 4):
+        motion = finer.motion_of(place)
+        if motion is None:
+            continue
+        frequency = branch.frequency[place]
+        start = PeriodicMotion(components, motion.reshape(len(components), -1)).in_time(2000)
+        exact = find_orbit(joint, frequency, force, damping, start)
+        if not exact.converged or exact.multipliers[0].real > 0:
+            continue
+        found += 1
+        assert exact.multipliers[0].real < -2
+        largest = largest_multiplier(finer.balance, motion, 2 * np.pi * frequency)
+        # the delay of sliders is linear in the exponent
+        assert largest == pytest.approx(abs(exact.multipliers[0]), rel=0.05)
+    assert found
