@@ -23,14 +23,6 @@ def test_one_jacobian_serves_solutions_near_each_other():
     assert equations.jacobians < 4
 
 
-def test_the_derivative_is_that_of_the_solution():
-    solver = NewtonKrylov(Combustion(), CONTROL)
-    middle, low, high = (solver.solve(np.zeros(SIZE), p).x for p in (2.0, 1.99, 2.01))
-    difference = (high - low) / 0.02
-    found = solver.derivative(middle, 2.0)
-    np.testing.assert_allclose(found, difference, atol=2e-3 * abs(difference).max())
-
-
 def test_what_has_no_solution_does_not_converge():
     # beyond p = 3.514 there is none
     assert not NewtonKrylov(Combustion(), CONTROL).solve(np.zeros(SIZE), 4.0).converged
@@ -46,4 +38,3 @@ def test_a_singular_jacobian_gives_no_correction(value):
 
     solver = NewtonKrylov(Singular(), CONTROL)
     assert not solver.solve(np.zeros(SIZE), 1.0).converged
-    assert solver.derivative(np.zeros(SIZE), 1.0) is None

@@ -47,9 +47,9 @@ class LeftOutHarmonics(Options):
         Highest harmonic of the corrections, over that of the peak. Forces of harmonics fall with
         the square of their number; with twice as many, resonances of the contact with harmonics
         beyond stay unseen.
-    samples_per_harmonic
-        Time samples a period for each of these harmonics: more than those of the peak, so that
-        corrections hold the error of its samples too.
+    finer
+        Time samples a period over those of the peak, so that corrections hold their error too,
+        which falls with their square.
     corrections
         At most. Contact states change with them, so that one is not enough.
     settled
@@ -61,7 +61,7 @@ class LeftOutHarmonics(Options):
     """
 
     times: int = 3
-    samples_per_harmonic: int = 8
+    finer: int = 2
     corrections: int = 5
     settled: float = 0.2
     tolerance: float = 0.1
@@ -71,7 +71,7 @@ class LeftOutHarmonics(Options):
     def __post_init__(self) -> None:
         """Refuse options without a correction."""
         checks.whole("times", self.times, at_least=2)
-        checks.whole("samples_per_harmonic", self.samples_per_harmonic, at_least=3)
+        checks.whole("finer", self.finer, at_least=1)
         for name in ("corrections", "iterations"):
             checks.whole(name, getattr(self, name), at_least=1)
         for name in ("settled", "tolerance", "safety"):
@@ -111,7 +111,7 @@ def changes_by_left_out_harmonics(
     """
     law = balance.joint.law
     highest = options.times * law.harmonics
-    samples = max(law.samples, options.samples_per_harmonic * highest)
+    samples = max(options.finer * law.samples, 3 * highest)
     extended = AlternatingFrequencyTime(law.elements, highest, samples)
     more = replace(balance, joint=replace(balance.joint, law=extended))
     equations, y, phase = PhaseEquations.near(more, motion, frequency)

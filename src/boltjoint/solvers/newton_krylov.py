@@ -27,9 +27,8 @@ from boltjoint.solvers.equations import (
 )
 from boltjoint.solvers.newton import corrected, rounding
 
-#: residual of the linear equations of a correction, and of a derivative, over their right side: a
-#: peak is where a derivative vanishes, and with 1e-2 amplitudes of peaks were off by up to 6e-3
-_CORRECTION, _DERIVATIVE = 0.1, 1e-4
+#: residual of the linear equations of a correction over their right side
+_CORRECTION = 0.1
 #: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
 _ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
 
@@ -71,11 +70,6 @@ class NewtonKrylov:
             x, residual, derivative = corrected(self._equations, x, p, correction, size)
         converged = bool(np.linalg.norm(residual) <= self._limit)
         return Solution(x, p, self._control.maximum_iterations, converged)
-
-    def derivative(self, x: Vector, p: float) -> Vector | None:
-        """Derivative of the solution x at p by the parameter; None where it has none."""
-        right = -self._equations.parameter_derivative(x, p)
-        return self._solve(x, self._equations.evaluate(x, p)[1], right, _DERIVATIVE)
 
     @property
     def _limit(self) -> float:
