@@ -263,7 +263,7 @@ def _judge(
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
     at = jacobian, last.motion, last.frequency
     changes = changes_by_left_out_harmonics(balance, *at, left_out)
-    frequency, amplitude = np.maximum(left_out.error(changes), sequence.extrapolated_change)
+    frequency, amplitude = left_out.error(changes) + sequence.extrapolated_change
     amplitude += last.located.amplitude_error + PeakSearch().tolerance
     frequency += last.located.frequency_error(amplitude)
     return _Converged(sequence, (frequency, amplitude), find_superharmonic(balance, *at))

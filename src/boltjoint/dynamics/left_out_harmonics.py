@@ -57,7 +57,7 @@ class LeftOutHarmonics(Options):
     tolerance, iterations
         Residual of GMRES over the right side, and its iterations at most.
     safety
-        Factor of the change of the last correction, for what further ones would add.
+        Factor of the largest change by corrections, for what further ones would add.
     """
 
     times: int = 3
@@ -80,7 +80,7 @@ class LeftOutHarmonics(Options):
     def error(self, changes: Array) -> Array:
         """Error that a quantity may have by its relative changes, one row for each correction."""
         before = np.zeros(changes.shape[1]) if len(changes) == 1 else changes[-2]
-        return self.safety * abs(changes[-1]) + abs(changes[-1] - before)
+        return self.safety * abs(changes).max(axis=0) + abs(changes[-1] - before)
 
 
 def changes_by_left_out_harmonics(

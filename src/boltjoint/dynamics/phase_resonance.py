@@ -32,9 +32,8 @@ from boltjoint.solvers.newton_krylov import NewtonKrylov
 
 Array = NDArray[np.float64]
 
-#: sharpness of a peak whose dissipation grows with the fourth power of the amplitude, above that of
-#: microslip: peaks are not flatter
-_FLATTEST = 0.25
+#: sharpness that counts, at least: amplitudes of flatter peaks tell nothing of their phase
+_FLATTEST = 0.02
 
 
 @dataclass(frozen=True)
@@ -79,10 +78,10 @@ class PeakSearch(Options):
 class LocatedPeak(NamedTuple):
     """A peak of the first harmonic.
 
-    ``frequency`` [Hz] and ``motion``; ``frequency_by_phase``, the derivative of ln w by the phase;
-    ``sharpness``, minus the second derivative of the logarithm of the amplitude by the phase: 1 at
-    a linear resonance, less where friction makes the peak flat; ``distance`` by which its phase may
-    be off [rad], and ``amplitude_error``, relative: by that, and by the roughness of amplitudes.
+    ``frequency`` [Hz] and ``motion``; ``frequency_by_phase``, the largest change of ln w by the
+    phase; ``sharpness``, minus the second derivative of the logarithm of the amplitude by the
+    phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
+    its phase may be off [rad], and ``amplitude_error``, relative: by that, and by roughness.
     """
 
     frequency: float
@@ -100,7 +99,7 @@ class LocatedPeak(NamedTuple):
         """
         moved = amplitude_error / (PeakSearch().spread * self.sharpness)
         phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + self.distance
-        return float(abs(self.frequency_by_phase) * phase)
+        return float(self.frequency_by_phase * phase)
 
 
 class PhaseEquations(Equations):
@@ -329,7 +328,7 @@ class _Resonance:
             vertex=phases[1] + spread * vertex,
             highest=np.polyval(by_value, vertex),
             sharpness=-2 * by_value[0] / spread**2,
-            frequency_by_phase=(w[2] - w[0]) / (2 * spread),
+            frequency_by_phase=max(abs(np.diff(w))) / spread,
             distance=spread,
         )
 
