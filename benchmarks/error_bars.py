@@ -5,9 +5,9 @@
 
 The first converges peaks of random small joints of each friction law, the second those of new
 assemblies (``ASSEMBLIES``) under constant and variable normal load, node to node and in clusters.
-All are sought again with three times the harmonics and samples. Printed for each group: how many
-error bars of converged peaks (truncation) and of peaks of one harmonic hold that peak, and the
-median of a bar over the error that it stands for. Those that do not hold are listed.
+All are sought again with three times the harmonics, and at least 1024 samples. Printed for each
+group: how many error bars of converged peaks (truncation) and of peaks of one harmonic hold that
+peak, and the median of a bar over the error that it stands for. Those that do not hold are listed.
 """
 
 import argparse
@@ -153,7 +153,7 @@ def reference_peak(
     """Frequency [Hz] and amplitude [m] of a peak with a number of harmonics."""
     joint = replace(joint, law=without_sampling(joint.law)).distinct
     start = converge_peak(joint, *motion_at_peak(response, force), force, damping).peaks[-1]
-    samples = max(256, 16 * harmonics)
+    samples = max(1024, 16 * harmonics)
     peak = find_peak(
         joint,
         start.frequency,

@@ -31,7 +31,8 @@ def test_arrays_become_responses_and_a_backbone(capsys):
     backbone = names["backbone"]
     # the loss factor couples modes to its second order
     assert stuck == pytest.approx(float(backbone["natural_frequency"][0]), rel=4e-6)
-    assert f"{stuck:.1f} Hz" in README
+    assert f"{stuck:.2f} Hz" in README
+    assert f"{peaks[0, 1]:.2f} Hz" in README
     # at 0.01 N the first pair has begun to slip; at 10 N all slip nearly all the time
     assert peaks[0, 1] == pytest.approx(stuck, rel=2e-3)
     assert peaks[2, 1] == pytest.approx(70.0, rel=1e-4)

@@ -95,11 +95,12 @@ class LocatedPeak(NamedTuple):
         """Relative error of the frequency by that of the amplitude, e.
 
         Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. Errors e of amplitudes that
-        vary over a distance d move it by ``e / (d sharpness)``.
+        vary over a distance d move it by ``e / (d sharpness)``. These are estimates, so that a
+        third is added.
         """
         moved = amplitude_error / (PeakSearch().spread * self.sharpness)
         phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + self.distance
-        return float(self.frequency_by_phase * phase)
+        return float(4 / 3 * self.frequency_by_phase * phase)
 
 
 class PhaseEquations(Equations):
@@ -277,14 +278,15 @@ def _locate(resonance: "_Resonance", first: float, search: PeakSearch) -> _Parab
     spread, best = search.spread, resonance.around_peak(first, search.spread)
     if best is None:
         return None
-    while best.distance > search.width:
+    while min(best.distance, spread) > search.width:
         spread /= search.narrowing
         parabola = resonance.around_peak(best.vertex, spread)
         if parabola is None:
             break
         # vertices converge with the spread at least, where amplitudes are not too rough for it
         distance = abs(parabola.vertex - best.vertex) / (search.narrowing - 1)
-        if distance > best.distance:
+        low, high = (resonance.log_amplitude(one.vertex) for one in (best, parabola))
+        if distance > best.distance and high < low:
             break
         sharpness = min(parabola.sharpness, best.sharpness)
         # of the widest, where frequencies are the least rough
