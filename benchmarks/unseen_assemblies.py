@@ -150,6 +150,8 @@ ASSEMBLIES = {
 
 def onset_of_full_slip(joint: Joint, damping: Damping) -> float:
     """Force of the first peak at which ``FULL_SLIP`` of the load slips [N]."""
+    # whose balance has one of two mirror images
+    joint = joint.distinct
     law = joint.law
     load = law.slip_force if law.name == "constant" else np.maximum(law.normal_load, 0.0)
     forces = [1e-5 * load.sum(), 10 * load.sum()]
