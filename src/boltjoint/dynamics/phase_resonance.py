@@ -95,12 +95,11 @@ class LocatedPeak(NamedTuple):
         """Relative error of the frequency by that of the amplitude, e.
 
         Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. Errors e of amplitudes that
-        vary over a distance d move it by ``e / (d sharpness)``. These are estimates, so that a
-        third is added.
+        vary over a distance d move it by ``e / (d sharpness)``.
         """
         moved = amplitude_error / (PeakSearch().spread * self.sharpness)
         phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + self.distance
-        return float(4 / 3 * self.frequency_by_phase * phase)
+        return float(self.frequency_by_phase * phase)
 
 
 class PhaseEquations(Equations):
