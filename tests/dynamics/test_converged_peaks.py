@@ -167,6 +167,21 @@ def test_a_peak_that_is_not_found_is_left_out(either):
     assert not found.converged
 
 
+def test_a_peak_with_rough_amplitudes_is_that_with_more_samples():
+    """Where slopes change their sign too early, by 2.8e-3 in frequency."""
+    joint, force, loss_factor = error_bars.small_joint("variable", 28, seed=3)
+    frequency, motion = motion_at_peak(
+        solve_response(joint, [force], loss_factor=loss_factor), force
+    )
+    coarse, fine = (
+        find_peak(joint, frequency, force, loss_factor, motion, harmonics=17, samples=samples)
+        for samples in (272, 2176)
+    )
+    assert coarse.frequency == pytest.approx(fine.frequency, rel=3e-4)
+    amplitudes = [abs(peak.motion.amplitude(joint.response_mode)) for peak in (coarse, fine)]
+    assert amplitudes[0] == pytest.approx(amplitudes[1], rel=2e-3)
+
+
 @pytest.mark.parametrize("law", ["constant", "variable", "coupled-constant"])
 def test_error_bars_of_random_joints_hold_three_times_the_harmonics(law):
     joints = error_bars.small_joints([law], 3, seed=3)
