@@ -339,7 +339,7 @@ class _Resonance:
         at = (np.array(near) - phase) / self._search.spread
         values = np.array([self.log_amplitude(x) for x in near])
         left = values - np.polyval(np.polyfit(at, values, 3), at)
-        return float(np.linalg.norm(left) / np.sqrt(len(near) - 4))
+        return float(np.linalg.norm(left) / np.sqrt(max(len(near) - 4, 1)))
 
     def log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
