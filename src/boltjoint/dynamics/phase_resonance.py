@@ -67,7 +67,7 @@ class PeakSearch(Options):
 
     spread: float = 0.1
     narrowing: float = 3.0
-    smallest_step: float = 1e-4
+    smallest_step: float = 1e-3
     largest_turn: float = 1.4
     largest_distance: float = 0.1
     width: float = 3e-3
