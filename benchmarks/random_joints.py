@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint.dynamics.branch import to_dataset
 from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.stability import StabilityOptions
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.variable import VariableLoad
@@ -143,7 +144,9 @@ def solve(law: str, coordinates: str, index: int, seed: int = SEED) -> dict[str,
     peak = 0.0 if branch.peak is None else branch.amplitude[branch.peak]
     residual = np.nan
     if branch.peak is not None:
-        response = to_dataset(joint, [branch], loss_factor).isel(solution=[branch.peak])
+        one_harmonic = StabilityOptions(harmonics=1)
+        response = to_dataset(joint, [branch], loss_factor, stability=one_harmonic)
+        response = response.isel(solution=[branch.peak])
         residual = residual_in_time.residuals_in_time(joint_to_dataset(joint), response)[0]
     return {
         "law": law,

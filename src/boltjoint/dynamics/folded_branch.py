@@ -19,8 +19,9 @@ from boltjoint.dynamics.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.linear_modes import LinearModes
 from boltjoint.dynamics.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
-from boltjoint.solvers import arc_length
-from boltjoint.solvers.equations import Solution, SolutionBranch, StepControl
+from boltjoint.solvers.arc_length import Tracer
+from boltjoint.solvers.corrector import Corrector
+from boltjoint.solvers.equations import LazyJacobian, Solution, SolutionBranch, StepControl
 from boltjoint.solvers.newton import newton
 
 Array = NDArray[np.float64]
@@ -29,13 +30,15 @@ Array = NDArray[np.float64]
 #: turning points with more harmonics may lie outside
 _MARGINS = (1.0, 4.0, np.inf)
 
-#: twice the steps of a response, whose solutions are guesses here; a branch of more solutions is
-#: lost among corners
-_CONTROL = StepControl(tolerance=1e-7, smallest_step=1e-5, largest_step=0.15, maximum_solutions=400)
+#: twice the steps of a response, whose solutions are guesses here
+_CONTROL = StepControl(tolerance=1e-7, smallest_step=1e-5, largest_step=0.15)
 #: a motion that opens and closes is far from that of few harmonics
 _FROM_FEW = replace(_CONTROL, maximum_iterations=50)
 #: time samples with which the branch is followed: enough for guesses
 _FEW_SAMPLES = 256
+#: evaluations with few samples after which a branch is lost among corners, three a solution where
+#: it is not, and after which no more motions are sought: those of some 200
+_OF_BRANCH, _IN_ALL = 1000, 5000
 #: unknowns beyond which a branch takes minutes: motions are sought from the solutions alone
 _LARGE = 500
 #: distance of a motion from its solution, over the size of that, above which others are sought
@@ -74,8 +77,8 @@ class FoldedBranch:
         self.balance, coarse = (
             _with_harmonics(balance, harmonics, number) for number in (samples, few_samples)
         )
-        self._equations, self._of_few = LinearModes(self.balance), balance.components
-        self._guiding = LinearModes(coarse)
+        self._equations, self._of_few = _Counted(self.balance), balance.components
+        self._guiding = _Counted(coarse)
         self._frequency, self._x = frequency, x
         self._whole: SolutionBranch | None = None
         self._parts = self._follow(folds)
@@ -87,8 +90,10 @@ class FoldedBranch:
         -------
         ndarray or None
             Modal coordinates of the balance with more harmonics, shape (components * modes,); None
-            where no motion is known.
+            where no motion is known, or so many evaluations were made that no more are sought.
         """
+        if self._evaluations > _IN_ALL:
+            return None
         own, w = self._with_all_harmonics(self._x[place]), 2 * np.pi * self._frequency[place]
 
         def distance(motion: Array) -> float:
@@ -118,6 +123,11 @@ class FoldedBranch:
         w = np.array([solution.p for solution in self._whole.solutions])
         return find_folds(w / (2 * np.pi)).frequency_range
 
+    @property
+    def _evaluations(self) -> float:
+        """Evaluations of the balance so far, in those with few samples."""
+        return self._guiding.evaluations + self._equations.evaluations
+
     def _follow(self, folds: Folds) -> list[SolutionBranch]:
         """The part from one end to the other; else what there is of it from both ends."""
         parts: list[SolutionBranch] = []
@@ -133,8 +143,7 @@ class FoldedBranch:
                     self._whole = found[-1]
                     return found[-1:]
             parts = found or parts
-            # what is lost among corners is so from ends farther away too
-            if any(len(each.solutions) >= _CONTROL.maximum_solutions for each in found):
+            if self._evaluations > _OF_BRANCH:
                 break
         return parts
 
@@ -159,15 +168,17 @@ class FoldedBranch:
         return newton(self._guiding, guess, float(w), _FROM_FEW)[0]
 
     def _trace(self, begin: Solution, end: float) -> SolutionBranch:
-        """From a motion to a frequency [rad/s]."""
+        """From a motion to a frequency [rad/s], or until it is lost among corners."""
         largest_scale = _CONTROL.window_scale * 2 * np.pi * float(np.ptp(self._frequency))
-        return arc_length.trace(
-            self._guiding,
-            begin.x,
-            (begin.p, end),
-            _CONTROL,
-            scale=lambda w: min(largest_scale, _CONTROL.parameter_scale * w),
+        corrector = Corrector(
+            self._guiding, _CONTROL, lambda w: min(largest_scale, _CONTROL.parameter_scale * w)
         )
+        branch, most = SolutionBranch(), self._evaluations + _OF_BRANCH
+        tracer = Tracer(corrector, (begin.p, end), branch)
+        if tracer.start(begin.x, begin.p):
+            while tracer.advance() and self._evaluations <= most:
+                pass
+        return branch
 
     def _solve(self, guesses: Sequence[Array], w: float, control: StepControl) -> list[Array]:
         """Motions at a frequency [rad/s] near guesses, without those that are not found."""
@@ -200,6 +211,19 @@ class FoldedBranch:
         """A motion of few harmonics in the components of all."""
         motion = PeriodicMotion(self._of_few, x.reshape(len(self._of_few), -1))
         return motion.in_components(self.balance.components).ravel()
+
+
+class _Counted(LinearModes):
+    """The equations, with the number of their evaluations: those of few samples as one."""
+
+    def __init__(self, balance: HarmonicBalance) -> None:
+        super().__init__(balance)
+        self.evaluations = 0.0
+
+    def evaluate(self, x: Array, p: float, load_factor: float = 1.0) -> tuple[Array, LazyJacobian]:
+        """Residual and Jacobian."""
+        self.evaluations += self.balance.joint.law.samples / _FEW_SAMPLES
+        return super().evaluate(x, p, load_factor)
 
 
 def _with_harmonics(balance: HarmonicBalance, harmonics: int, samples: int) -> HarmonicBalance:
