@@ -64,7 +64,7 @@ class StabilityOptions(Options):
         stability is found too. Where a branch does not fold, none is.
     harmonics
         Highest harmonic of the motion whose stability is found. With 15, marks of 98 of 100 random
-        motions at folds are those in time, with one 82. Solutions with as many or more are their
+        motions at folds are those in time, with one 84. Solutions with as many or more are their
         own motion.
     samples
         Time samples of a period at which forces are sampled and sliders followed, at least twice
