@@ -103,6 +103,7 @@ def test_boltjoint_is_the_package_by_default(tmp_path):
     script.write_text("from boltjoint.config.strict_yaml import parse_mapping\n", encoding="utf-8")
     modules = (
         "__init__",
+        "checks",
         "config/__init__",
         "config/strict_yaml",
         "config/types",
