@@ -70,6 +70,24 @@ def make_preload(joint: Joint) -> xr.Dataset:
     )
 
 
+def make_two_pairs() -> tuple[xr.Dataset, xr.Dataset]:
+    """One mode, and a preload, at two contact pairs of which one is open."""
+    axes, position = {"axis": ["x", "y", "z"]}, (("pair", "axis"), np.zeros((2, 3)))
+    modes = {
+        "natural_frequency": ("mode", [50.0]),
+        "excitation_mode": ("mode", [1.0]),
+        "response_mode": ("mode", [1.0]),
+        "relative_mode": (("axis", "pair", "mode"), np.ones((3, 2, 1))),
+        "position": position,
+    }
+    carried = {
+        "normal_load": ("pair", [1.0, 0.0]),
+        "gap": ("pair", [0.0, 1e-6]),
+        "position": position,
+    }
+    return xr.Dataset(modes, axes), xr.Dataset(carried, axes)
+
+
 def connect_small(
     law: str, keys: Mapping[str, float], preload_ratio: float = 1.0
 ) -> tuple[Joint, xr.Dataset]:

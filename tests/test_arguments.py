@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
-from small_joint import make_joint, make_preload
+from small_joint import make_joint, make_preload, make_two_pairs
 
 from boltjoint import dataset
 from boltjoint.dynamics import branch, folds
@@ -106,21 +105,8 @@ def periodic(joint=JOINT, frequency=70.0, force=1.0, loss_factor=0.01, **options
 
 def connected(modes=None, preload=None, k=1e8, mu=0.1, normal=None):
     """A joint of two pairs."""
-    shapes = {
-        "natural_frequency": ("mode", [50.0]),
-        "excitation_mode": ("mode", [1.0]),
-        "response_mode": ("mode", [1.0]),
-        "relative_mode": (("axis", "pair", "mode"), np.ones((3, 2, 1))),
-        "position": (("pair", "axis"), np.zeros((2, 3))),
-    }
-    carried = {
-        "normal_load": ("pair", [1.0, 0.0]),
-        "gap": ("pair", [0.0, 1e-6]),
-        "position": shapes["position"],
-    }
-    axes = {"axis": ["x", "y", "z"]}
-    found = xr.Dataset(shapes | (modes or {}), axes), xr.Dataset(carried | (preload or {}), axes)
-    return connect_nodes(*found, k, mu, normal)
+    shapes, carried = make_two_pairs()
+    return connect_nodes(shapes.assign(modes or {}), carried.assign(preload or {}), k, mu, normal)
 
 
 ATTACKS = {

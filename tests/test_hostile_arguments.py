@@ -5,9 +5,8 @@ from dataclasses import fields
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 from hostile_arguments import assert_refused
-from small_joint import make_joint, make_preload
+from small_joint import make_joint, make_preload, make_two_pairs
 
 import boltjoint
 from boltjoint import dataset
@@ -36,15 +35,7 @@ RESPONSE = boltjoint.solve_response(JOINT, **FORCES)
 IWAN = FourParameterIwan([0], [1.0], [1.0], [-0.5], [0.0])
 K, SLIP = np.array([1e6, 2e6, 4e6]), np.array([1.0, 2.0, 3.0])
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
-PAIRS = {
-    "natural_frequency": ("mode", [50.0]),
-    "excitation_mode": ("mode", [1.0]),
-    "response_mode": ("mode", [1.0]),
-    "relative_mode": (("axis", "pair", "mode"), np.ones((3, 2, 1))),
-    "position": (("pair", "axis"), np.zeros((2, 3))),
-}
-CARRIED = {"normal_load": ("pair", [1.0, 0.0]), "gap": ("pair", [0.0, 1e-6])}
-AXES = {"axis": ["x", "y", "z"]}
+MODES, PRELOAD = make_two_pairs()
 
 
 def values_of(found):
@@ -72,8 +63,8 @@ CALLS = {
     "connect_nodes": (
         boltjoint.connect_nodes,
         {
-            "modes": xr.Dataset(PAIRS, AXES),
-            "preload": xr.Dataset(CARRIED | {"position": PAIRS["position"]}, AXES),
+            "modes": MODES,
+            "preload": PRELOAD,
             "tangential_stiffness": 1e8,
             "friction_coefficient": 0.1,
             "normal_stiffness": None,
