@@ -64,7 +64,7 @@ def random_joint(law: str, index: int, seed: int = SEED) -> RandomJoint:
     response = excitation if random.random() < 0.5 else random.normal(size=modes)
 
     place = np.linspace(0.0, 1.0, points)
-    along = _rows(random, place, modes)
+    along = relative_rows(random, place, modes)
     on = np.concatenate([np.arange(points), random.integers(0, points, elements - points)])
     random.shuffle(on)
     squared = (2 * np.pi * frequency) ** 2
@@ -83,7 +83,7 @@ def random_joint(law: str, index: int, seed: int = SEED) -> RandomJoint:
         beta = random.choice([0.0, 0.1, 1.0, 10.0], elements)
         elements_of_law = FourParameterIwan(on, tangential, friction * load, chi, beta)
     else:
-        across = _rows(random, place, modes)
+        across = relative_rows(random, place, modes)
         normal = tangential * 10 ** random.uniform(-1.5, random.choice([1.0, 6.0]))
         stiffest = normal @ across[on, 0] ** 2 / squared[0]
         too_stiff = max(1.0, stiffest / 10 ** random.uniform(1.0, 6.0))
@@ -113,7 +113,7 @@ def random_joint(law: str, index: int, seed: int = SEED) -> RandomJoint:
     return RandomJoint(joint, float(force), float(loss_factor))
 
 
-def _rows(
+def relative_rows(
     random: np.random.Generator, place: NDArray[np.float64], modes: int
 ) -> NDArray[np.float64]:
     """Relative modes that vary along the joint, smoothly or from point to point."""

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from random_joints import _rows
+from random_joints import relative_rows
 
 from boltjoint.damping import Damping, ModalDamping
 from boltjoint.dynamics.folded_branch import FoldedBranch
@@ -64,7 +64,7 @@ def folding_joint(random: np.random.Generator) -> FoldingJoint:
     excitation = random.normal(size=modes)
     response = excitation if random.random() < 0.5 else random.normal(size=modes)
     place = np.linspace(0.0, 1.0, points)
-    along, across = _rows(random, place, modes), _rows(random, place, modes)
+    along, across = relative_rows(random, place, modes), relative_rows(random, place, modes)
     on = np.concatenate([np.arange(points), random.integers(0, points, elements - points)])
     # stiffness against that of the first mode
     tangential = 10 ** random.uniform(-0.7, 0.7, elements) * 10 ** random.uniform(-1.5, 1.0)

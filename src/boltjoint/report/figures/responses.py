@@ -49,8 +49,7 @@ def plot_response(
 
     The axes span the frequencies at which some response is half its peak or more, and a margin.
     Dashed are solutions whose motion is unstable, dotted those where that is known of few harmonics
-    only. Peaks with as many harmonics as converge are joined to those of
-    the response.
+    only. Peaks with as many harmonics as converge are joined to those of the response.
 
     Parameters
     ----------
