@@ -24,7 +24,7 @@ from boltjoint.dynamics.left_out_harmonics import (
     changes_by_left_out_harmonics,
 )
 from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.dynamics.phase_resonance import LocatedPeak, PeakSearch, find_peak
+from boltjoint.dynamics.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
 from boltjoint.dynamics.superharmonics import Superharmonic, find_superharmonic
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.law import ElementLaw
@@ -173,22 +173,43 @@ def converge_peak(
     tolerances = options.frequency_tolerance, options.amplitude_tolerance
     known = max(parse_component(name)[1] for name in motion.components)
     amplitude = abs(motion.amplitude(joint.response_mode))
-    sequence = PeakSequence((HarmonicPeak(known, frequency, amplitude, motion),))
+    given = HarmonicPeak(known, frequency, amplitude, motion)
+    sequence, resonances = PeakSequence((given,)), []
     for highest in options.harmonics:
         if highest <= known:
             continue
-        last = sequence.peaks[-1]
-        near = last.frequency, force, damping, last.motion
-        located = find_peak(joint, *near, **options.sampling(highest))
+        last, fewer = sequence.peaks[-1], resonances[-1] if resonances else None
+        law = AlternatingFrequencyTime(joint.law, **options.sampling(highest))
+        balance = HarmonicBalance(replace(joint, law=law), damping, force)
+        resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
+        located = resonance.peak(narrowed=False)
         logger.info("%g N, %d harmonics: %s", force, highest, located and located.frequency)
         if located is None:
             continue
-        amplitude = abs(located.motion.amplitude(joint.response_mode))
-        peak = HarmonicPeak(highest, located.frequency, amplitude, located.motion, located)
-        sequence = PeakSequence((*sequence.peaks, peak))
+        resonances.append(resonance)
+        sequence = PeakSequence((*sequence.peaks, _peak_with(highest, located, joint)))
         if sequence.changes_within(tolerances):
-            return sequence._replace(converged=True)
-    return sequence
+            sequence = _narrowed(sequence, resonances, joint)
+            if sequence.changes_within(tolerances):
+                return sequence._replace(converged=True)
+    return _narrowed(sequence, resonances, joint)
+
+
+def _narrowed(
+    sequence: PeakSequence, resonances: Sequence[PhaseResonance], joint: Joint
+) -> PeakSequence:
+    """With the last two peaks, whose change counts, located as well as they can be."""
+    peaks = list(sequence.peaks)
+    for place, resonance in zip((-1, -2), reversed(resonances), strict=False):
+        located = resonance.peak()
+        if located is not None:
+            peaks[place] = _peak_with(peaks[place].harmonics, located, joint)
+    return PeakSequence(tuple(peaks))
+
+
+def _peak_with(harmonics: int, located: LocatedPeak, joint: Joint) -> HarmonicPeak:
+    amplitude = abs(located.motion.amplitude(joint.response_mode))
+    return HarmonicPeak(harmonics, located.frequency, amplitude, located.motion, located)
 
 
 def converge_peaks(

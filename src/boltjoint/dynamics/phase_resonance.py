@@ -81,7 +81,8 @@ class LocatedPeak(NamedTuple):
     ``frequency`` [Hz] and ``motion``; ``frequency_by_phase``, the largest change of ln w by the
     phase; ``sharpness``, minus the second derivative of the logarithm of the amplitude by the
     phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
-    its phase may be off [rad], and ``amplitude_error``, relative: by that, and by roughness.
+    its phase may be off [rad]; ``spread`` of the phases whose amplitudes tell it [rad];
+    ``amplitude_error``, relative: by the distance, and by roughness.
     """
 
     frequency: float
@@ -89,15 +90,16 @@ class LocatedPeak(NamedTuple):
     frequency_by_phase: float
     sharpness: float
     distance: float
+    spread: float
     amplitude_error: float
 
     def frequency_error(self, amplitude_error: float) -> float:
         """Relative error of the frequency by that of the amplitude, e.
 
         Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. Errors e of amplitudes that
-        vary over a distance d move it by ``e / (d sharpness)``.
+        vary over the spread move it by ``e / (spread sharpness)``.
         """
-        moved = amplitude_error / (PeakSearch().spread * self.sharpness)
+        moved = amplitude_error / (self.spread * self.sharpness)
         phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + self.distance
         return float(self.frequency_by_phase * phase)
 
@@ -232,30 +234,9 @@ def find_peak(
         If an argument is of another kind or out of range.
     """
     checks.instance("joint", joint, Joint)
-    checks.instance("start", start, PeriodicMotion)
-    frequency = checks.number("frequency", frequency, above=0)
     law = AlternatingFrequencyTime(joint.law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
-    equations, y, phase = PhaseEquations.near(balance, start, frequency)
-    resonance = _Resonance(equations, y, search)
-    try:
-        peak = _locate(resonance, phase, search)
-    except _NotConverged:
-        return None
-    if peak is None:
-        return None
-    q, w = equations.solution(resonance.solution(peak.vertex))
-    at = w / (2 * np.pi)
-    if abs(at - frequency) > search.largest_distance * frequency:
-        return None
-    motion = PeriodicMotion(law.components, q.reshape(len(law.components), -1))
-    sharpness = max(peak.sharpness, _FLATTEST)
-    # two standard deviations of the vertex, by those of three amplitudes
-    moved = np.sqrt(2) * resonance.roughness(peak.vertex) / (peak.spread * sharpness)
-    distance = peak.distance + min(moved, peak.spread)
-    off = abs(resonance.log_amplitude(peak.vertex) - peak.highest)
-    error = 2 * off + sharpness * distance**2 / 2
-    return LocatedPeak(at, motion, peak.frequency_by_phase, sharpness, distance, error)
+    return PhaseResonance(balance, frequency, start, search=search).peak()
 
 
 class _Parabola(NamedTuple):
@@ -272,48 +253,112 @@ class _Parabola(NamedTuple):
     distance: float
 
 
-def _locate(resonance: "_Resonance", first: float, search: PeakSearch) -> _Parabola | None:
-    """The parabola of a peak near a first phase; None without a peak."""
-    spread, best = search.spread, resonance.around_peak(first, search.spread)
-    if best is None:
-        return None
-    while min(best.distance, spread) > search.width:
-        spread /= search.narrowing
-        parabola = resonance.around_peak(best.vertex, spread)
-        if parabola is None:
-            break
-        # vertices converge with the spread at least, where amplitudes are not too rough for it
-        distance = abs(parabola.vertex - best.vertex) / (search.narrowing - 1)
-        low, high = (resonance.log_amplitude(one.vertex) for one in (best, parabola))
-        if distance > best.distance and high < low:
-            break
-        sharpness = min(parabola.sharpness, best.sharpness)
-        # of the widest, where frequencies are the least rough
-        by_phase = best.frequency_by_phase
-        best = parabola._replace(
-            distance=distance, sharpness=sharpness, frequency_by_phase=by_phase
-        )
-    return best
+class PhaseResonance:
+    """Motions near a resonance by the phase of the output point, each started from those near it.
 
+    Parameters
+    ----------
+    balance
+        In linear modes, with AFT.
+    frequency, start
+        Peak frequency with fewer harmonics [Hz], and the motion there.
+    fewer
+        Motions with fewer harmonics, whose changes with the phase are those to expect.
+    search
+        Steps and tolerances.
 
-class _Resonance:
-    """Solutions of ``PhaseEquations`` by the phase, each started from those near it."""
+    Raises
+    ------
+    ValueError
+        If an argument is of another kind or out of range.
+    """
 
-    def __init__(self, equations: PhaseEquations, start: Array, search: PeakSearch) -> None:
+    def __init__(
+        self,
+        balance: HarmonicBalance,
+        frequency: float,
+        start: PeriodicMotion,
+        *,
+        fewer: "PhaseResonance | None" = None,
+        search: PeakSearch = PeakSearch(),
+    ) -> None:
+        checks.instance("start", start, PeriodicMotion)
         checks.instance("search", search, PeakSearch)
+        frequency = checks.number("frequency", frequency, above=0)
+        near = PhaseEquations.near(balance, start, frequency)
+        self._equations, self._start, self._first = near
+        self._fewer, self._search = fewer, search
         self._solutions: dict[float, Array] = {}
-        self._equations, self._start, self._search = equations, start, search
         control = StepControl(tolerance=search.tolerance, maximum_iterations=search.iterations)
-        self._solver = NewtonKrylov(equations, control)
+        self._solver = NewtonKrylov(self._equations, control)
 
-    def around_peak(self, first: float, spread: float) -> _Parabola | None:
+    def peak(self, *, narrowed: bool = True) -> LocatedPeak | None:
+        """The peak, or None without one within the largest distance.
+
+        By the first parabola alone, not narrowed, three solutions are enough: what is between
+        them is interpolated.
+        """
+        parabola = self._locate(self._search.width if narrowed else np.inf)
+        if parabola is None:
+            return None
+        try:
+            y = self._solution(parabola.vertex) if narrowed else self._between(parabola.vertex)
+        except _NotConverged:
+            return None
+        q, w = self._equations.solution(y)
+        components = self._equations.balance.components
+        sharpness = max(parabola.sharpness, _FLATTEST)
+        # two standard deviations of the vertex, by those of three amplitudes
+        moved = np.sqrt(2) * self._roughness(parabola.vertex) / (parabola.spread * sharpness)
+        distance = parabola.distance + min(moved, parabola.spread)
+        off = abs(np.log(self._equations.output.value(q)) - parabola.highest)
+        return LocatedPeak(
+            frequency=w / (2 * np.pi),
+            motion=PeriodicMotion(components, q.reshape(len(components), -1)),
+            frequency_by_phase=parabola.frequency_by_phase,
+            sharpness=sharpness,
+            distance=distance,
+            spread=self._search.spread,
+            amplitude_error=2 * off
+            + max(self._rise(parabola.vertex, distance), sharpness * distance**2 / 2),
+        )
+
+    def _locate(self, width: float) -> _Parabola | None:
+        """The parabola of the peak, its vertex within a width where it can be; None without one."""
+        spread = self._search.spread
+        try:
+            best = self._around_peak(self._first, spread)
+        except _NotConverged:
+            return None
+        while best is not None and min(best.distance, spread) > width:
+            spread /= self._search.narrowing
+            try:
+                parabola = self._around_peak(best.vertex, spread)
+            except _NotConverged:
+                break
+            if parabola is None:
+                break
+            # vertices converge with the spread at least, where amplitudes are not too rough for it
+            distance = abs(parabola.vertex - best.vertex) / (self._search.narrowing - 1)
+            low, high = (self._log_amplitude(one.vertex) for one in (best, parabola))
+            if distance > best.distance and high < low:
+                break
+            sharpness = min(parabola.sharpness, best.sharpness)
+            # of the widest, where frequencies are the least rough
+            by_phase = best.frequency_by_phase
+            best = parabola._replace(
+                distance=distance, sharpness=sharpness, frequency_by_phase=by_phase
+            )
+        return best
+
+    def _around_peak(self, first: float, spread: float) -> _Parabola | None:
         """The parabola uphill from a phase whose middle is the highest of its phases, or None."""
         moved = 0
         # the start is nearest to it
-        self.solution(first)
+        self._solution(first)
         while abs(moved) * spread <= self._search.largest_turn:
             phases = first + spread * np.arange(moved - 1, moved + 2)
-            below, at, above = (self.log_amplitude(phase) for phase in phases)
+            below, at, above = (self._log_amplitude(phase) for phase in phases)
             if at >= max(below, above):
                 return self._parabola(phases, np.array([below, at, above]))
             moved += 1 if above > below else -1
@@ -333,46 +378,99 @@ class _Resonance:
             distance=spread,
         )
 
-    def roughness(self, phase: float) -> float:
+    def _roughness(self, phase: float) -> float:
         """Deviation of the logarithms of amplitudes near a phase from a cubic polynomial."""
         near = [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
+        if len(near) <= 4:
+            return 0.0
         at = (np.array(near) - phase) / self._search.spread
-        values = np.array([self.log_amplitude(x) for x in near])
+        values = np.array([self._log_amplitude(x) for x in near])
         left = values - np.polyval(np.polyfit(at, values, 3), at)
-        return float(np.linalg.norm(left) / np.sqrt(max(len(near) - 4, 1)))
+        return float(np.linalg.norm(left) / np.sqrt(len(near) - 4))
 
-    def log_amplitude(self, phase: float) -> float:
+    def _rise(self, phase: float, distance: float) -> float:
+        """By how much the logarithm of the amplitude may be higher within a distance of a phase.
+
+        Amplitudes that are concave lie below their chords: where a peak is a corner, two chords
+        meet above it.
+        """
+        known = np.array(sorted(self._solutions))
+        values = np.array([self._log_amplitude(one) for one in known])
+        slopes = np.diff(values) / np.diff(known)
+        at = int(np.searchsorted(known, phase))
+        near = slopes[max(at - 1, 0) : at + 1]
+        rises = [0.0]
+        # between the phase and its neighbour on either side
+        for own, beyond, other in ((at - 1, at + 1, at + 1), (at, at - 2, at - 1)):
+            if 0 <= own < slopes.size and 0 <= beyond < slopes.size and slopes[own] != slopes[beyond]:
+                missing = values[other] - slopes[beyond] * (known[other] - phase) - values[at]
+                rises.append(slopes[own] * missing / (slopes[own] - slopes[beyond]))
+        return float(min(max(rises), abs(near).max(initial=0.0) * distance))
+
+    def _log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
-        q, _ = self._equations.solution(self.solution(phase))
+        q, _ = self._equations.solution(self._solution(phase))
         return float(np.log(self._equations.output.value(q)))
 
-    def solution(self, phase: float) -> Array:
+    def _solution(self, phase: float) -> Array:
         """The solution at a phase."""
         if phase not in self._solutions:
             self._solutions[phase] = self._solve(phase)
         return self._solutions[phase]
 
     def _solve(self, phase: float) -> Array:
-        known = sorted(self._solutions, key=lambda other: abs(other - phase))
-        for guess in self._guesses(phase, known):
+        for guess in self._guesses(phase):
             found = self._solver.solve(guess, phase)
             moved = abs(self._equations.log_frequency(found.x - self._start))
             # other resonances have the same phases
             if found.converged and moved <= self._search.largest_distance:
                 return found.x
-        if not known or abs(phase - known[0]) < self._search.smallest_step:
+        nearest = self._nearest(phase)
+        if not nearest or abs(phase - nearest[0]) < self._search.smallest_step:
             raise _NotConverged
         # by a solution between
-        self.solution((phase + known[0]) / 2)
+        self._solution((phase + nearest[0]) / 2)
         return self._solve(phase)
 
-    def _guesses(self, phase: float, known: list[float]) -> Iterator[Array]:
-        """Interpolated between the three nearest known solutions, the nearest, or the start."""
-        if len(known) > 1:
-            near = known[:3]
-            weights = BarycentricInterpolator(near, np.eye(len(near)))(phase)
-            yield sum(x * self._solutions[one] for one, x in zip(near, weights, strict=True))
-        yield self._solutions[known[0]] if known else self._start
+    def _guesses(self, phase: float) -> Iterator[Array]:
+        """By the change with fewer harmonics, between known solutions, the nearest, or the start.
+
+        Three solutions with these harmonics tell more than those with fewer.
+        """
+        nearest = self._nearest(phase)
+        if not nearest:
+            yield self._start
+            return
+        near = self._solutions[nearest[0]]
+        if len(nearest) < 3 and self._fewer is not None and self._fewer._spans(phase):
+            yield near + self._with_fewer(phase) - self._with_fewer(nearest[0])
+        elif len(nearest) > 1:
+            yield self._between(phase)
+        yield near
+
+    def _nearest(self, phase: float) -> list[float]:
+        """The known phases, the nearest one first."""
+        return sorted(self._solutions, key=lambda other: abs(other - phase))
+
+    def _between(self, phase: float) -> Array:
+        """Interpolated between the three nearest known solutions."""
+        near = self._nearest(phase)[:3]
+        weights = BarycentricInterpolator(near, np.eye(len(near)))(phase)
+        return sum(x * self._solutions[one] for one, x in zip(near, weights, strict=True))
+
+    def _spans(self, phase: float) -> bool:
+        """Whether a phase is between known ones, or near enough."""
+        room = self._search.spread / 2
+        return min(self._solutions) - room <= phase <= max(self._solutions) + room
+
+    def _with_fewer(self, phase: float) -> Array:
+        """The unknown of the motion with fewer harmonics at a phase."""
+        equations = self._fewer._equations
+        q, w = equations.solution(self._fewer._between(phase))
+        components = equations.balance.components
+        motion = PeriodicMotion(components, q.reshape(len(components), -1))
+        mine = motion.in_components(self._equations.balance.components)
+        return self._equations.unknown(mine.ravel(), w)
 
 
 class _NotConverged(Exception):
