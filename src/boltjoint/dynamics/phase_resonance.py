@@ -402,9 +402,12 @@ class PhaseResonance:
         rises = [0.0]
         # between the phase and its neighbour on either side
         for own, beyond, other in ((at - 1, at + 1, at + 1), (at, at - 2, at - 1)):
-            if 0 <= own < slopes.size and 0 <= beyond < slopes.size and slopes[own] != slopes[beyond]:
+            if min(own, beyond) < 0 or max(own, beyond) >= slopes.size:
+                continue
+            turn = slopes[own] - slopes[beyond]
+            if turn:
                 missing = values[other] - slopes[beyond] * (known[other] - phase) - values[at]
-                rises.append(slopes[own] * missing / (slopes[own] - slopes[beyond]))
+                rises.append(slopes[own] * missing / turn)
         return float(min(max(rises), abs(near).max(initial=0.0) * distance))
 
     def _log_amplitude(self, phase: float) -> float:
