@@ -39,7 +39,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.coupled import CoupledConstantLoad, CoupledVariableLoad
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import partition_regions
-from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 

@@ -14,7 +14,7 @@ from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.hyper_reduction import weigh_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reductions import reduce_joint
-from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 

@@ -25,7 +25,7 @@ from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.backbone import trace_for_forces
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.joint.model import Joint
-from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.study.convergence import peaks_near

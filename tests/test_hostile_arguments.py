@@ -21,7 +21,7 @@ from boltjoint.joint import bands, fit_options, fitting, io, masing, model, part
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_law, elasticity
-from boltjoint.structure.half_lap import plan
+from boltjoint.structure.makers.half_lap import plan
 from boltjoint.study import convergence, timing
 from boltjoint.verification.multi_harmonic import solve_periodic
 

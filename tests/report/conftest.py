@@ -19,7 +19,7 @@ from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
-from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 

@@ -16,7 +16,7 @@ from boltjoint.report.figures.structure import (
     plot_mesh,
     plot_modes,
 )
-from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 
 
 def test_a_mode_is_the_section_moved_by_its_shape(assembly, modes):

@@ -8,8 +8,10 @@ from scipy import sparse
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.structure.elasticity import assemble
-from boltjoint.structure.half_lap.blocks import extrude
-from boltjoint.structure.half_lap.plan import rectangle_plan
+from boltjoint.structure.makers.half_lap.blocks import extrude
+from boltjoint.structure.makers.half_lap.plan import rectangle_plan
+from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.subspaces import symmetric
 
 COARSE = {
     "description": "two bolts, coarse mesh",
@@ -66,6 +68,13 @@ def brick_bar(length, width, height, elements):
         np.linspace(0, length, along + 1), np.linspace(-width / 2, width / 2, across + 1)
     )
     return extrude(plan, np.linspace(-height / 2, height / 2, through + 1))
+
+
+def symmetric_part(assembly):
+    """The symmetric motion of an assembly, and the displacements of its nodes by the unknowns."""
+    structure = structure_of(assembly)
+    part = symmetric(structure)
+    return part, structure.geometry.displacement @ part.basis
 
 
 def block_on_ground(elements, youngs_modulus, penalty):

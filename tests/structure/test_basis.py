@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from examples import symmetric_part
 from scipy.linalg import eigh
 from scipy.sparse import diags_array
 
@@ -12,14 +13,21 @@ from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.damping import ModalDamping, ModalStructure
 from boltjoint.dataset import save
 from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, balanced_pod_modes
 from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots
-from boltjoint.structure.constraints import assemble_assembly, factorise, relative_displacements
+from boltjoint.structure.factors import factorise
+from boltjoint.structure.makers.half_lap.constraints import (
+    assemble_assembly,
+    relative_displacements,
+)
+from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in
-from boltjoint.structure.symmetry import symmetric_half
+from boltjoint.structure.preload import apply_preload
+from boltjoint.structure.subspaces import symmetric
 
 SMALL = ContactAdaptedBasis(states=8, adaptations=1, trial_step=72)
 CONDITIONS = [
@@ -31,12 +39,12 @@ CONDITIONS = [
 
 @pytest.fixture(scope="module")
 def half(assembly):
-    return symmetric_half(assembly)
+    return symmetric(structure_of(assembly))
 
 
 @pytest.fixture(scope="module")
-def candidates(assembly, preload, half):
-    return find_candidates(assembly, preload, half, SMALL.free_modes)
+def candidates(preload, half):
+    return find_candidates(half, preload, SMALL.free_modes)
 
 
 @pytest.fixture(scope="module")
@@ -57,11 +65,27 @@ def test_symmetric_unknowns_have_the_symmetric_modes_of_the_whole(assembly, half
     np.testing.assert_allclose(np.sqrt(squared) / (2 * np.pi), expected, rtol=1e-8)
 
 
-def test_a_mesh_without_symmetry_is_refused(assembly, preload):
+def test_the_whole_is_solved_where_symmetry_is_not_used(assembly, preload, pod_modes, enriched):
+    whole = structure_of(assembly).without_symmetry()
+    alone = apply_preload(whole, 8e3)
+    np.testing.assert_allclose(alone["normal_load"], preload["normal_load"], atol=1e-6)
+    basis = find_modes(whole, "enriched-40", find_pod_modes(whole, alone, CONDITIONS, SMALL))
+    # it holds lateral motion too, which does not respond
+    of_half, of_whole = (
+        solve_response(CONDITIONS[0].connect(preload, each), [5.0, 50.0], loss_factor=2e-3)
+        for each in (enriched, basis)
+    )
+    for name, tolerance in (("peak_frequency", 1e-4), ("peak_amplitude", 2e-3)):
+        np.testing.assert_allclose(of_whole[name], of_half[name], rtol=tolerance)
+
+
+def test_a_mesh_without_symmetry_is_solved_as_a_whole(assembly, modes):
     moved = assembly.copy(deep=True)
-    moved["coordinate"][5, 1] += 1e-5
-    with pytest.raises(ValueError, match="not symmetric about y = 0"):
-        find_pod_modes(moved, preload, CONDITIONS, SMALL)
+    moved["coordinate"][np.argmax(assembly["coordinate"][:, 1].to_numpy()), 1] += 1e-5
+    structure = structure_of(moved)
+    assert structure.symmetry is None
+    found = find_modes(structure, "free-3")["natural_frequency"]
+    np.testing.assert_allclose(found, modes["natural_frequency"], rtol=1e-3)
 
 
 def test_candidates_have_unit_stiffness_and_their_mass(candidates, half):
@@ -73,7 +97,7 @@ def test_candidates_have_unit_stiffness_and_their_mass(candidates, half):
 
 
 def test_candidates_hold_the_response_to_contact_forces_exactly(candidates, assembly, half):
-    C = relative_displacements(assembly) @ half.displacement
+    C = half.relative
     force = np.random.default_rng(1).standard_normal((2, len(candidates.weight)))
     upper = np.flatnonzero(assembly["position"][:, 1] > -1e-9)
     by_pair = np.zeros((assembly.sizes["pair"], 3))
@@ -106,7 +130,7 @@ def test_springs_by_woodbury_are_those_of_the_dense_matrix(candidates):
 
 def test_pod_modes_are_of_unit_energy_with_the_contact_stuck(assembly, preload, pod_modes):
     K, _ = assemble_assembly(assembly)
-    vector = pod_modes["pod_mode_shape"].to_numpy().reshape(K.shape[0], -1)
+    vector = symmetric_part(assembly)[1] @ pod_modes["pod_mode_motion"].to_numpy()
     moved = relative_displacements(assembly) @ vector
     spring = 1e8 * np.outer(preload["normal_load"] > 0, [1, 0, 1]).ravel()
     energy = vector.T @ (K @ vector) + moved.T @ (spring[:, None] * moved)
@@ -121,7 +145,7 @@ def test_pod_modes_are_of_unit_energy_with_the_contact_stuck(assembly, preload, 
 def test_a_basis_holds_its_pod_modes(assembly, pod_modes, enriched):
     _, M = assemble_assembly(assembly)
     shape = enriched["mode_shape"].to_numpy().reshape(M.shape[0], -1)
-    vector = pod_modes["pod_mode_shape"].to_numpy()[..., :24].reshape(M.shape[0], -1)
+    vector = symmetric_part(assembly)[1] @ pod_modes["pod_mode_motion"].to_numpy()[:, :24]
     held = shape @ (shape.T @ (M @ vector))
     np.testing.assert_allclose(held, vector, atol=1e-10 * abs(vector).max())
 
@@ -161,13 +185,16 @@ def test_ratios_by_mode_damp_a_basis_as_the_whole_structure(assembly, preload, h
         dynamic = stuck - squared * np.eye(len(stuck)) + 1j * H
         return abs(joint.response_mode @ np.linalg.solve(dynamic, joint.excitation_mode))
 
-    slides = relative_displacements(assembly)[::3] @ half.displacement
+    slides = half.relative[::3]
     springs = diags_array(1e8 * (preload["normal_load"].to_numpy() > 0))
     stiffness = (half.stiffness + slides.T @ springs @ slides).tocsc()
     squared = half.modes(factorise(stiffness), stiffness, 1)[0][0]
     node, axis = assembly["excitation_node"].item(), 2
-    force = half.displacement[[3 * node + axis]].toarray().ravel()
-    phi = half.unknowns(modes["mode_shape"].to_numpy().reshape(-1, 3))
+    displacement = symmetric_part(assembly)[1]
+    force = displacement[[3 * node + axis]].toarray().ravel()
+    # the first displacement of each unknown is the unknown itself
+    own = displacement.tocsc().indices[displacement.tocsc().indptr[:-1]]
+    phi = modes["mode_shape"].to_numpy().reshape(-1, 3)[own]
     w = 2 * np.pi * modes["natural_frequency"].to_numpy()
     U, H = half.mass @ phi, np.sqrt(squared) * 2 * np.array([2e-4, 2e-4, 0.5]) * w
     undamped = factorise((stiffness - squared * half.mass).tocsc())
@@ -298,7 +325,7 @@ def test_needs_pod_modes_that_fit(assembly, pod_modes):
         find_modes(assembly, f"enriched-{found + 1}", pod_modes)
     for other in (
         pod_modes.assign(position=pod_modes["position"] + 1e-3),
-        pod_modes.isel(node=slice(1, None)),
+        pod_modes.isel(unknown=slice(1, None)),
     ):
         with pytest.raises(ValueError, match="found on a different mesh"):
             find_modes(assembly, "enriched-8", other)

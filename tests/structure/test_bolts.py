@@ -10,13 +10,13 @@ from examples import COARSE, FEWEST, coarse_assembly
 from test_mesh import volume
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.structure.constraints import assemble_assembly
 from boltjoint.structure.elasticity import smallest_jacobian
-from boltjoint.structure.half_lap.mesh import FIRST_BOLT, build_assembly
-from boltjoint.structure.materials import element_materials
+from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
+from boltjoint.structure.makers.half_lap.materials import element_materials
+from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT, build_assembly
+from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
-from boltjoint.structure.pretension import shank_area
 from boltjoint.structure.vtu import write_preload
 from boltjoint.study.mesh_size import mesh_size
 
@@ -220,7 +220,7 @@ def test_shank_and_washers_are_springs_in_series():
 def test_strain_of_the_shanks_is_told_by_their_own_modulus(caplog):
     of_bars = build_assembly(bolted({}, bars=ALUMINIUM))
     own = build_assembly(bolted({"material": STEEL}, bars=ALUMINIUM))
-    preload = 0.39e-2 * 70e9 * shank_area(of_bars)
+    preload = 0.39e-2 * 70e9 * structure_of(of_bars).bolts[0].section
     with caplog.at_level(logging.WARNING):
         apply_preload(of_bars, preload)
         assert "strains the shanks by 0.39%" in caplog.text

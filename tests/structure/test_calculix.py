@@ -14,8 +14,8 @@ from boltjoint.structure.calculix.comparison import compare_with_calculix
 from boltjoint.structure.calculix.decks import run, write_modes_deck, write_preload_deck
 from boltjoint.structure.calculix.results import read_modes, read_preload
 from boltjoint.structure.elasticity import assemble, smallest_jacobian
-from boltjoint.structure.half_lap.mesh import build_assembly
-from boltjoint.structure.materials import element_materials
+from boltjoint.structure.makers.half_lap.materials import element_materials
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 

@@ -9,8 +9,8 @@ from boltjoint.config.points import Sensor
 from boltjoint.damping import RayleighDamping
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.constraints import assemble_assembly
 from boltjoint.structure.excitation import _load_on_surface, place_excitation
+from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
 
 TIP = {"y_mm": 0, "z_mm": 10, "direction": "z"}
 

@@ -8,12 +8,12 @@ from examples import block_on_ground
 
 from boltjoint.dataset import save
 from boltjoint.structure import preload as bolt_preload
-from boltjoint.structure.constraints import (
+from boltjoint.structure.contact_law import contact_force
+from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
     free_displacements,
     relative_displacements,
 )
-from boltjoint.structure.contact_law import contact_force
 from boltjoint.structure.preload import apply_preload, solve_contact
 
 

@@ -13,9 +13,10 @@ from boltjoint.structure import constraints, contact_law, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.basis.pod import basis_of_pod_modes
 from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck
-from boltjoint.structure.half_lap.blocks import extrude
-from boltjoint.structure.half_lap.mesh import tributary_area
-from boltjoint.structure.half_lap.plan import (
+from boltjoint.structure.makers.half_lap.blocks import extrude
+from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
+from boltjoint.structure.makers.half_lap.mesh import tributary_area
+from boltjoint.structure.makers.half_lap.plan import (
     BoltRadii,
     CellDivisions,
     Plan,
@@ -24,7 +25,7 @@ from boltjoint.structure.half_lap.plan import (
     lap_plan,
     rectangle_plan,
 )
-from boltjoint.structure.mode_families import classify, symmetric_share
+from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 
 NAN = np.nan
@@ -201,7 +202,7 @@ ATTACKS = {
     "number": [
         lambda a: patterns.resonances(a, None, 1e8, number=0),
         lambda a: write_modes_deck(a, 0, "unwritten.inp"),
-        lambda a: basis_of_pod_modes(a, BASIS, 0),
+        lambda a: basis_of_pod_modes(structure_of(a), BASIS, 0),
     ],
 }
 

@@ -15,7 +15,7 @@ from boltjoint.config.distributions import Linear
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Saltelli
 from boltjoint.structure import elasticity
-from boltjoint.structure.half_lap import blocks, plan
+from boltjoint.structure.makers.half_lap import blocks, plan
 from boltjoint.study.case_studies import name_case_studies, name_tables
 from boltjoint.study.designs import list_designs, values_of
 from boltjoint.study.published import Published

@@ -18,7 +18,7 @@ from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reductions import reduce_joint
 from boltjoint.structure.excitation import place_excitation
-from boltjoint.structure.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 

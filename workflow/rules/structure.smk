@@ -3,6 +3,7 @@ rule build_assembly:
         gap=lambda w: study.assembly(w.assembly).contact.gap_file or [],
     output:
         assembly=layout.PATHS["assembly"],
+        structure=layout.PATHS["structure"],
         mesh=layout.PATHS["mesh_view"],
     log:
         "results/logs/build_assembly/{assembly}.log",
@@ -23,6 +24,7 @@ rule build_assembly:
 rule apply_preload:
     input:
         assembly=layout.PATHS["assembly"],
+        structure=layout.PATHS["structure"],
     output:
         preload=layout.PATHS["preload"],
         view=layout.PATHS["preload_view"],
@@ -44,7 +46,7 @@ rule apply_preload:
 
 rule find_pod_modes:
     input:
-        assembly=layout.PATHS["assembly"],
+        structure=layout.PATHS["structure"],
         preload=lambda w: any_preload(w.assembly),
     output:
         pod_modes=layout.PATHS["pod_modes"],
@@ -68,6 +70,7 @@ rule find_pod_modes:
 rule find_modes:
     input:
         assembly=layout.PATHS["assembly"],
+        structure=layout.PATHS["structure"],
         pod_modes=lambda w: (
             layout.path("pod_modes", assembly=w.assembly)
             if Basis(w.basis).is_contact_adapted
@@ -95,6 +98,7 @@ rule find_modes:
 rule find_patterns:
     input:
         assembly=layout.PATHS["assembly"],
+        structure=layout.PATHS["structure"],
         preload=lambda w: any_preload(w.assembly),
     output:
         patterns=layout.PATHS["patterns"],

@@ -1,10 +1,10 @@
-"""Mesh an assembly."""
+"""Mesh an assembly, and assemble its structure."""
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.gap_map import load_gap_map
-from boltjoint.structure import vtu
-from boltjoint.structure.half_lap import mesh
+from boltjoint.structure import structure_file, vtu
+from boltjoint.structure.makers.half_lap import mesh, structure
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
@@ -13,3 +13,5 @@ gap_map = load_gap_map(snakemake.input.gap) if snakemake.input.gap else None
 assembly = mesh.build_assembly(described, gap_map)
 dataset.save(assembly, snakemake.output.assembly, snakemake.params)
 vtu.write_mesh(assembly, snakemake.output.mesh)
+of_assembly = structure.structure_of(assembly)
+structure_file.save_structure(of_assembly, snakemake.output.structure, snakemake.params)

@@ -1,12 +1,12 @@
 """Find a basis of an assembly: modes without contact, or contact-adapted vectors."""
 
 from boltjoint import dataset
-from boltjoint.structure import modes, vtu
+from boltjoint.structure import modes, structure_file, vtu
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
-assembly = dataset.load(snakemake.input.assembly)
+structure = structure_file.load_structure(snakemake.input.structure)
 pod_modes = dataset.load(snakemake.input.pod_modes) if snakemake.input.pod_modes else None
-found = modes.find_modes(assembly, snakemake.params.family, pod_modes)
+found = modes.find_modes(structure, snakemake.params.family, pod_modes)
 dataset.save(found, snakemake.output.modes, snakemake.params)
-vtu.write_modes(assembly, found, snakemake.output.view)
+vtu.write_modes(dataset.load(snakemake.input.assembly), found, snakemake.output.view)

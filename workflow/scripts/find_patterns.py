@@ -1,13 +1,15 @@
 """Find the resonances of the full model while parts of the contact stick."""
 
 from boltjoint import dataset
-from boltjoint.structure import patterns
+from boltjoint.structure import patterns, structure_file
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
+assembly, preload = (dataset.load(snakemake.input[name]) for name in ("assembly", "preload"))
 found = patterns.resonances(
-    dataset.load(snakemake.input.assembly),
-    dataset.load(snakemake.input.preload),
+    structure_file.load_structure(snakemake.input.structure),
+    preload,
+    patterns=patterns.stuck_patterns(assembly, preload),
     **snakemake.params.options,
 )
 dataset.save(found, snakemake.output.patterns, snakemake.params)

@@ -3,11 +3,12 @@
 from boltjoint import dataset
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.structure.structure_file import load_structure
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found = find_pod_modes(
-    dataset.load(snakemake.input.assembly),
+    load_structure(snakemake.input.structure),
     dataset.load(snakemake.input.preload),
     [ContactCondition.of(**condition) for condition in snakemake.params.conditions],
     ContactAdaptedBasis(**snakemake.params.contact_adapted_basis),

@@ -41,7 +41,9 @@ from boltjoint.structure.basis.candidates import Candidates, find_candidates
 from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
 from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots, uniform_modes
-from boltjoint.structure.symmetry import symmetric_half
+from boltjoint.structure.makers.registry import structure_of
+from boltjoint.structure.model import Structure
+from boltjoint.structure.subspaces import symmetric
 
 if TYPE_CHECKING:
     from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
@@ -89,7 +91,7 @@ class TracedBackbone:
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def find_pod_modes(
-    assembly: xr.Dataset,
+    assembly: xr.Dataset | Structure,
     preload: xr.Dataset,
     conditions: Sequence[ContactCondition],
     options: "ContactAdaptedBasis",
@@ -100,8 +102,8 @@ def find_pod_modes(
     Parameters
     ----------
     assembly, preload
-        As from ``build_assembly`` and ``apply_preload``. Only the ratios of loads and gaps matter,
-        not their size: amplitudes are scanned until all of the contact slips.
+        A structure or an assembly of a maker, and its preload. Only the ratios of loads and gaps
+        matter, not their size: amplitudes are scanned until all of the contact slips.
     conditions
         Contact and damping that the basis is made for, at least one.
     options
@@ -112,7 +114,8 @@ def find_pod_modes(
     Returns
     -------
     Dataset
-        ``pod_mode_shape`` (node, axis, pod_mode) [m J^-1/2], by decreasing energy, orthonormal in
+        ``pod_mode_motion`` (unknown, pod_mode) [m J^-1/2] in
+        the unknowns of the symmetric part, by decreasing energy, orthonormal in
         strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
         (pod_mode): energy of the weighted snapshots along it, over all of theirs; ``position``
         (pair, axis) [m]; ``frequency_error``, ``amplitude_error`` (trial): largest relative errors
@@ -124,16 +127,17 @@ def find_pod_modes(
     Raises
     ------
     ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, there is no
-        condition, or the mesh is not symmetric about y = 0.
+        If preload and assembly do not hold the same pairs, no pair carries load, or there is no
+        condition.
     RuntimeError
         If the assembly is not held, or the candidates are lost in rounding.
     """
     conditions = list(dict.fromkeys(conditions))
     if not conditions:
         raise ValueError("conditions are empty: a basis is made for at least one contact")
-    half = symmetric_half(assembly)
-    candidates = find_candidates(assembly, preload, half, options.free_modes)
+    structure = structure_of(assembly)
+    part = symmetric(structure)
+    candidates = find_candidates(part, preload, options.free_modes)
     connections = [
         (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]
@@ -151,15 +155,15 @@ def find_pod_modes(
     vectors, errors = np.array([count for count, _ in trials]), np.array([e for _, e in trials])
     within = np.all(errors <= _tolerances(options), axis=1)
     automatic = int(vectors[np.argmax(within)] if within.any() else vectors[-1])
-    shape = half.displacement @ (candidates.vector @ (candidates.coordinate @ found.vector))
+    motion = candidates.vector @ (candidates.coordinate @ found.vector)
     relative_error = "largest relative error of peak {} on the backbones it is made for"
     reached = "are within" if within.any() else "are the most, and not within"
     logger.info("contact-adapted basis: %d vectors %s the tolerances", automatic, reached)
     return xr.Dataset(
         {
-            "pod_mode_shape": quantity(
-                ("node", "axis", "pod_mode"),
-                shape.reshape(-1, 3, found.vector.shape[1]),
+            "pod_mode_motion": quantity(
+                ("unknown", "pod_mode"),
+                motion,
                 "m J^-1/2",
                 "POD mode, of unit strain energy with the contact stuck",
             ),
@@ -176,7 +180,7 @@ def find_pod_modes(
             "amplitude_error": quantity(
                 "trial", errors[:, 1], "1", relative_error.format("amplitudes")
             ),
-            "position": assembly["position"].variable,
+            "position": structure.contact.variables()["position"],
             **free_mode_quantities(
                 candidates.free_frequency,
                 candidates.free_participation @ found.vector,
@@ -184,7 +188,7 @@ def find_pod_modes(
                 unit="s",
             ),
         },
-        coords={"axis": assembly["axis"].variable},
+        coords={"axis": ["x", "y", "z"]},
         attrs={
             "automatic_vectors": automatic,
             "within_tolerances": int(within.any()),

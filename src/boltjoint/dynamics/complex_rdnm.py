@@ -114,7 +114,7 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         phi, bias = self._phi, self._bias
         dynamic = phi.T @ (self.balance.complex_stiffness(p) - p**2 * np.eye(len(phi))) @ phi
         jacobian = self._contact_jacobian(tangent)
-        jacobian[:bias, :bias] += self.balance.stiffness[:bias, :bias]
+        jacobian[:bias, :bias] += self.balance.stiffness_of_mean[:bias, :bias]
         jacobian[bias:, bias:] += np.block(
             [[dynamic.real, -dynamic.imag], [dynamic.imag, dynamic.real]]
         )
@@ -196,6 +196,6 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         q = self._phi @ y + self._correction
         stiffness = self.balance.complex_stiffness(p)
         harmonic = self._phi.T @ (stiffness @ q - p**2 * q - self._excitation)
-        static = self.balance.stiffness @ bias if bias.size else bias
+        static = self.balance.stiffness_of_mean @ bias if bias.size else bias
         contact = force.ravel() @ self._from_points.reshape(force.size, -1)
         return np.concatenate([static, harmonic.real, harmonic.imag]) + contact

@@ -48,7 +48,7 @@ def formulate_equations(
     coordinates = Coordinates(name)
     kind, count = coordinates.kind, coordinates.count
     checks.instance("balance", balance, HarmonicBalance)
-    target = balance.joint.check_resonance(resonance) - 1
+    target = balance.joint.place_of(resonance)
     check_options(jacobian, basis_update, quasi_static_correction)
     if kind == "linear":
         return LinearModes(balance, jacobian)

@@ -90,9 +90,9 @@ class EPMCEquations(Equations):
         _, self._harmonic, self._power, self._varying = self.balance.linear_part()
         #: moves what stands in the component of a sine to that of its cosine, and back
         self._turned, self._sign = _quarter_period(self.balance.components, modes)
-        self.resonance = resonance = joint.check_resonance(resonance)
+        self.resonance, place = joint.check_resonance(resonance), joint.place_of(resonance)
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
-        self.scale, self.stuck = squared[resonance - 1], vectors[:, resonance - 1]
+        self.scale, self.stuck = squared[place], vectors[:, place]
         #: imaginary part of the stuck lambda over its real part: it limits the response
         at_rest = np.zeros_like(self.stuck)
         loss = self.balance.damping_matrix.work(np.sqrt(self.scale), self.stuck, at_rest)

@@ -89,6 +89,20 @@ class HarmonicBalance:
         return self._structure.stiffness
 
     @cached_property
+    def stiffness_of_mean(self) -> NDArray[np.float64]:
+        """L of the bias, shape (modes, modes).
+
+        The mean of rigid-body motion is arbitrary: a stiffness of its own makes it zero.
+        """
+        rigid = self.joint.is_rigid
+        if not rigid.any():
+            return self.stiffness
+        lowest = (2 * np.pi * self.joint.natural_frequency[~rigid].min(initial=np.inf)) ** 2
+        of_modes = np.diag(np.where(rigid, lowest if np.isfinite(lowest) else 1.0, 0.0))
+        V = self.basis
+        return self.stiffness + (of_modes if V is None else V.T @ of_modes @ V)
+
+    @cached_property
     def damping_matrix(self) -> DampingMatrix:
         """H(w) [rad^2/s^2], shape (modes, modes)."""
         return self.damping.matrix(self._structure)
@@ -129,7 +143,11 @@ class HarmonicBalance:
 
     def linear_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """``dynamic_stiffness(w) @ x``, harmonic by harmonic."""
-        stiffness = x.reshape(len(self.components), -1) @ self.stiffness
+        q = x.reshape(len(self.components), -1)
+        stiffness = q @ self.stiffness
+        if self.stiffness_of_mean is not self.stiffness and "bias" in self.components:
+            mean = self.components.index("bias")
+            stiffness[mean] = q[mean] @ self.stiffness_of_mean
         return stiffness.ravel() - (w * self._harmonic) ** 2 * x + self.damping_force(x, w)
 
     def damping_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
@@ -233,6 +251,10 @@ class HarmonicBalance:
     def _static_stiffness(self) -> NDArray[np.float64]:
         """Elasticity and constant damping: the linear part of the equations at zero frequency."""
         matrix = np.kron(np.eye(len(self.components)), self.stiffness)
+        if "bias" in self.components:
+            blocks = matrix.reshape((len(self.components), len(self.stiffness)) * 2)
+            mean = self.components.index("bias")
+            blocks[mean, :, mean] = self.stiffness_of_mean
         constant = self.damping_matrix.constant
         self._add_damping(matrix, lambda h: self._damping(constant, h, 0.0))
         return matrix

@@ -211,15 +211,36 @@ class Joint:
         stiffness = self.law.stuck_stiffness(self.points)
         return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
 
+    @cached_property
+    def is_rigid(self) -> NDArray[np.bool_]:
+        """The modes in which the structure moves as a rigid body, shape (modes,).
+
+        They are at 0 Hz, and no contact point moves in them.
+        """
+        moved = np.max([abs(B).max(axis=0) for B in self.rows], axis=0)
+        at_rest = moved <= checks.ROUNDING_OF_MODES * moved.max()
+        return (self.natural_frequency == 0) & at_rest
+
+    @property
+    def elastic_modes(self) -> int:
+        """Number of modes that are not those of a rigid body."""
+        return int(np.count_nonzero(~self.is_rigid))
+
     def resonance_range(self) -> Array:
-        """Each resonance without contact and while nothing slips [Hz], shape (modes, 2)."""
+        """Each resonance without contact and while nothing slips [Hz], shape (elastic modes, 2)."""
         stuck = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
-        frequency = np.sqrt(np.linalg.eigvalsh(stuck)) / (2 * np.pi)
-        return np.column_stack([np.sort(self.natural_frequency), frequency])
+        rigid = self.natural_frequency.size - self.elastic_modes
+        frequency = np.sqrt(np.linalg.eigvalsh(stuck)[rigid:]) / (2 * np.pi)
+        return np.column_stack([np.sort(self.natural_frequency)[rigid:], frequency])
 
     def check_resonance(self, resonance: int) -> int:
-        """The number of a resonance, from 1; refused where there are fewer modes."""
-        return checks.whole("resonance", resonance, at_least=1, at_most=self.natural_frequency.size)
+        """The number of a resonance, from 1; refused where there are fewer elastic modes."""
+        return checks.whole("resonance", resonance, at_least=1, at_most=self.elastic_modes)
+
+    def place_of(self, resonance: int) -> int:
+        """The place of a resonance among all modes by frequency, from 0; rigid-body modes first."""
+        rigid = self.natural_frequency.size - self.elastic_modes
+        return self.check_resonance(resonance) - 1 + rigid
 
     def check_excitation(self, resonance: int) -> None:
         """Refuse a resonance that is not excited, and an output point at rest.
@@ -239,13 +260,13 @@ class Joint:
         ValueError
             If the excitation has no part in it, or the output point moves in no mode.
         """
-        resonance = self.check_resonance(resonance)
+        place = self.place_of(resonance)
         excited, observed = map(np.linalg.norm, (self.excitation, self.response_mode))
         by_force = self.excitation_unit == "N"
         rounding = checks.ROUNDING_OF_MODES * (max(excited, observed) if by_force else excited)
         stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
         squared, vectors = np.linalg.eigh(stiffness)
-        own = squared[resonance - 1]
+        own = squared[place]
         modes = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
         participation = np.linalg.norm(self.excitation @ modes)
         if participation <= rounding:

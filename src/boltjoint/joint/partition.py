@@ -275,11 +275,10 @@ def _on_lines(joint: Joint, region: Labels) -> Joint:
 def _largest_error(states: SlipStates, joint: Joint, regions: Joint) -> float:
     """Largest relative error of a frequency in any state, and of the apparent frequency."""
     resonances = states.frequency.shape[1]
+    places = [joint.place_of(1), joint.place_of(resonances)]
     errors = []
     for i, stuck in enumerate(states.stick):
-        square = eigvalsh(
-            modal_stiffness_where(regions, stuck), subset_by_index=[0, resonances - 1]
-        )
+        square = eigvalsh(modal_stiffness_where(regions, stuck), subset_by_index=places)
         errors.extend(np.sqrt(square) / states.frequency[i] - 1)
         for r in range(resonances):
             q = states.amplitude[i, r] * states.mode[i, r]

@@ -95,10 +95,9 @@ def find_slip_states(
     loaded = load > 0
     limit = load[loaded] / stiffness[loaded]
     on = joint.law.point_of_element[loaded]
+    places = [joint.place_of(1), joint.place_of(resonances)]
     for i, stuck in enumerate(stick):
-        square, vectors = eigh(
-            modal_stiffness_where(joint, stuck), subset_by_index=[0, resonances - 1]
-        )
+        square, vectors = eigh(modal_stiffness_where(joint, stuck), subset_by_index=places)
         frequency[i], mode[i] = np.sqrt(square), vectors.T
         for r in range(resonances):
             in_plane = [B @ mode[i, r] for B in joint.rows_in_plane]
@@ -132,4 +131,4 @@ def stiffness_at_points(joint: Joint, stuck: Flags | None = None) -> list[Array]
 def check_resonances(joint: Joint, resonances: int) -> None:
     """Refuse more resonances than the joint has modes."""
     checks.instance("joint", joint, Joint)
-    checks.whole("resonances", resonances, at_least=1, at_most=joint.natural_frequency.size)
+    checks.whole("resonances", resonances, at_least=1, at_most=joint.elastic_modes)

@@ -9,7 +9,10 @@ Array = NDArray[np.float64]
 
 
 def contact_force(
-    relative: Array, stiffness: Array, friction_coefficient: float, gap: Array | None = None
+    relative: Array,
+    stiffness: Array,
+    friction_coefficient: float | Array,
+    gap: Array | None = None,
 ) -> tuple[Array, Array]:
     """Force of each contact pair and its derivative by the relative displacement.
 
@@ -26,7 +29,7 @@ def contact_force(
     stiffness
         k, shape (pairs,) [N/m].
     friction_coefficient
-        mu [-].
+        mu [-], of all pairs or of each, shape (pairs,).
     gap
         g, shape (pairs,) [m]; 0 by default.
 
@@ -42,7 +45,8 @@ def contact_force(
     """
     relative = checks.array("relative", relative, ("pairs", 3))
     stiffness = checks.array("stiffness", stiffness, relative.shape[:1], above=0)
-    mu = checks.number("friction_coefficient", friction_coefficient, at_least=0)
+    mu = np.broadcast_to(friction_coefficient, stiffness.shape)
+    mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
     gap = np.zeros(len(stiffness)) if gap is None else checks.array("gap", gap, stiffness.shape)
     return coulomb_contact(relative, stiffness, mu, gap)
 
@@ -50,7 +54,7 @@ def contact_force(
 def coulomb_contact(
     relative: Array,
     stiffness: Array,
-    friction_coefficient: float,
+    friction_coefficient: Array,
     gap: Array,
     tension: float = 0.0,
 ) -> tuple[Array, Array]:
@@ -66,7 +70,7 @@ def coulomb_contact(
     force[:, 2] = np.where(closed, k * v, 0.0)
     force[stick, :2] = k[stick, None] * u[stick]
     direction = u[slip] / distance[slip, None]
-    force[slip, :2] = mu * force[slip, 2:] * direction
+    force[slip, :2] = mu[slip, None] * force[slip, 2:] * direction
 
     derivative = np.zeros((len(k), 3, 3))
     derivative[closed, 2, 2] = k[closed]
@@ -75,16 +79,16 @@ def coulomb_contact(
         force[~closed, 2] = tension * (k * v)[~closed]
         derivative[~closed, 2, 2] = tension * k[~closed]
     turning = np.eye(2) - direction[:, :, None] * direction[:, None, :]
-    derivative[slip, :2, :2] = (mu * force[slip, 2] / distance[slip])[:, None, None] * turning
-    derivative[slip, :2, 2] = mu * k[slip, None] * direction
+    derivative[slip, :2, :2] = (mu[slip] * force[slip, 2] / distance[slip])[:, None, None] * turning
+    derivative[slip, :2, 2] = mu[slip, None] * k[slip, None] * direction
     return force, derivative
 
 
 def closed_and_sticking(
-    stiffness: Array, friction_coefficient: float, gap: Array
+    stiffness: Array, friction_coefficient: Array, gap: Array
 ) -> tuple[Array, Array]:
     """Initial guess: force and stiffness of pairs that stick and are held closed, if by tension."""
-    in_plane = stiffness if friction_coefficient > 0 else np.zeros_like(stiffness)
+    in_plane = np.where(friction_coefficient > 0, stiffness, 0.0)
     derivative = np.stack([in_plane, in_plane, stiffness], axis=-1)[:, :, None] * np.eye(3)
     force = np.zeros((len(stiffness), 3))
     force[:, 2] = -stiffness * gap

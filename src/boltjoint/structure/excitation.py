@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.constraints import mesh_of
-from boltjoint.structure.half_lap.mesh import FIRST_BOLT
+from boltjoint.structure.makers.half_lap.constraints import mesh_of
+from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT
 
 if TYPE_CHECKING:
     from boltjoint.config.excitation import BaseExcitation, PointForces, SurfaceLoad

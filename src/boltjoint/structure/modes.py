@@ -7,7 +7,8 @@ together. Families of modes are distinguished by kinetic energy. A contact-adapt
 
 import logging
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,23 +19,19 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
-from boltjoint.structure.constraints import (
-    ConstrainedStructure,
-    assemble_assembly,
-    factorise,
-    relative_displacements,
-)
-from boltjoint.structure.mode_families import Modes, classify_modes
-from boltjoint.structure.symmetry import antisymmetric_half, symmetric_half
+from boltjoint.structure.families import Families
+from boltjoint.structure.makers.registry import families_of, structure_of
+from boltjoint.structure.model import Row, Structure
+from boltjoint.structure.subspaces import Subspace, antisymmetric, symmetric, whole
 
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: points of an assembly that must move, and the problem where they do not
-_POINTS = {
-    "response": "the output point does not move in the selected modes",
-    "excitation": "this force does not excite the selected modes",
+#: rows whose first one must move, and the problem where it does not
+_DEFAULTS = {
+    "outputs": "the output point does not move in the selected modes",
+    "inputs": "this force does not excite the selected modes",
 }
 
 #: bending modes up to which lateral and torsional ones, which are not symmetric, are found as well
@@ -47,19 +44,21 @@ _FAMILIES = ("free", "all", "enriched")
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def find_modes(
-    assembly: xr.Dataset, family: str, pod_modes: xr.Dataset | None = None
+    assembly: xr.Dataset | Structure, family: str, pod_modes: xr.Dataset | None = None
 ) -> xr.Dataset:
     """Modal basis of an assembly, as ``modes.nc`` holds it.
 
     Parameters
     ----------
     assembly
-        As from ``build_assembly``.
+        A structure, or an assembly of a maker.
     family
-        ``free-N``: the first N bending modes with the contact removed. ``all-N``: the first N of
-        any family, bending, lateral, torsional or axial. ``enriched-N``: the contact-adapted basis
-        of N vectors, orthonormal in mass and diagonal in stiffness. ``enriched-auto``: as many
-        vectors as reach the tolerances of the POD modes.
+        ``free-N``: the first N modes with the contact removed, of bending where the maker tells
+        families apart, else those that inputs and outputs take part in. ``all-N``: the first N
+        of any family, bending, lateral, torsional or axial. ``enriched-N``: the contact-adapted
+        basis of N vectors, orthonormal in mass and diagonal in stiffness. ``enriched-auto``: as
+        many vectors as reach the tolerances of the POD modes. Rigid-body modes come first, at 0 Hz,
+        where the structure has some.
     pod_modes
         As from ``find_pod_modes``, for the same assembly; ``enriched-N`` takes the first N of them,
         ``free-N`` and ``all-N`` need none.
@@ -84,52 +83,48 @@ def find_modes(
     Raises
     ------
     ValueError
-        If there is no such family, the mesh has not as many modes or is not symmetric about y = 0;
-        if ``enriched-N`` gets no POD modes, too few, or those of another mesh; or if the force
-        excites none of the modes, or the output point moves in none, as in the clamp, or across the
-        width.
+        If there is no such family, or the mesh has not as many modes; if ``enriched-N`` gets no POD
+        modes, too few, or those of another mesh; or if the force excites none of the modes, or the
+        output point moves in none, as in the clamp, or across the width.
     RuntimeError
         If a natural frequency is no number or zero within rounding: the assembly is not held.
     """
-    checks.instance("assembly", assembly, xr.Dataset)
+    structure = structure_of(assembly)
     kind, number = _parse(family)
     attributes: dict[str, str | float] = {"modes": family}
     if kind in _WITHOUT_CONTACT:
-        modes, chosen = _WITHOUT_CONTACT[kind](assembly, number)
-        frequency, shape = modes.frequency[chosen], modes.shape[..., chosen]
+        modes, chosen = _WITHOUT_CONTACT[kind](structure, number)
+        frequency, q = modes.frequency[chosen], modes.q[:, chosen]
     else:
         if pod_modes is None:
             raise ValueError(f"{family} needs POD modes of the assembly, from find_pod_modes")
         number = pod_modes.attrs["automatic_vectors"] if number is None else number
         attributes |= {"vectors": number, **estimated_errors(pod_modes, number)}
-        basis = basis_of_pod_modes(assembly, pod_modes, number)
-        frequency, shape = basis.frequency, basis.shape
-    response, excitation = (_at_point(assembly, point, shape) for point in _POINTS)
-    largest = abs(shape).max(axis=(0, 1))
-    for (point, problem), found in zip(_POINTS.items(), (response, excitation), strict=True):
-        if np.all(abs(found) <= checks.ROUNDING_OF_MODES * largest):
-            raise ValueError(
-                f"{problem}: {point}_node of the assembly moves in none of {family} along "
-                f"{assembly[f'{point}_node'].attrs['direction']}"
-            )
-    sign = _signs(response, shape)
-    shape = shape * sign
+        basis = basis_of_pod_modes(structure, pod_modes, number)
+        frequency, q = basis.frequency, basis.q
+    frequency, q = _with_rigid_modes(structure, frequency, q)
+    largest = abs(q).max(axis=0)
+    response, excitation = (
+        _default(getattr(structure, rows), q, largest, problem, family)
+        for rows, problem in _DEFAULTS.items()
+    )
+    sign = _signs(response, q)
+    q = q * sign
     if kind in _WITHOUT_CONTACT:
         of_family = _candidates(modes)
     else:
-        of_family = free_mode_quantities(basis.free_frequency, basis.free_participation * sign)
-    relative = relative_displacements(assembly) @ shape.reshape(-1, number)
+        elastic = sign[-basis.frequency.size :]
+        of_family = free_mode_quantities(basis.free_frequency, basis.free_participation * elastic)
+    relative = structure.contact.relative @ q
     logger.info("modes %s: %s Hz", family, ", ".join(f"{f:.6g}" for f in frequency))
     per_mass = "kg^-1/2"
     return xr.Dataset(
         {
             "natural_frequency": quantity("mode", frequency, "Hz", "natural frequency"),
-            "mode_shape": quantity(
-                ("node", "axis", "mode"), shape, per_mass, "mass-normalised mode"
-            ),
+            **_mode_shape(structure, q),
             "relative_mode": quantity(
                 ("pair", "axis", "mode"),
-                relative.reshape(-1, 3, number),
+                relative.reshape(-1, 3, frequency.size),
                 per_mass,
                 "mode of the contact pair, side A minus side B",
             ),
@@ -139,101 +134,122 @@ def find_modes(
             "excitation_mode": quantity(
                 "mode", excitation * sign, per_mass, "mode where the force acts"
             ),
-            "base_excitation_mode": quantity(
-                ("axis", "mode"),
-                _base_excitation(assembly, shape),
-                "kg^1/2",
-                "modal force of a unit acceleration of the clamp along the axis",
-            ),
-            "position": assembly["position"].variable,
-            "area": assembly["area"].variable,
+            **_base_excitation(structure, q),
+            **structure.contact.variables(),
             **of_family,
         },
-        coords={"axis": assembly["axis"].variable},
+        coords={"axis": ["x", "y", "z"]},
         attrs=attributes,
     )
 
 
-def _free_bending(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
-    """Modes with the contact removed up to the N-th bending one, and which of them bend."""
-    _, M = assemble_assembly(assembly)
+def _with_rigid_modes(structure: Structure, frequency: Array, q: Array) -> tuple[Array, Array]:
+    """Frequencies and motion with rigid-body modes, at 0 Hz, before those of elastic ones."""
+    rigid = whole(structure, tightened=False).rigid if structure.rigid.shape[1] else None
+    if rigid is None:
+        return frequency, q
+    logger.info("%d rigid-body modes", rigid.shape[1])
+    of_all = np.zeros((structure.dofs, rigid.shape[1]))
+    of_all[structure.moving] = rigid
+    return np.append(np.zeros(rigid.shape[1]), frequency), np.hstack([of_all, q])
 
-    def is_bending(squared: Array, shape: Array) -> NDArray[np.bool_]:
-        return classify_modes(assembly, M, np.sqrt(squared), shape).family == "bending"
+
+class _Modes(NamedTuple):
+    """Modes with the contact removed: frequency [Hz], motion (dofs, modes), their families."""
+
+    frequency: Array
+    q: Array
+    families: Families
+
+
+def _free(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]:
+    """Modes with the contact removed up to the N-th of the family, and which of them are of it.
+
+    Of bending modes where the maker tells families apart, else of those that the input and the
+    output take part in.
+    """
+
+    def is_chosen(squared: Array, q: Array) -> NDArray[np.bool_]:
+        family = families_of(structure, q).family
+        if np.any(family == "elastic"):
+            return _take_part(structure, q)
+        return family == "bending"
 
     # in a slender bar most symmetric modes bend in the plane
-    squared, shape = _modes_until(
-        symmetric_half(assembly),
+    squared, q = _modes_until(
+        symmetric(structure),
         number + 2,
-        lambda *found: np.count_nonzero(is_bending(*found)) >= number,
+        lambda *found: np.count_nonzero(is_chosen(*found)) >= number,
     )
-    if np.count_nonzero(is_bending(squared, shape)) < number:
+    if np.count_nonzero(is_chosen(squared, q)) < number:
         raise ValueError(f"free-{number}: the mesh has not as many bending modes")
-    if number <= _MOST_BESIDE_OTHERS:
-        others = _modes_until(
-            antisymmetric_half(assembly), 2 * number, lambda found, _: found[-1] > squared[-1]
-        )
+    other_half = antisymmetric(structure) if number <= _MOST_BESIDE_OTHERS else None
+    if other_half is not None:
+        others = _modes_until(other_half, 2 * number, lambda found, _: found[-1] > squared[-1])
         below = others[0] <= squared[-1]
         squared = np.concatenate([squared, others[0][below]])
-        shape = np.concatenate([shape, others[1][..., below]], axis=-1)
+        q = np.concatenate([q, others[1][:, below]], axis=1)
         order = np.argsort(squared)
-        squared, shape = squared[order], shape[..., order]
-    modes = classify_modes(assembly, M, np.sqrt(squared) / (2 * np.pi), shape)
-    return modes, np.flatnonzero(modes.family == "bending")[:number]
+        squared, q = squared[order], q[:, order]
+    modes = _Modes(np.sqrt(squared) / (2 * np.pi), q, families_of(structure, q))
+    return modes, np.flatnonzero(is_chosen(squared, q))[:number]
 
 
-def _free_of_any_family(assembly: xr.Dataset, number: int) -> tuple[Modes, NDArray[np.int64]]:
+def _of_any_family(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]:
     """The first modes with the contact removed, and which of them: all."""
-    _, M = assemble_assembly(assembly)
     halves = [
-        _modes_until(half(assembly), number, lambda found, _: found.size >= number)
-        for half in (symmetric_half, antisymmetric_half)
+        _modes_until(half, number, lambda found, _: found.size >= number)
+        for half in (symmetric(structure), antisymmetric(structure))
+        if half is not None
     ]
     squared = np.concatenate([found for found, _ in halves])
     if squared.size < number:
         raise ValueError(f"all-{number}: the mesh has not as many modes")
     order = np.argsort(squared)[:number]
-    shape = np.concatenate([found for _, found in halves], axis=-1)[..., order]
-    modes = classify_modes(assembly, M, np.sqrt(squared[order]) / (2 * np.pi), shape)
+    q = np.concatenate([found for _, found in halves], axis=1)[:, order]
+    modes = _Modes(np.sqrt(squared[order]) / (2 * np.pi), q, families_of(structure, q))
     return modes, np.arange(number)
 
 
 #: modes with the contact removed, by the family of bases
-_WITHOUT_CONTACT = {"free": _free_bending, "all": _free_of_any_family}
+_WITHOUT_CONTACT = {"free": _free, "all": _of_any_family}
 
 
 def _modes_until(
-    structure: ConstrainedStructure, count: int, enough: Callable[[Array, Array], bool]
+    part: Subspace, count: int, enough: Callable[[Array, Array], bool]
 ) -> tuple[Array, Array]:
-    """Squared frequencies and shapes (nodes, 3, modes) of the first modes, at best of enough."""
-    K = structure.stiffness
-    factors, most = factorise(K), K.shape[0] - 2
+    """Squared frequencies and motion (dofs, modes) of the first modes, at best of enough."""
+    K = part.stiffness
+    factors, most = part.factors(K), K.shape[0] - 2 - part.rigid.shape[1]
     while True:
         count = min(count, most)
-        squared, q = structure.modes(factors, K, count)
-        shape = (structure.displacement @ q).reshape(-1, 3, count)
-        if count == most or enough(squared, shape):
-            return squared, shape
+        squared, x = part.modes(factors, K, count)
+        q = part.basis @ x
+        if count == most or enough(squared, q):
+            return squared, q
         count *= 2
 
 
-def _candidates(modes: Modes) -> dict[str, xr.Variable]:
+def _candidates(modes: _Modes) -> dict[str, xr.Variable]:
     """All modes that were solved for, and the energies that distinguish their families."""
-    return {
+    families = modes.families
+    variables = {
         "candidate_frequency": quantity(
             "candidate", modes.frequency, "Hz", "natural frequencies met in the search"
         ),
-        "candidate_family": quantity("candidate", modes.family, "1", "what the mode does"),
-        "energy_share": quantity(
-            ("candidate", "axis"), modes.energy_share, "1", "kinetic energy along each axis"
-        ),
-        "symmetric_share": quantity(
+        "candidate_family": quantity("candidate", families.family, "1", "what the mode does"),
+    }
+    if families.energy_share is not None:
+        variables["energy_share"] = quantity(
+            ("candidate", "axis"), families.energy_share, "1", "kinetic energy along each axis"
+        )
+        variables["symmetric_share"] = quantity(
             "candidate",
-            modes.symmetric_share,
+            families.symmetric_share,
             "1",
             "kinetic energy on the middle plane that is symmetric about it",
-        ),
-    }
+        )
+    return variables
 
 
 def _parse(family: str) -> tuple[str, int | None]:
@@ -251,25 +267,47 @@ def _parse(family: str) -> tuple[str, int | None]:
     return match[1], int(match[2])
 
 
-def _at_point(assembly: xr.Dataset, point: str, shape: Array) -> Array:
-    node = assembly[f"{point}_node"]
-    axis = assembly["axis"].to_numpy().tolist().index(node.attrs["direction"])
-    return shape[node.item(), axis]
+def _default(rows: Mapping[str, Row], q: Array, largest: Array, problem: str, family: str) -> Array:
+    """Modes at the first of the rows, (modes,)."""
+    if not rows:
+        return np.zeros(q.shape[1])
+    name, first = next(iter(rows.items()))
+    found = first.row @ q
+    if np.all(abs(found) <= checks.ROUNDING_OF_MODES * largest):
+        raise ValueError(f"{problem}: {name} moves in none of {family} along {first.direction}")
+    return found
 
 
-def _base_excitation(assembly: xr.Dataset, shape: Array) -> Array:
-    """``-Phi^T M r`` for a unit acceleration r of the clamp along each axis, (axes, modes).
+def _take_part(structure: Structure, q: Array) -> NDArray[np.bool_]:
+    """The modes in which an input and an output move, where there are any, (modes,)."""
+    taking_part = np.ones(q.shape[1], dtype=bool)
+    largest = abs(q).max(axis=0)
+    for rows in (structure.inputs, structure.outputs):
+        if rows:
+            moved = abs(np.array([each.row @ q for each in rows.values()])).max(axis=0)
+            taking_part &= moved > checks.ROUNDING_OF_MODES * largest
+    return taking_part
 
-    In the frame of the clamp its acceleration a is the inertia force ``-M r a`` on all nodes.
-    """
-    _, M = assemble_assembly(assembly)
-    r = np.tile(np.eye(3), (shape.shape[0], 1))
-    return -(M @ r).T @ shape.reshape(-1, shape.shape[-1])
+
+def _mode_shape(structure: Structure, q: Array) -> dict[str, xr.Variable]:
+    if structure.geometry is None:
+        return {}
+    shape = structure.geometry.shape(q)
+    dims = ("node", "axis", "mode")
+    return {"mode_shape": quantity(dims, shape, "kg^-1/2", "mass-normalised mode")}
 
 
-def _signs(response: Array, shape: Array) -> Array:
+def _base_excitation(structure: Structure, q: Array) -> dict[str, xr.Variable]:
+    """Modal forces of a unit acceleration of the supports along each axis."""
+    if structure.support is None:
+        return {}
+    what = "modal force of a unit acceleration of the clamp along the axis"
+    rows = structure.support @ q
+    return {"base_excitation_mode": quantity(("axis", "mode"), rows, "kg^1/2", what)}
+
+
+def _signs(response: Array, q: Array) -> Array:
     """+1 or -1 for each mode, to make the response positive, or the largest entry without one."""
-    flat = shape.reshape(-1, shape.shape[-1])
-    largest = flat[np.argmax(abs(flat), axis=0), np.arange(flat.shape[1])]
+    largest = q[np.argmax(abs(q), axis=0), np.arange(q.shape[1])]
     reference = np.where(abs(response) > 1e-6 * abs(largest), response, largest)
     return np.where(reference < 0, -1.0, 1.0)

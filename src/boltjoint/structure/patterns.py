@@ -14,8 +14,9 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.constraints import ConstrainedStructure, factorise, relative_displacements
-from boltjoint.structure.symmetry import symmetric_half
+from boltjoint.structure.makers.registry import families_of, structure_of
+from boltjoint.structure.model import Structure
+from boltjoint.structure.subspaces import Subspace, symmetric
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +79,7 @@ def stuck_patterns(
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def resonances(
-    assembly: xr.Dataset,
+    assembly: xr.Dataset | Structure,
     preload: xr.Dataset,
     stiffness: float = 0.0,
     patterns: dict[str, NDArray[np.bool_]] | None = None,
@@ -93,12 +94,12 @@ def resonances(
     Parameters
     ----------
     assembly, preload
-        As from ``build_assembly`` and ``apply_preload``.
+        An assembly of a maker or its structure, and its preload as from ``apply_preload``.
     stiffness
         Of the spring on each sticking pair, along x, or along x and z [N/m].
     patterns
-        By name, the pairs that stick, the same on both sides of y = 0; by default
-        ``stuck_patterns``.
+        By name, the pairs that stick, the same on both sides of a plane of symmetry; by default
+        ``stuck_patterns`` of the assembly.
     number
         Resonances.
     stiffness_per_area
@@ -114,31 +115,31 @@ def resonances(
     Raises
     ------
     ValueError
-        If the mesh is not symmetric about y = 0, or a pattern has too few bending modes among the
-        first ones; or if a stiffness is negative or the number of resonances not positive.
+        If a pattern has too few bending modes among the first ones, or if a stiffness is negative
+        or the number of resonances not positive.
     """
     stiffness = checks.number("stiffness", stiffness, at_least=0)
     per_area = checks.number("stiffness_per_area", stiffness_per_area, at_least=0)
     number = checks.whole("number", number, at_least=1)
     patterns = stuck_patterns(assembly, preload) if patterns is None else patterns
-    pairs = checks.variable("assembly", assembly, "position", ("pair", "axis")).shape[:1]
+    structure = structure_of(assembly)
+    contact, pairs = structure.contact, (len(structure.contact),)
     patterns = {
         name: checks.flags(f"{name!r} of patterns", stuck, pairs)
         for name, stuck in patterns.items()
     }
     springs_of_pairs = quantity((), stiffness, "N/m", "stiffness of a sticking pair")
     if per_area > 0:
-        area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
-        of_each = np.maximum(stiffness, per_area * area)
+        of_each = np.maximum(stiffness, per_area * contact.area)
         springs_of_pairs = quantity("pair", of_each, "N/m", "stiffness of each sticking pair")
-    half = symmetric_half(assembly)
-    C = relative_displacements(assembly) @ half.displacement
+    half = symmetric(structure)
+    C = half.relative
     frequency = np.empty((len(patterns), len(SPRINGS), number))
     for i, (name, stuck) in enumerate(patterns.items()):
         for j, springs in enumerate(SPRINGS):
             acting = np.outer(springs_of_pairs.to_numpy() * stuck, [1.0, 0.0, springs == "xz"])
-            contact = C.T @ sparse.diags_array(acting.ravel()) @ C
-            frequency[i, j] = _bending((half.stiffness + contact).tocsc(), half, number)
+            springs_of_part = C.T @ sparse.diags_array(acting.ravel()) @ C
+            frequency[i, j] = _bending((half.stiffness + springs_of_part).tocsc(), half, number)
             found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
             logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
     return xr.Dataset(
@@ -156,12 +157,12 @@ def resonances(
                 "1 where the pair sticks",
             ),
             "stiffness": springs_of_pairs,
-            "position": assembly["position"].variable,
+            "position": contact.variables()["position"],
         },
         coords={
             "pattern": list(patterns),
             "springs": list(SPRINGS),
-            "axis": assembly["axis"].variable,
+            "axis": ["x", "y", "z"],
         },
     )
 
@@ -234,16 +235,10 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _bending(stiffness: sparse.csc_array, half: ConstrainedStructure, number: int) -> Array:
+def _bending(stiffness: sparse.csc_array, half: Subspace, number: int) -> Array:
     """Frequencies of the first bending modes among twice as many symmetric ones [Hz]."""
-    squared, q = half.modes(factorise(stiffness), stiffness, 2 * number)
-    # x, y, z of a symmetric mode, whose energies the mass matrix of the nodes does not mix
-    energy = np.empty((3, q.shape[1]))
-    axis = half.displacement.indices[half.displacement.indptr[:-1]] % 3
-    moved = half.mass @ q
-    for each in range(3):
-        energy[each] = np.sum((q * moved)[axis == each], axis=0)
-    bending = energy[2] > 0.5 * energy.sum(axis=0)
+    squared, x = half.modes(half.factors(stiffness), stiffness, 2 * number)
+    bending = families_of(half.structure, half.basis @ x).family == "bending"
     if np.count_nonzero(bending) < number:
         raise ValueError(f"fewer than {number} of the first {2 * number} modes are bending modes")
     return np.sqrt(squared[bending][:number]) / (2 * np.pi)

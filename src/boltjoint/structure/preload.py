@@ -4,8 +4,7 @@ Each shank is cut in its middle and its ends overlap until the bolt carries its 
 are in unilateral, frictional (Coulomb) node-to-node contact, after an initial gap if there is one.
 Both laws are made single-valued by a stiff penalty, and the equilibrium is found by the semismooth
 Newton method, for which an open, a sticking and a slipping pair are three branches of one piecewise
-smooth law. Assembly and preload are symmetric about the middle of the width, so half of the
-unknowns are enough.
+smooth law. Where structure, preload and initial gap are symmetric, half of the unknowns are enough.
 
 References
 ----------
@@ -30,16 +29,13 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.bolts import yield_warning
-from boltjoint.structure.constraints import (
-    assemble_assembly,
-    factorise,
-    relative_displacements,
-)
+from boltjoint.structure.bolts import tension_of, yield_warning
 from boltjoint.structure.contact_law import closed_and_sticking, coulomb_contact
-from boltjoint.structure.initial_gap import symmetric_gap
-from boltjoint.structure.pretension import shank_area, shank_modulus, tension_of
-from boltjoint.structure.symmetry import symmetric_displacements
+from boltjoint.structure.contact_points import ContactPoints
+from boltjoint.structure.factors import factorise
+from boltjoint.structure.makers.registry import structure_of
+from boltjoint.structure.model import Structure
+from boltjoint.structure.subspaces import Subspace, symmetric, whole
 
 logger = logging.getLogger(__name__)
 
@@ -76,7 +72,7 @@ class ContactEquilibrium:
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def apply_preload(
-    assembly: xr.Dataset,
+    assembly: xr.Dataset | Structure,
     preload: float | Sequence[float],
     *,
     tolerance: float = 1e-10,
@@ -87,7 +83,7 @@ def apply_preload(
     Parameters
     ----------
     assembly
-        As from ``build_assembly``. Pairs with an initial gap meet when that is closed.
+        A structure, or an assembly of a maker. Points with an initial gap meet when that is closed.
     preload
         Tension of the bolts [N]: a number for all, or one for each, of which some may be 0.
     tolerance
@@ -107,32 +103,37 @@ def apply_preload(
     Raises
     ------
     ValueError
-        If preload, tolerance or iterations are not positive, bolts and preloads are not as many, a
-        variable of the assembly is missing, or mesh or initial gap are not symmetric about y = 0.
+        If preload, tolerance or iterations are not positive, bolts and preloads are not as many,
+        or a variable of the assembly is missing.
     RuntimeError
         If no equilibrium is found.
     """
-    T = symmetric_displacements(assembly, tightened=True)
-    bolts = assembly.sizes["bolt"]
-    tension = tension_of(preload, bolts)
+    structure = structure_of(assembly)
+    contact = structure.contact
+    tension = tension_of(preload, len(structure.bolts))
+    if not structure.bolts:
+        raise ValueError("the structure has no bolts that could be tightened")
     largest = float(tension.max())
-    K, _ = assemble_assembly(assembly)
-    C = relative_displacements(assembly) @ T
-    if sentence := yield_warning(largest, shank_area(assembly), shank_modulus(assembly)):
-        logger.warning(sentence)
-    force = np.zeros(T.shape[1])
-    # The work of the bolt force on the shortening of its shank. All grows with preload and initial
-    # gap, so that a preload of 1 N has the same iterates: only ratios to the preload matter.
-    force[-bolts:] = tension / largest
-    gap = symmetric_gap(assembly) / largest
+    _warn_of_yield(structure, tension)
+    # The work of the bolt forces on the shortening of their shanks. All grows with preload and
+    # initial gap, so that a preload of 1 N has the same iterates: only ratios to it matter.
+    force = sum(
+        each / largest * bolt.load for each, bolt in zip(tension, structure.bolts, strict=True)
+    )
+    gap = contact.gap / largest
 
-    area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
+    part = _part_of(structure, force)
+    stiffness, relative = part.stiffness, part.relative
+    # where nothing is held, as many unknowns as there are rigid-body motions
+    supported = part.supported
+    if supported is not None:
+        stiffness, relative = stiffness[supported][:, supported], relative[:, supported]
     found = solve_contact(
-        (T.T @ K @ T).tocsc(),
-        C,
-        assembly["contact_penalty"].item() * area,
-        assembly["friction_coefficient"].item(),
-        force,
+        stiffness,
+        relative,
+        contact.penalty * contact.area,
+        contact.friction_coefficient,
+        part.force(force)[slice(None) if supported is None else supported],
         gap=gap,
         tolerance=tolerance,
         maximum_iterations=maximum_iterations,
@@ -145,8 +146,9 @@ def apply_preload(
             "steel, since stiffnesses too far apart are lost in rounding"
         )
     opening = np.maximum(gap - found.relative[:, 2], 0.0)
-    unknown, opening, contact = (largest * each for each in (found.unknown, opening, found.force))
-    normal_load = contact[:, 2]
+    unknown, opening, force = (largest * each for each in (found.unknown, opening, found.force))
+    q = part.basis @ part.unsupported(unknown)
+    normal_load = force[:, 2]
     logger.info(
         "preload %s N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
         preload,
@@ -161,32 +163,65 @@ def apply_preload(
             "normal_load": quantity("pair", normal_load, "N", "normal load of the contact pair"),
             "gap": quantity("pair", opening, "m", "opening"),
             "friction_force": quantity(
-                ("pair", "plane"), contact[:, :2], "N", "friction force on side B"
+                ("pair", "plane"), force[:, :2], "N", "friction force on side B"
             ),
-            "position": assembly["position"].variable,
-            "area": assembly["area"].variable,
+            **contact.variables(),
             "shank_shortening": quantity(
-                "bolt", unknown[-bolts:], "m", "shortening of the shank by tightening"
+                "bolt",
+                [np.nan if each.locked is None else q[each.locked] for each in structure.bolts],
+                "m",
+                "shortening of the shank by tightening",
             ),
-            "displacement": quantity(
-                ("node", "axis"), (T @ unknown).reshape(-1, 3), "m", "displacement"
-            ),
+            **_displacement(structure, q),
             "residual": quantity(
                 "iterate", found.residual, "1", "largest unbalanced force over preload"
             ),
             "iterations": quantity((), len(found.residual) - 1, "1", "Newton corrections"),
-            **{name: assembly[name].variable for name in {"initial_gap"} & set(assembly)},
+            **_initial_gap(contact),
         },
-        coords={"axis": assembly["axis"].variable, "plane": ["x", "y"]},
+        coords={"axis": ["x", "y", "z"], "plane": ["x", "y"]},
         attrs={"preload_N": preload},
     )
+
+
+def _warn_of_yield(structure: Structure, tension: Array) -> None:
+    """Tell which bolt the preload strains most, where that is beyond yield."""
+    known = [
+        (each / (bolt.section * bolt.youngs_modulus), each, bolt)
+        for each, bolt in zip(tension, structure.bolts, strict=True)
+        if bolt.section is not None and bolt.youngs_modulus is not None
+    ]
+    if known:
+        _, of_bolt, bolt = max(known, key=lambda each: each[0])
+        if sentence := yield_warning(of_bolt, bolt.section, bolt.youngs_modulus):
+            logger.warning(sentence)
+
+
+def _part_of(structure: Structure, force: Array) -> Subspace:
+    """The symmetric part of the motion where forces and contact are symmetric, else all of it."""
+    if not structure.is_symmetric(force):
+        return whole(structure, tightened=True)
+    return symmetric(structure, tightened=True)
+
+
+def _displacement(structure: Structure, q: Array) -> dict[str, xr.Variable]:
+    if structure.geometry is None:
+        return {}
+    displacement = structure.geometry.shape(q[:, None])[..., 0]
+    return {"displacement": quantity(("node", "axis"), displacement, "m", "displacement")}
+
+
+def _initial_gap(contact: ContactPoints) -> dict[str, xr.Variable]:
+    if not contact.gap.any():
+        return {}
+    return {"initial_gap": quantity("pair", contact.gap, "m", "initial gap")}
 
 
 def solve_contact(
     K: sparse.csc_array,
     C: sparse.csr_array,
     stiffness: Array,
-    friction_coefficient: float,
+    friction_coefficient: float | Array,
     force: Array,
     *,
     gap: Array | None = None,
@@ -213,7 +248,7 @@ def solve_contact(
     stiffness
         Penalty of the pairs, shape (pairs,) [N/m]; the same along the normal and in the plane.
     friction_coefficient
-        mu [-].
+        mu [-], of all pairs or of each, shape (pairs,).
     force
         Applied forces, shape (unknowns,).
     gap
@@ -232,7 +267,8 @@ def solve_contact(
     if not force.any():
         raise ValueError("force is zero: there is nothing to be in equilibrium with")
     stiffness = checks.array("stiffness", stiffness, ("pairs",), above=0)
-    friction_coefficient = checks.number("friction_coefficient", friction_coefficient, at_least=0)
+    mu = np.broadcast_to(friction_coefficient, stiffness.shape)
+    mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
     tolerance = checks.number("tolerance", tolerance, above=0)
     maximum_iterations = checks.whole("maximum_iterations", maximum_iterations, at_least=1)
     for name, matrix, rows in (("K", K, force.size), ("C", C, 3 * stiffness.size)):
@@ -243,14 +279,12 @@ def solve_contact(
         checks.array(f"data of {name}", matrix.data)
     pairs = len(stiffness)
     gap = np.zeros(pairs) if gap is None else checks.array("gap", gap, (pairs,), at_least=0)
-    unilateral = partial(
-        coulomb_contact, stiffness=stiffness, friction_coefficient=friction_coefficient, gap=gap
-    )
+    unilateral = partial(coulomb_contact, stiffness=stiffness, friction_coefficient=mu, gap=gap)
     # of flat surfaces no iterate is far from the contact
     law = partial(unilateral, tension=_TENSION) if gap.any() else unilateral
     q = np.zeros(len(force))
     relative = np.zeros((pairs, 3))
-    contact, tangent = closed_and_sticking(stiffness, friction_coefficient, gap)
+    contact, tangent = closed_and_sticking(stiffness, mu, gap)
     residual: list[float] = []
     factors = None
     while True:

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
+from boltjoint.structure.makers.half_lap.mesh import HEXAHEDRON_FACES
 
 
 def write_mesh(assembly: xr.Dataset, path: str | Path) -> None:

@@ -68,7 +68,7 @@ def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
     basis = study.sweeps[name].basis
     for variant in study.possible_variants(name):
         of_assembly = {"assembly": variant.assembly_name}
-        for kind in ("assembly", "mesh_view"):
+        for kind in ("assembly", "structure", "mesh_view"):
             yield Artefact(kind, **of_assembly)
         for kind in ("modes", "modes_view"):
             yield Artefact(kind, basis=basis, **of_assembly)
@@ -152,7 +152,7 @@ class Contents(Responses):
         for name in self.study.assemblies:
             compared = name in self.compared_assemblies()
             bases = [*self.bases(), *(self.study.convergence.bases if compared else ())]
-            for kind in ("assembly", "mesh_view"):
+            for kind in ("assembly", "structure", "mesh_view"):
                 yield Artefact(kind, assembly=name)
             for basis in bases:
                 for kind in ("modes", "modes_view"):

@@ -17,6 +17,7 @@ _SOLVED = _JOINT + "/{coordinates}/resonance={resonance}"
 PATHS = {
     "environment": "results/environment.json",
     "assembly": _ASSEMBLY + "/assembly.nc",
+    "structure": _ASSEMBLY + "/structure.nc",
     "mesh_view": _ASSEMBLY + "/mesh.vtu",
     "modes": _ASSEMBLY + "/{basis}/modes.nc",
     "modes_view": _ASSEMBLY + "/{basis}/modes.vtu",

@@ -10,7 +10,7 @@ from matplotlib.path import Path as Shape
 from numpy.typing import NDArray
 
 from boltjoint.report.figures.style import MM
-from boltjoint.structure.half_lap.mesh import HEXAHEDRON_FACES
+from boltjoint.structure.makers.half_lap.mesh import HEXAHEDRON_FACES
 
 #: points closer than this [m] are one
 SAME_POINT = 1e-9

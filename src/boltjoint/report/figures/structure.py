@@ -27,7 +27,7 @@ from boltjoint.report.figures.outlines import (
     section_outlines,
 )
 from boltjoint.report.figures.style import BLANK_COLOUR, MM, figure_style, fill_shapes
-from boltjoint.structure.half_lap.parts import FIRST_BOLT, part_kinds
+from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT, part_kinds
 
 #: of bar A, bar B, bolts and washers
 PART_COLOURS = {"bar A": "#b9cfe4", "bar B": "#e6d3b3", "bolts": "#4d4d4d", "washers": "#9c8f80"}

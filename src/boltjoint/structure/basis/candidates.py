@@ -4,7 +4,7 @@ Modes of the structure without contact cannot follow the compliance around a bol
 are such modes and the attachment modes of the contact: the static shapes of unit forces on every
 contact pair. Together they resolve whatever the contact does.
 
-Only motion symmetric about the width is held: force, response and normal load are symmetric.
+Of a structure with a plane of symmetry only symmetric motion is held, as are forces and preload.
 
 References
 ----------
@@ -21,15 +21,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
-from scipy.spatial import cKDTree
 
-from boltjoint.structure.constraints import (
-    ConstrainedStructure,
-    assemble_assembly,
-    factorise,
-    relative_displacements,
-)
-from boltjoint.structure.mode_families import classify_modes
+from boltjoint.structure.makers.registry import families_of
+from boltjoint.structure.model import Structure
+from boltjoint.structure.subspaces import Subspace
 
 Array = NDArray[np.float64]
 
@@ -44,7 +39,7 @@ _BLOCK = 64
 class Candidates:
     """Candidate vectors in coordinates a in which K is the unit matrix.
 
-    Pairs are those on one side of the plane of symmetry and on it.
+    Pairs are those on one side of the plane of symmetry and on it, all where there is none.
 
     Attributes
     ----------
@@ -55,24 +50,25 @@ class Candidates:
     mass
         M in these coordinates, shape (candidates, candidates).
     tangential, normal
-        Relative displacement of the pairs along x and z, shape (pairs, candidates).
+        Relative displacement of the pairs along the first tangent and the normal, shape (pairs,
+        candidates).
     weight
         2 for a pair that also represents its mirror image, else 1, shape (pairs,).
     normal_load, gap
         Of the pairs after tightening [N], [m].
     area
         [m2].
-    position
-        [m], shape (pairs, 3).
-    bolt_position
-        [m], shape (bolts, 3).
+    along
+        Place along the first tangent of the first point [m], shape (pairs,).
+    to_bolts
+        Distance from the nearest bolt axis [m], shape (pairs,).
     assembly_position
         Of all pairs of the assembly [m], shape (pairs of the assembly, 3).
     pair_on_side
         The pair here that each pair of the assembly is, or is the mirror image of, shape (pairs of
         the assembly,).
     free_frequency
-        Of the bending modes without contact [Hz], shape (free modes,).
+        Of the bending modes, or of all, without contact [Hz], shape (free modes,).
     free_participation
         ``phi^T M`` of these modes, shape (free modes, candidates).
     """
@@ -86,8 +82,8 @@ class Candidates:
     normal_load: Array
     gap: Array
     area: Array
-    position: Array
-    bolt_position: Array
+    along: Array
+    to_bolts: Array
     assembly_position: Array
     pair_on_side: NDArray[np.int64]
     free_frequency: Array
@@ -122,7 +118,7 @@ class SpringContact:
     candidates
         The candidate vectors.
     tangential, normal
-        Stiffness of the pairs along x and z [N/m], shape (pairs,).
+        Stiffness of the pairs along the first tangent and the normal [N/m], shape (pairs,).
     """
 
     def __init__(self, candidates: Candidates, tangential: Array, normal: Array) -> None:
@@ -166,40 +162,39 @@ class SpringContact:
         return 1 / ratio[order], a[:, order]
 
 
-def find_candidates(
-    assembly: xr.Dataset, preload: xr.Dataset, half: ConstrainedStructure, free_modes: int
-) -> Candidates:
-    """Modes without contact, and attachment modes of unit forces on every pair along x and z.
+def find_candidates(part: Subspace, preload: xr.Dataset, free_modes: int) -> Candidates:
+    """Modes without contact, and attachment modes of unit forces on every point, t1 and normal.
 
     Attachment modes make the contact's flexibility exact, modes the inertia at low frequency.
 
     Parameters
     ----------
-    assembly, preload
-        As from ``build_assembly`` and ``apply_preload``.
-    half
-        From ``symmetric_half``.
+    part
+        As from ``symmetric``.
+    preload
+        As from ``apply_preload``, of the same structure.
     free_modes
         Number of modes.
 
     Raises
     ------
     ValueError
-        If the datasets do not hold the same pairs, or no pair carries load.
+        If structure and preload do not hold the same points, or no point carries load.
     """
-    position = assembly["position"].to_numpy()
-    if not np.array_equal(position, preload["position"].to_numpy()):
+    structure, contact = part.structure, part.structure.contact
+    if not np.array_equal(contact.position, preload["position"].to_numpy()):
         raise ValueError("assembly and preload have different contact pairs")
     if not np.any(preload["normal_load"] > 0):
         raise ValueError("no contact pair carries load")
-    across = 1e-9 * np.ptp(position[:, 1])
-    pair = np.flatnonzero(position[:, 1] > -across)
-    K, M = half.stiffness, half.mass
-    C = (relative_displacements(assembly) @ half.displacement).tocsr()
-    C = C[np.concatenate([3 * pair, 3 * pair + 2])]
+    own = np.arange(len(contact))
+    image = own if structure.symmetry is None else structure.symmetry.point
+    # of two mirror images the later one
+    point = np.flatnonzero(own >= image)
+    K, M = part.stiffness, part.mass
+    C = part.relative[np.concatenate([3 * point, 3 * point + 2])]
 
-    factors = factorise(K)
-    squared, mode = half.modes(factors, K, free_modes)
+    factors = part.factors(K)
+    squared, mode = part.modes(factors, K, free_modes)
     vector = np.empty((K.shape[0], free_modes + C.shape[0]), order="F")
     vector[:, :free_modes] = mode
     for first in range(0, C.shape[0], _BLOCK):
@@ -214,34 +209,44 @@ def find_candidates(
     stiffness[:free_modes, free_modes:] = moved[:, :free_modes].T
     stiffness, mass = _symmetric(stiffness), _projected(M, vector)
     frequency = np.sqrt(squared) / (2 * np.pi)
-    shape = (half.displacement @ mode).reshape(-1, 3, free_modes)
-    family = classify_modes(assembly, assemble_assembly(assembly)[1], frequency, shape).family
-    bending = np.flatnonzero(family == "bending")
+    family = families_of(structure, part.basis @ mode).family
+    kept = np.flatnonzero((family == "bending") | (family == "elastic"))
     scale = 1 / np.sqrt(np.diag(stiffness))
     share, turn = eigh(scale[:, None] * stiffness * scale)
     independent = share > DEPENDENT_SHARE * share[-1]
     coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
     tangential, normal = np.split(moved @ coordinate, 2)
-    load = preload["normal_load"].to_numpy()[pair]
-    # pairs on the given side as they are, the others mirrored
-    side = np.where(position[:, 1:2] > -across, [1, -1, 1], 1)
+    number = np.zeros(len(contact), dtype=np.int64)
+    number[point] = np.arange(point.size)
     return Candidates(
         vector=vector,
         coordinate=coordinate,
         mass=_symmetric(coordinate.T @ mass @ coordinate),
         tangential=tangential,
         normal=normal,
-        weight=np.where(position[pair, 1] > across, 2.0, 1.0),
-        normal_load=load,
-        gap=preload["gap"].to_numpy()[pair],
-        area=assembly["area"].to_numpy()[pair],
-        position=position[pair],
-        bolt_position=assembly["bolt_position"].to_numpy(),
-        assembly_position=position,
-        pair_on_side=cKDTree(position[pair]).query(position * [1, -1, 1] * side)[1],
-        free_frequency=frequency[bending],
-        free_participation=mass[bending] @ coordinate,
+        weight=np.where(image[point] != point, 2.0, 1.0),
+        normal_load=preload["normal_load"].to_numpy()[point],
+        gap=preload["gap"].to_numpy()[point],
+        area=contact.area[point],
+        along=np.einsum("i,pi->p", contact.frame[0, 0], contact.position[point]),
+        to_bolts=_distance_to_bolts(structure, point),
+        assembly_position=contact.position,
+        pair_on_side=number[np.maximum(own, image)],
+        free_frequency=frequency[kept],
+        free_participation=mass[kept] @ coordinate,
     )
+
+
+def _distance_to_bolts(structure: Structure, point: NDArray[np.int64]) -> Array:
+    """Distance of points from the nearest bolt axis [m], zero where no axis is known."""
+    position = structure.contact.position[point]
+    distances = []
+    for bolt in structure.bolts:
+        if bolt.axis is not None and bolt.position is not None:
+            apart = position - bolt.position
+            along = (apart @ bolt.axis)[:, None] * bolt.axis
+            distances.append(np.linalg.norm(apart - along, axis=1))
+    return np.min(distances, axis=0) if distances else np.zeros(len(position))
 
 
 def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: Array) -> Array:

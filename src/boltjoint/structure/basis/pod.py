@@ -32,8 +32,9 @@ from boltjoint.structure.basis.candidates import (
 )
 from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.snapshots import Snapshot
-from boltjoint.structure.constraints import check_held
-from boltjoint.structure.symmetry import symmetric_half
+from boltjoint.structure.factors import check_held
+from boltjoint.structure.model import Structure
+from boltjoint.structure.subspaces import symmetric
 
 Array = NDArray[np.float64]
 
@@ -174,24 +175,24 @@ def balanced_pod_modes(
 class Basis(NamedTuple):
     """Vectors that are used like modes, orthonormal in M and diagonal in K.
 
-    ``frequency`` (vectors,) [Hz], ascending; ``shape`` (nodes, 3, vectors) [kg^-1/2];
+    ``frequency`` (vectors,) [Hz], ascending; ``q`` (dofs, vectors) [kg^-1/2];
     ``free_frequency`` (free modes,) [Hz] of modes without contact, and ``free_participation`` (free
     modes, vectors), phi^T M of them times the vectors [-].
     """
 
     frequency: Array
-    shape: Array
+    q: Array
     free_frequency: Array
     free_participation: Array
 
 
-def basis_of_pod_modes(assembly: xr.Dataset, pod_modes: xr.Dataset, number: int) -> Basis:
-    """The first POD modes of an assembly as a basis that is used like modes.
+def basis_of_pod_modes(structure: Structure, pod_modes: xr.Dataset, number: int) -> Basis:
+    """The first POD modes of a structure as a basis that is used like modes.
 
     Parameters
     ----------
-    assembly, pod_modes
-        As from ``build_assembly`` and, for the same assembly, ``find_pod_modes``.
+    structure, pod_modes
+        A structure and, for the same, POD modes as from ``find_pod_modes``.
     number
         Number of vectors.
 
@@ -204,25 +205,22 @@ def basis_of_pod_modes(assembly: xr.Dataset, pod_modes: xr.Dataset, number: int)
     """
     number = checks.whole("number", number, at_least=1)
     position = checks.variable("pod_modes", pod_modes, "position", ("pair", "axis"))
-    other = checks.variable("assembly", assembly, "position", ("pair", "axis"))
-    of_nodes = "node" in pod_modes.sizes and pod_modes.sizes["node"] == assembly.sizes["node"]
-    if not (of_nodes and np.array_equal(position, other)):
+    part = symmetric(structure)
+    is_fitting = pod_modes.sizes.get("unknown") == part.basis.shape[1]
+    if not (is_fitting and np.array_equal(position, structure.contact.position)):
         raise ValueError("the POD modes were found on a different mesh")
     if number > pod_modes.sizes["pod_mode"]:
         raise ValueError(
             f"enriched-{number}: there are {pod_modes.sizes['pod_mode']} POD modes; keep more of "
             "them, or find them from more states if the snapshots span no more"
         )
-    half = symmetric_half(assembly)
-    shape = pod_modes["pod_mode_shape"].transpose("node", "axis", "pod_mode")[..., :number]
-    vector = half.unknowns(shape.to_numpy().reshape(-1, number))
-    squared, share = eigh(vector.T @ (half.stiffness @ vector), vector.T @ (half.mass @ vector))
-    check_held(squared, half.stiffness, half.mass)
-    shape = half.displacement @ (vector @ share)
+    vector = pod_modes["pod_mode_motion"].transpose("unknown", "pod_mode")[:, :number].to_numpy()
+    squared, share = eigh(vector.T @ (part.stiffness @ vector), vector.T @ (part.mass @ vector))
+    check_held(squared, part.stiffness, part.mass)
     participation = pod_modes["free_participation"].transpose("free_mode", "pod_mode")
     return Basis(
         frequency=np.sqrt(squared) / (2 * np.pi),
-        shape=shape.reshape(-1, 3, number),
+        q=part.basis @ (vector @ share),
         free_frequency=pod_modes["free_frequency"].to_numpy(),
         free_participation=participation.to_numpy()[:, :number] @ share,
     )

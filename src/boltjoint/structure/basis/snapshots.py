@@ -77,10 +77,10 @@ def pattern_snapshots(
 ) -> Iterator[Snapshot]:
     """Modes while a part of the loaded pairs sticks and the others are released.
 
-    All loaded pairs, those in either half of the lap, those nearest to the bolts, those under the
-    highest pressure, and those farthest from the bolts, with springs along x only and along x and
-    z. A resonance is an extremum of the energy, so its relative error is half of the squared
-    distance of the mode, which is its own adjoint.
+    All loaded pairs, those in either half along the first tangent, those nearest to the bolts,
+    those under the highest pressure, and those farthest from the bolts, with springs along x only
+    and along x and z. A resonance is an extremum of the energy, so its relative error is half of
+    the squared distance of the mode, which is its own adjoint.
 
     Parameters
     ----------
@@ -95,11 +95,9 @@ def pattern_snapshots(
     load_shares
         As of ``PODOptions``.
     """
-    start, x = initial_guess(candidates), candidates.position[:, 0]
+    start, x = initial_guess(candidates), candidates.along
     middle = (x.min() + x.max()) / 2
-    to_bolts = candidates.position[:, None, :2] - candidates.bolt_position[:, :2]
-    distance = np.linalg.norm(to_bolts, axis=-1).min(axis=1)
-    grades = distance, -candidates.pressure
+    grades = candidates.to_bolts, -candidates.pressure
     inner = [
         grade <= load_quantile(candidates, grade, share)
         for grade in grades

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.structure.half_lap.cell import BoltRadii, CellDivisions, check_washer
+from boltjoint.structure.makers.half_lap.cell import BoltRadii, CellDivisions, check_washer
 
 Points = NDArray[np.float64]
 Labels = NDArray[np.int64]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.half_lap.blocks import Blocks
-from boltjoint.structure.half_lap.cell import BoltRadii, CellDivisions
-from boltjoint.structure.half_lap.plan import BoltPlan, Labels, bolt_plan
+from boltjoint.structure.makers.half_lap.blocks import Blocks
+from boltjoint.structure.makers.half_lap.cell import BoltRadii, CellDivisions
+from boltjoint.structure.makers.half_lap.plan import BoltPlan, Labels, bolt_plan
 
 if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly

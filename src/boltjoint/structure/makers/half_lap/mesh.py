@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.half_lap.blocks import Blocks
-from boltjoint.structure.half_lap.bolts import add_bolt, divisions_of, levels_of, radii_of
-from boltjoint.structure.half_lap.parts import (
+from boltjoint.structure.makers.half_lap.blocks import Blocks
+from boltjoint.structure.makers.half_lap.bolts import add_bolt, divisions_of, levels_of, radii_of
+from boltjoint.structure.makers.half_lap.initial_gap import check_described, initial_gap
+from boltjoint.structure.makers.half_lap.parts import (
     BAR_A,
     BAR_B,
     FIRST_BOLT,
@@ -27,8 +28,7 @@ from boltjoint.structure.half_lap.parts import (
     material_variables,
     part_variable,
 )
-from boltjoint.structure.half_lap.plan import Labels, LapPlan, Plan, lap_plan, rectangle_plan
-from boltjoint.structure.initial_gap import check_described, initial_gap
+from boltjoint.structure.makers.half_lap.plan import Labels, LapPlan, Plan, lap_plan, rectangle_plan
 
 if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly

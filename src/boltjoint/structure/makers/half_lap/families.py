@@ -1,58 +1,39 @@
 """Families of modes of vibration: bending, axial, lateral and torsional, by kinetic energy."""
 
-from dataclasses import dataclass
-
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from scipy import sparse
 
 from boltjoint import checks
-from boltjoint.structure.half_lap.mesh import FIRST_BOLT
+from boltjoint.structure.families import Families
+from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT
+from boltjoint.structure.model import Structure
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Modes:
-    """Modes of vibration and their families.
-
-    ``frequency`` (modes,) [Hz]; ``shape`` (nodes, 3, modes) [kg^-1/2], mass-normalised;
-    ``energy_share`` (modes, 3): kinetic energy along x, y, z over all of it; ``symmetric_share``
-    (modes,): see ``symmetric_share``; ``family`` (modes,): see ``classify``.
-    """
-
-    frequency: Array
-    shape: Array
-    energy_share: Array
-    symmetric_share: Array
-    family: NDArray[np.str_]
-
-
-def classify_modes(
-    assembly: xr.Dataset, M: sparse.csc_array, frequency: Array, shape: Array
-) -> Modes:
-    """Modes of an assembly with their families.
+def families_of(structure: Structure, q: Array) -> Families:
+    """Families of modes of a half lap.
 
     Parameters
     ----------
-    assembly
-        As from ``build_assembly``.
-    M
-        Its mass matrix, from ``assemble_assembly`` [kg].
-    frequency, shape
-        As in ``Modes``.
+    structure
+        As from ``structure_of``.
+    q
+        The modes, shape (dofs, modes).
     """
-    moved = (M @ shape.reshape(-1, len(frequency))).reshape(shape.shape)
-    energy_share = np.einsum("nam,nam->ma", shape, moved)
+    geometry = structure.geometry
+    # neither mass nor constraints mix the axes
+    axis = geometry.displacement.indices[geometry.displacement.indptr[:-1]] % 3
+    energy = q * (structure.mass @ q)
+    energy_share = np.stack([energy[axis == each].sum(axis=0) for each in range(3)], axis=1)
     energy_share /= energy_share.sum(axis=1, keepdims=True)
-    lumped = np.asarray(M.sum(axis=0)).reshape(-1, 3)[:, 0]
-    symmetric = symmetric_share(assembly["coordinate"].to_numpy(), lumped, shape)
-    of_bars = np.unique(assembly["connectivity"].to_numpy()[assembly["part"] < FIRST_BOLT])
-    _, width, height = np.ptp(assembly["coordinate"].to_numpy()[of_bars], axis=0)
-    return Modes(
-        frequency, shape, energy_share, symmetric, classify(energy_share, symmetric, width, height)
-    )
+    along_x = geometry.displacement[::3]
+    lumped = along_x @ np.asarray(structure.mass.sum(axis=0)).ravel()
+    symmetric = symmetric_share(geometry.node, lumped, geometry.shape(q))
+    of_bars = np.unique(geometry.cell[geometry.part < FIRST_BOLT])
+    _, width, height = np.ptp(geometry.node[of_bars], axis=0)
+    family = classify(energy_share, symmetric, width, height)
+    return Families(family, energy_share, symmetric)
 
 
 def classify(

@@ -1,0 +1,1 @@
+"""Makers: what turns descriptions into structures, one folder each."""

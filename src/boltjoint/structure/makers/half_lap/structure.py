@@ -1,0 +1,187 @@
+"""The structure of a half-lap assembly: its mesh with clamp, pretension sections and contact.
+
+The degrees of freedom are the displacements of the nodes that are neither in the clamp nor on the
+head's side of a pretension section, and after them the shortening of each shank.
+"""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial import ConvexHull, cKDTree
+
+from boltjoint import checks
+from boltjoint.structure.contact_points import ContactPoints
+from boltjoint.structure.makers.half_lap.constraints import (
+    assemble_assembly,
+    free_displacements,
+    relative_displacements,
+)
+from boltjoint.structure.makers.half_lap.materials import element_materials
+from boltjoint.structure.model import (
+    Bolt,
+    Geometry,
+    Reflection,
+    Row,
+    Structure,
+)
+
+Array = NDArray[np.float64]
+
+#: of the maker
+NAME = "half_lap"
+#: mirror images apart by more than this share of the width are none
+_APART = 1e-9
+
+
+def structure_of(assembly: xr.Dataset) -> Structure:
+    """The structure of an assembly.
+
+    Parameters
+    ----------
+    assembly
+        As from ``build_assembly``.
+
+    Raises
+    ------
+    ValueError
+        If a variable of the assembly is missing, not finite or out of range.
+    """
+    T = free_displacements(assembly, tightened=True)
+    K, M = assemble_assembly(assembly)
+    relative = relative_displacements(assembly) @ T
+    reflection = _reflection(assembly, T)
+    coordinate = assembly["coordinate"].to_numpy()
+    is_held = assembly.sizes["clamped"] > 0
+    # in the frame of the clamp its acceleration a is the inertia force -M r a on all nodes
+    support = -(T.T @ (M @ np.tile(np.eye(3), (len(coordinate), 1)))).T
+    structure = Structure(
+        stiffness=(T.T @ K @ T).tocsc(),
+        mass=(T.T @ M @ T).tocsc(),
+        contact=_contact(assembly, relative.tocsr()),
+        bolts=_bolts(assembly, T.shape[1]),
+        inputs={"excitation": _row(assembly, "excitation", T)},
+        outputs={"response": _row(assembly, "response", T)},
+        support=support if is_held else None,
+        symmetry=reflection,
+        geometry=Geometry(
+            coordinate,
+            T,
+            assembly["connectivity"].transpose("element", "corner").to_numpy().astype(np.int64),
+            assembly["part"].to_numpy().astype(np.int64),
+        ),
+        maker=NAME,
+    )
+    return structure if is_held else structure.with_rigid_motions()
+
+
+def _contact(assembly: xr.Dataset, relative: sparse.csr_array) -> ContactPoints:
+    area = checks.variable("assembly", assembly, "area", ("pair",), above=0)
+    gap = np.zeros(len(area))
+    if "initial_gap" in assembly:
+        gap = checks.variable("assembly", assembly, "initial_gap", ("pair",), at_least=0)
+    mu = checks.variable("assembly", assembly, "friction_coefficient", (), at_least=0)
+    return ContactPoints(
+        relative=relative,
+        position=checks.variable("assembly", assembly, "position", ("pair", "axis")),
+        # bar A lies below bar B: A minus B along z closes
+        frame=np.broadcast_to(np.eye(3), (len(area), 3, 3)),
+        area=area,
+        surface=np.array("lap"),
+        gap=gap,
+        penalty=np.full(len(area), checks.variable("assembly", assembly, "contact_penalty", ())),
+        friction_coefficient=np.full(len(area), mu),
+    )
+
+
+def _bolts(assembly: xr.Dataset, dofs: int) -> tuple[Bolt, ...]:
+    """The bolts, whose shortening are the last degrees of freedom."""
+    position = checks.variable("assembly", assembly, "bolt_position", ("bolt", "axis"))
+    first = dofs - len(position)
+    bolts = []
+    for number, at in enumerate(position):
+        load = np.zeros(dofs)
+        load[first + number] = 1.0
+        bolts.append(
+            Bolt(
+                name=f"bolt {number + 1}",
+                load=load,
+                locked=first + number,
+                axis=np.array([0.0, 0.0, 1.0]),
+                position=at,
+                section=_shank_area(assembly, number),
+                youngs_modulus=_shank_modulus(assembly, number),
+            )
+        )
+    return tuple(bolts)
+
+
+def _section_nodes(assembly: xr.Dataset, bolt: int) -> NDArray[np.int64]:
+    of_bolt = assembly["section_bolt"].to_numpy() == bolt
+    return assembly["section_node"].to_numpy()[of_bolt]
+
+
+def _shank_area(assembly: xr.Dataset, bolt: int) -> float:
+    """Cross-section of a shank [m2], by the nodes of its pretension section."""
+    node = _section_nodes(assembly, bolt)[:, 0]
+    # the volume of a hull in the plane is its area
+    return float(ConvexHull(assembly["coordinate"].to_numpy()[node, :2]).volume)
+
+
+def _shank_modulus(assembly: xr.Dataset, bolt: int) -> float:
+    """Young's modulus of a shank [Pa]: of the elements at its pretension section."""
+    in_section = np.zeros(assembly.sizes["node"], dtype=bool)
+    in_section[_section_nodes(assembly, bolt)] = True
+    connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
+    element = np.flatnonzero(in_section[connectivity].any(axis=1))
+    return float(element_materials(assembly).youngs_modulus[element[0]])
+
+
+def _row(assembly: xr.Dataset, point: str, T: sparse.csc_array) -> Row:
+    """Displacement of the default point of excitation or response."""
+    node = assembly[f"{point}_node"]
+    direction = node.attrs["direction"]
+    axis = assembly["axis"].to_numpy().tolist().index(direction)
+    row = T[[3 * node.item() + axis]].toarray()[0]
+    return Row(row, direction)
+
+
+def _reflection(assembly: xr.Dataset, T: sparse.csc_array) -> Reflection | None:
+    """The reflection at y = 0, None where mesh or initial gap are not symmetric."""
+    mirrored = _mirrored_nodes(assembly)
+    if mirrored is None:
+        return None
+    bolts = assembly.sizes["bolt"]
+    moving = T.shape[1] - bolts
+    # every free displacement follows one unknown; held displacements are not used
+    displacement = T.indices[T.indptr[:moving]]
+    node, axis = np.divmod(displacement, 3)
+    follows = np.zeros(T.shape[0], dtype=np.int64)
+    of_moving = T[:, :moving]
+    follows[of_moving.indices] = np.repeat(np.arange(moving), np.diff(of_moving.indptr))
+    # the bolts lie on the plane
+    image = np.append(follows[3 * mirrored[node] + axis], np.arange(moving, T.shape[1]))
+    sign = np.append(np.where(axis == 1, -1.0, 1.0), np.ones(bolts))
+    pair_node = assembly["pair_node"].transpose("pair", "side").to_numpy()
+    pair_of_node = np.zeros(len(mirrored), dtype=np.int64)
+    pair_of_node[pair_node[:, 0]] = np.arange(len(pair_node))
+    return Reflection(image, sign, pair_of_node[mirrored[pair_node[:, 0]]])
+
+
+def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64] | None:
+    """The node on the other side of y = 0 of every node, None where one has none."""
+    coordinate = assembly["coordinate"].to_numpy()
+    part = assembly["part"].to_numpy().astype(np.int64)
+    connectivity = assembly["connectivity"].to_numpy()
+    # nodes at one place belong to different bodies, or to the two sides of a pretension section
+    body = np.full(len(coordinate), part.max() + 1)
+    np.minimum.at(body, connectivity, part[:, None])
+    body[assembly["section_node"].to_numpy()[:, 1]] += part.max() + 1
+    mirrored = np.empty(len(coordinate), dtype=np.int64)
+    for each in np.unique(body):
+        node = np.flatnonzero(body == each)
+        distance, nearest = cKDTree(coordinate[node]).query(coordinate[node] * [1, -1, 1])
+        if distance.max() > _APART * np.ptp(coordinate[:, 1]):
+            return None
+        mirrored[node] = node[nearest]
+    return mirrored

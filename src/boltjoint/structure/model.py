@@ -1,0 +1,317 @@
+"""A structure with contact: stiffness, mass, contact points, bolts, supports, inputs and outputs.
+
+Whatever makes a structure, a mesh of a half lap or matrices of another program, later stages know
+this description alone. Constraints are inside: a degree of freedom here is free, and displacements
+of nodes are combinations of them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint import checks
+from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, as_sparse
+from boltjoint.structure.rigid import rigid_motions
+
+Array = NDArray[np.float64]
+
+#: largest difference of entries across the diagonal over the largest entry: rounding of a program
+#: that writes ten digits
+_ASYMMETRY = 1e-9
+
+#: rigid-body motions of a body
+_MOST_RIGID = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Bolt:
+    """A bolt by the forces of its tension.
+
+    Attributes
+    ----------
+    name
+        In tables and messages.
+    load
+        Forces of a tension of 1 N, in equilibrium with themselves, shape (dofs,).
+    locked
+        The degree of freedom that is the shortening of the shank, held after tightening; None for
+        a dead load, which needs none.
+    axis, position
+        Direction, and a point on it [m], in x, y, z; None where not known.
+    section, youngs_modulus
+        Cross-section [m2] and Young's modulus [Pa] of the shank; None where not known.
+    """
+
+    name: str
+    load: Array
+    locked: int | None = None
+    axis: Array | None = None
+    position: Array | None = None
+    section: float | None = None
+    youngs_modulus: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a bolt that cannot be tightened."""
+        load = checks.array(f"load of {self.name}", self.load, ("dofs",))
+        if not load.any():
+            raise ValueError(f"load of {self.name} is zero: a tension of 1 N has forces")
+        object.__setattr__(self, "load", load)
+        if self.locked is not None:
+            checks.whole(f"locked of {self.name}", self.locked, at_least=0)
+            if self.locked >= load.size:
+                raise ValueError(f"locked of {self.name} is {self.locked} of {load.size} dofs")
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """Displacement of a place of the structure, or the force that acts there.
+
+    ``row`` (dofs,) of the displacement; ``direction`` in words of the maker, as x.
+    """
+
+    row: Array
+    direction: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Reflection:
+    """Mirror symmetry: a permutation of degrees of freedom and points, with signs.
+
+    The mirror image of the displacements q is ``sign * q[image]``, that of point i the point
+    ``point[i]``.
+    """
+
+    image: NDArray[np.int64]
+    sign: Array
+    point: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Nodes and cells of a structure, for pictures and where directions in space matter.
+
+    ``node`` (nodes, 3) [m]; ``displacement`` (3 * nodes, dofs) along x, y, z of the nodes, one node
+    after another; ``cell`` (cells, corners) in the order of VTK, -1 where a cell has fewer corners;
+    ``part`` (cells,), the number of the part that each belongs to.
+    """
+
+    node: Array
+    displacement: sparse.csc_array
+    cell: NDArray[np.int64]
+    part: NDArray[np.int64]
+
+    def shape(self, q: Array) -> Array:
+        """Displacements of the nodes, shape (nodes, 3, columns), of motion (dofs, columns)."""
+        return (self.displacement @ q).reshape(len(self.node), 3, -1)
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """A structure in degrees of freedom q, with the contact removed.
+
+    Attributes
+    ----------
+    stiffness, mass
+        K [N/m] and M [kg], symmetric, shape (dofs, dofs); K may be singular by rigid-body motion.
+    contact
+        The contact points.
+    bolts
+        Bolts in the order of their preloads.
+    inputs, outputs
+        Rows of shakers and sensors, by name.
+    support
+        Forces ``-M r`` of a unit acceleration of all supports along x, y, z [kg], shape (3, dofs);
+        None where nothing is held.
+    rigid
+        Rigid-body motions, shape (dofs, up to 6); none where the structure is held.
+    symmetry
+        Where it has one.
+    geometry
+        Where it is known.
+    maker
+        What made it: its families of modes, words and figures.
+
+    Raises
+    ------
+    ValueError
+        If a matrix is not sparse, square, finite and symmetric, M has a diagonal that is negative,
+        or sizes do not fit.
+    """
+
+    stiffness: sparse.csc_array
+    mass: sparse.csc_array
+    contact: ContactPoints
+    bolts: tuple[Bolt, ...]
+    inputs: Mapping[str, Row] = field(default_factory=dict)
+    outputs: Mapping[str, Row] = field(default_factory=dict)
+    support: Array | None = None
+    rigid: Array | None = None
+    symmetry: Reflection | None = None
+    geometry: Geometry | None = None
+    maker: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no structure."""
+        for name in ("stiffness", "mass"):
+            matrix = as_sparse(name, getattr(self, name), sparse.csc_array)
+            object.__setattr__(self, name, _symmetric(name, matrix))
+        if self.mass.shape != self.stiffness.shape:
+            raise ValueError(f"mass has shape {self.mass.shape}, stiffness {self.stiffness.shape}")
+        if self.mass.diagonal().min() < 0:
+            raise ValueError("mass has a negative entry on its diagonal: it is not positive")
+        checks.instance("contact", self.contact, ContactPoints)
+        if self.contact.relative.shape[1] != self.dofs:
+            raise ValueError(
+                f"relative of the contact points has {self.contact.relative.shape[1]} columns, the "
+                f"structure {self.dofs} degrees of freedom"
+            )
+        object.__setattr__(self, "bolts", tuple(self.bolts))
+        checks.sequence("bolts", self.bolts, Bolt)
+        for bolt in self.bolts:
+            checks.array(f"load of {bolt.name}", bolt.load, (self.dofs,))
+        for name in ("inputs", "outputs"):
+            for key, each in getattr(self, name).items():
+                checks.array(f"{key} of {name}", each.row, (self.dofs,))
+        if self.support is not None:
+            checks.array("support", self.support, (DIRECTIONS, self.dofs))
+        rigid = np.zeros((self.dofs, 0)) if self.rigid is None else self.rigid
+        rigid = checks.array("rigid", rigid, (self.dofs, "motions"))
+        if rigid.shape[1] > _MOST_RIGID:
+            raise ValueError(
+                f"the structure has {rigid.shape[1]} rigid-body motions: more than {_MOST_RIGID} "
+                "are those of a mechanism, whose parts nothing connects"
+            )
+        object.__setattr__(self, "rigid", rigid)
+        for bolt in self.bolts:
+            self._check_equilibrium(bolt)
+
+    @classmethod
+    def from_matrices(
+        cls,
+        stiffness: sparse.sparray | Array,
+        mass: sparse.sparray | Array,
+        contact: ContactPoints,
+        *,
+        bolts: Mapping[str, int | Array] | None = None,
+        inputs: Mapping[str, int | Array] | None = None,
+        outputs: Mapping[str, int | Array] | None = None,
+        support: Array | None = None,
+    ) -> Self:
+        """The structure of matrices from elsewhere, free or held, whole or reduced.
+
+        Parameters
+        ----------
+        stiffness, mass
+            K [N/m] and M [kg], shape (dofs, dofs).
+        contact
+            The contact points.
+        bolts
+            By name, the degree of freedom that is the shortening of the shank and held after
+            tightening, or the forces of a tension of 1 N, shape (dofs,).
+        inputs, outputs
+            By name, a degree of freedom or the row of a displacement, shape (dofs,).
+        support
+            As the attribute.
+        """
+        K, M = (sparse.csc_array(each, dtype=float) for each in (stiffness, mass))
+        dofs = K.shape[0]
+        of_bolts = tuple(
+            Bolt(name, _row_of(f"bolt {name}", load, dofs), None if np.ndim(load) else load)
+            for name, load in (bolts or {}).items()
+        )
+        rows = [
+            {name: Row(_row_of(name, each, dofs), name) for name, each in (given or {}).items()}
+            for given in (inputs, outputs)
+        ]
+        structure = cls(K, M, contact, of_bolts, *rows, support=support)
+        return structure.with_rigid_motions()
+
+    @property
+    def dofs(self) -> int:
+        """Number of degrees of freedom."""
+        return self.stiffness.shape[0]
+
+    @cached_property
+    def held(self) -> NDArray[np.int64]:
+        """Degrees of freedom that are held once the bolts are tight."""
+        return np.array([bolt.locked for bolt in self.bolts if bolt.locked is not None], np.int64)
+
+    @cached_property
+    def moving(self) -> NDArray[np.int64]:
+        """Degrees of freedom that are not."""
+        return np.setdiff1d(np.arange(self.dofs), self.held)
+
+    def is_symmetric(self, force: Array) -> bool:
+        """Whether the structure, its contact and forces (dofs,) have a plane of symmetry."""
+        mirror, contact = self.symmetry, self.contact
+        if mirror is None:
+            return False
+        return _are_alike(force, mirror.sign * force[mirror.image]) and all(
+            _are_alike(each, each[mirror.point])
+            for each in (contact.gap, contact.penalty, contact.friction_coefficient, contact.area)
+        )
+
+    def with_rigid_motions(self) -> Self:
+        """The same structure with the rigid-body motions that it has."""
+        K, M = (each[self.moving][:, self.moving] for each in (self.stiffness, self.mass))
+        found = rigid_motions(K, M)
+        rigid = np.zeros((self.dofs, found.shape[1]))
+        rigid[self.moving] = found
+        return replace(self, rigid=rigid)
+
+    def without_symmetry(self) -> Self:
+        """The same structure, whose symmetry is not used."""
+        return replace(self, symmetry=None)
+
+    def _check_equilibrium(self, bolt: Bolt) -> None:
+        """Refuse a tension that would move the whole structure."""
+        work = abs(self.rigid.T @ bolt.load)
+        limit = _ASYMMETRY * (abs(self.rigid).T @ abs(bolt.load))
+        if np.any(work > limit):
+            raise ValueError(
+                f"load of {bolt.name} is not in equilibrium with itself: it does work on a "
+                "rigid-body motion of the structure"
+            )
+
+
+def _are_alike(one: Array, other: Array) -> bool:
+    """Whether two arrays differ by no more than rounding."""
+    return bool(abs(one - other).max() <= _ASYMMETRY * abs(one).max())
+
+
+def _row_of(name: str, given: int | Array, dofs: int) -> Array:
+    """The row of a degree of freedom, or a row as it is given."""
+    if np.ndim(given):
+        return checks.array(name, given, (dofs,))
+    place = checks.whole(name, given, at_least=0)
+    if place >= dofs:
+        raise ValueError(f"{name} is degree of freedom {place}: there are {dofs}")
+    row = np.zeros(dofs)
+    row[place] = 1.0
+    return row
+
+
+def mirrored(upper: sparse.csc_array) -> sparse.csc_array:
+    """The symmetric matrix of an upper triangle."""
+    return (upper + sparse.triu(upper, k=1, format="csc").T).tocsc()
+
+
+def _symmetric(name: str, matrix: sparse.csc_array) -> sparse.csc_array:
+    """A matrix that is symmetric to the bit, of one that is but for rounding."""
+    if matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
+        raise ValueError(f"{name} has shape {matrix.shape}: it must be square")
+    largest = abs(matrix.data).max(initial=0.0)
+    if largest == 0:
+        raise ValueError(f"{name} is zero")
+    apart = abs(matrix - matrix.T).tocoo()
+    worst = apart.data.max(initial=0.0)
+    if worst > _ASYMMETRY * largest:
+        place = apart.data.argmax()
+        at = int(apart.row[place]), int(apart.col[place])
+        raise ValueError(f"{name} is not symmetric: entries at {at} and {at[::-1]} differ")
+    return mirrored(sparse.triu(matrix, format="csc")) if worst else matrix

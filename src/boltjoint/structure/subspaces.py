@@ -1,0 +1,197 @@
+"""Parts of the motion of a structure: all of it, or what is symmetric or antisymmetric.
+
+Where forces, preload and initial gap share the symmetry of a structure, bending needs the unknowns
+of symmetric motion only: half as many.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import eigh, qr
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+
+from boltjoint.structure.factors import check_held, factorise
+from boltjoint.structure.model import Structure
+
+Array = NDArray[np.float64]
+
+#: size of a rigid-body motion within a subspace, over all of it, below which it is none of it
+_OUTSIDE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Subspace:
+    """The motion ``q = S x`` of a structure.
+
+    Attributes
+    ----------
+    structure
+        The whole.
+    basis
+        S, shape (dofs, unknowns): each unknown moves degrees of freedom of its own by +1 or -1.
+    stiffness, mass
+        K and M of the unknowns.
+    relative
+        Relative displacement of the contact points, shape (3 * points, unknowns).
+    """
+
+    structure: Structure
+    basis: sparse.csc_array
+    stiffness: sparse.csc_array
+    mass: sparse.csc_array
+    relative: sparse.csr_array
+
+    @classmethod
+    def of(cls, structure: Structure, basis: sparse.csc_array) -> "Subspace":
+        """The motion that a basis spans."""
+        S, K, M = basis, structure.stiffness, structure.mass
+        relative = (structure.contact.relative @ S).tocsr()
+        return cls(structure, S, (S.T @ K @ S).tocsc(), (S.T @ M @ S).tocsc(), relative)
+
+    def unknowns(self, q: Array) -> Array:
+        """The unknowns of motion that is in this subspace, shape (dofs, columns)."""
+        first = self.basis.indptr[:-1]
+        return self.basis.data[first][:, None] * q[self.basis.indices[first]]
+
+    @cached_property
+    def rigid(self) -> Array:
+        """Rigid-body motions in this subspace, orthonormal in mass, shape (unknowns, motions)."""
+        # of each motion the part that lies inside
+        counts = np.diff(self.basis.indptr)
+        x = (self.basis.T @ self.structure.rigid) / counts[:, None]
+        if not x.size:
+            return x
+        share, turn = eigh(x.T @ (self.mass @ x))
+        kept = share > _OUTSIDE * share.max(initial=0.0)
+        return x @ (turn[:, kept] / np.sqrt(share[kept]))
+
+    def modes(
+        self, factors: "SuperLU | _ElasticFactors", stiffness: sparse.csc_array, count: int
+    ) -> tuple[Array, Array]:
+        """The first elastic modes with a stiffness: squared frequencies and vectors.
+
+        Parameters
+        ----------
+        factors
+            Of the stiffness, as from ``factors``.
+        stiffness
+            K, or K with springs of the contact.
+        count
+            Number of modes.
+
+        Raises
+        ------
+        RuntimeError
+            If one of the frequencies is no number or zero within rounding.
+        """
+        # a fixed start that no mode is orthogonal to repeats the result
+        start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
+        if self.rigid.shape[1]:
+            start = factors.solve(start)
+        inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
+        squared, q = eigsh(stiffness, k=count, M=self.mass, sigma=0.0, OPinv=inverse, v0=start)
+        check_held(squared, stiffness, self.mass)
+        order = np.argsort(squared)
+        return squared[order], q[:, order]
+
+    def factors(self, stiffness: sparse.csc_array) -> "SuperLU | _ElasticFactors":
+        """Factors of a stiffness; of its elastic part where there is rigid-body motion."""
+        if not self.rigid.shape[1]:
+            return factorise(stiffness)
+        return _ElasticFactors(self, stiffness)
+
+    def force(self, force: Array) -> Array:
+        """Forces on the unknowns, shape (unknowns,), of forces on the structure (dofs,)."""
+        return self.basis.T @ force
+
+    @cached_property
+    def supported(self) -> NDArray[np.int64] | None:
+        """Unknowns that remain where as many as there are rigid-body motions are held.
+
+        Forces in equilibrium with themselves move the others as without supports, but for
+        rigid-body motion. None where the structure is held.
+        """
+        motions = self.rigid.shape[1]
+        if not motions:
+            return None
+        # those whose rows are farthest from depending on each other
+        first = qr(self.rigid.T, mode="r", pivoting=True)[1][:motions]
+        return np.delete(np.arange(len(self.rigid)), first)
+
+    def unsupported(self, x: Array) -> Array:
+        """All unknowns of those ``supported``, without rigid-body motion, (unknowns, ...)."""
+        if self.supported is None:
+            return x
+        found = np.zeros((len(self.rigid), *x.shape[1:]))
+        found[self.supported] = x
+        return found - self.rigid @ (self.rigid.T @ (self.mass @ found))
+
+
+class _ElasticFactors:
+    """The elastic response of a structure with rigid-body motion to forces.
+
+    What forces have in excess of equilibrium accelerates it as a whole, which is left out.
+    """
+
+    def __init__(self, part: Subspace, stiffness: sparse.csc_array) -> None:
+        self._part, self._moved = part, part.mass @ part.rigid
+        self._factors = factorise(stiffness[part.supported][:, part.supported].tocsc())
+
+    def solve(self, force: Array) -> Array:
+        """Displacements without rigid-body motion of forces, shape (unknowns, ...)."""
+        balanced = force - self._moved @ (self._part.rigid.T @ force)
+        return self._part.unsupported(self._factors.solve(balanced[self._part.supported]))
+
+
+def whole(structure: Structure, *, tightened: bool) -> Subspace:
+    """All motion of a structure, with or without that of locked bolts."""
+    moving = np.arange(structure.dofs) if tightened else structure.moving
+    columns = np.arange(moving.size)
+    shape = structure.dofs, moving.size
+    basis = sparse.csc_array((np.ones(moving.size), (moving, columns)), shape=shape)
+    return Subspace.of(structure, basis)
+
+
+def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
+    """Motion symmetric about the plane of symmetry; all of it where there is none.
+
+    Parameters
+    ----------
+    structure
+        The whole.
+    tightened
+        Whether the shortening of bolts is an unknown; otherwise it is held.
+    """
+    if structure.symmetry is None:
+        return whole(structure, tightened=tightened)
+    return Subspace.of(structure, _half(structure, 1.0, tightened))
+
+
+def antisymmetric(structure: Structure) -> Subspace | None:
+    """Motion of one side as the negative mirror image of the other; None without symmetry."""
+    if structure.symmetry is None:
+        return None
+    return Subspace.of(structure, _half(structure, -1.0, tightened=False))
+
+
+def _half(structure: Structure, sense: float, tightened: bool) -> sparse.csc_array:
+    """The basis of symmetric motion, or with the sense -1 of antisymmetric motion."""
+    image, sign = structure.symmetry.image, sense * structure.symmetry.sign
+    own = np.arange(structure.dofs)
+    # on the plane of symmetry nothing moves across it, or nothing moves along it
+    is_kept = (own < image) | ((own == image) & (sign > 0))
+    if not tightened:
+        is_kept[structure.held] = False
+    kept = np.flatnonzero(is_kept)
+    column = np.arange(kept.size)
+    two = image[kept] != kept
+    return sparse.csc_array(
+        (
+            np.concatenate([np.ones(kept.size), sign[kept][two]]),
+            (np.concatenate([kept, image[kept][two]]), np.concatenate([column, column[two]])),
+        ),
+        shape=(structure.dofs, kept.size),
+    )
