@@ -1,6 +1,8 @@
 """Structures as data: files, matrices, turned, free, with two interfaces, and what is refused."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -109,6 +111,32 @@ def test_matrices_give_the_numbers_of_the_assembly(structure, loaded):
     assert np.isin(np.round(bending, 5), np.round(modes["natural_frequency"], 5)).all()
     found = peaks(joint_of(matrices, preload, "free-2"))
     np.testing.assert_allclose(found, peaks(joint_of(structure, loaded, "free-2")), rtol=1e-6)
+
+
+def test_the_example_of_the_docs_runs(structure, tmp_path, monkeypatch, capsys):
+    page = Path(__file__).parents[2] / "docs" / "structures.md"
+    (example,) = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    for name, matrix in (("K", structure.stiffness), ("M", structure.mass)):
+        sparse.save_npz(f"{name}.npz", matrix)
+    # each row is the difference of two degrees of freedom
+    sides = [
+        structure.contact.relative.indices[structure.contact.relative.data == sign].reshape(-1, 3)
+        for sign in (1, -1)
+    ]
+    np.savez(
+        "contact.npz",
+        a=sides[0],
+        b=sides[1],
+        position=structure.contact.position,
+        area=structure.contact.area,
+        dofs=[np.flatnonzero(structure.inputs["excitation"].row)[0], *structure.held],
+    )
+    exec(example, {})
+    modes = find_modes(replace(structure, maker=""), "free-4")
+    joint = connect_nodes(modes, apply_preload(structure, LOAD), 1e8, 0.1)
+    expected = solve_response(joint, [5.0], loss_factor=2e-3)["peak_frequency"].item()
+    assert float(capsys.readouterr().out) == pytest.approx(expected, rel=1e-4)
 
 
 def test_a_reduced_model_that_keeps_the_contact_is_the_whole_in_statics(structure, loaded):

@@ -126,7 +126,7 @@ def find_modes(
                 ("pair", "axis", "mode"),
                 relative.reshape(-1, 3, frequency.size),
                 per_mass,
-                "mode of the contact pair, side A minus side B",
+                "mode of the contact pair along its tangents and normal, side A minus side B",
             ),
             "response_mode": quantity(
                 "mode", response * sign, per_mass, "mode where the response is observed"
