@@ -154,7 +154,7 @@ def test_a_gap_that_is_the_same_everywhere_only_lengthens_the_way(assembly, prel
 
 def test_no_gap_has_the_bytes_of_flat_surfaces(assembly, preload):
     found = apply_preload(with_field(assembly, np.zeros(assembly.sizes["pair"])), 8e3)
-    assert found.drop_vars("initial_gap").identical(preload)
+    assert found.identical(preload)
 
 
 def test_twice_the_preload_and_the_gap_double_everything(hollow, closed):
@@ -247,7 +247,7 @@ def test_a_gap_that_is_not_symmetric_is_closed_in_the_whole(hollow):
     _, y = from_centre(hollow)
     gap = hollow["initial_gap"].to_numpy()
     one, other = (
-        apply_preload(with_field(hollow, gap + 2e-6 * (side * y > 0)), 8e3)["normal_load"]
+        apply_preload(with_field(hollow, gap + 2e-6 * (side * y > 1e-9)), 8e3)["normal_load"]
         for side in (1, -1)
     )
     assert one.sum().item() == pytest.approx(16e3, rel=1e-7)

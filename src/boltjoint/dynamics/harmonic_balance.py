@@ -20,6 +20,10 @@ from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import Derivative, LazyJacobian
 
 
+#: a matrix, or a number, of each harmonic
+_ByHarmonic = Callable[[int], NDArray[np.float64] | float]
+
+
 @dataclass(frozen=True)
 class HarmonicBalance:
     """Harmonic balance of a joint in the linear modes of its structure (thesis, eq. 2.9 and 2.35).
@@ -90,17 +94,8 @@ class HarmonicBalance:
 
     @cached_property
     def stiffness_of_mean(self) -> NDArray[np.float64]:
-        """L of the bias, shape (modes, modes).
-
-        The mean of rigid-body motion is arbitrary: a stiffness of its own makes it zero.
-        """
-        rigid = self.joint.is_rigid
-        if not rigid.any():
-            return self.stiffness
-        lowest = (2 * np.pi * self.joint.natural_frequency[~rigid].min(initial=np.inf)) ** 2
-        of_modes = np.diag(np.where(rigid, lowest if np.isfinite(lowest) else 1.0, 0.0))
-        V = self.basis
-        return self.stiffness + (of_modes if V is None else V.T @ of_modes @ V)
+        """L of the bias: the mean of rigid-body motion is zero, though any would do."""
+        return self.stiffness + self._structure.of_vectors(self.joint.is_rigid * 1.0)
 
     @cached_property
     def damping_matrix(self) -> DampingMatrix:
@@ -111,7 +106,7 @@ class HarmonicBalance:
         """``L + i H(hw)`` of the harmonic h [rad^2/s^2], shape (modes, modes)."""
         if self.damping_matrix.varying is None and harmonic == 1:
             return self._constant_complex_stiffness
-        return self.stiffness + 1j * self._damping(self.damping_matrix, harmonic, w)
+        return self.stiffness + 1j * self.damping_matrix.at(harmonic * w)
 
     @cached_property
     def contact(self) -> ModalContact:
@@ -138,21 +133,19 @@ class HarmonicBalance:
         np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
         if self.damping_matrix.varying is not None:
             varying = self.damping_matrix.varying
-            self._add_damping(matrix, lambda h: self._damping(varying, h, w))
+            self._add_damping(matrix, lambda h: varying.at(h * w))
         return matrix
 
     def linear_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """``dynamic_stiffness(w) @ x``, harmonic by harmonic."""
-        q = x.reshape(len(self.components), -1)
-        stiffness = q @ self.stiffness
-        if self.stiffness_of_mean is not self.stiffness and "bias" in self.components:
-            mean = self.components.index("bias")
-            stiffness[mean] = q[mean] @ self.stiffness_of_mean
-        return stiffness.ravel() - (w * self._harmonic) ** 2 * x + self.damping_force(x, w)
+        stiffness = (x.reshape(len(self.components), -1) @ self.stiffness).ravel()
+        if self._mean is not None:
+            stiffness[self._mean] = self.stiffness_of_mean @ x[self._mean]
+        return stiffness - (w * self._harmonic) ** 2 * x + self.damping_force(x, w)
 
     def damping_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Force of the damping of the structure at w, shape of x."""
-        return self._turned(x, lambda h: self._damping(self.damping_matrix, h, w))
+        return self._turned(x, lambda h: self.damping_matrix.at(h * w))
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Residual of the equations at x and w, shape of x."""
@@ -192,9 +185,7 @@ class HarmonicBalance:
         derivative = -2.0 * w * self._harmonic**2 * x
         varying = self.damping_matrix.varying
         if varying is not None:
-            # either the factor or the frequency is the number of the harmonic, the other 1 or w
-            change = self._turned(x, lambda h: h * varying.derivative(self._damping_of(h, w)[1]))
-            derivative += change
+            derivative += self._turned(x, lambda h: h * varying.derivative(h * w))
         return derivative
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
@@ -227,6 +218,14 @@ class HarmonicBalance:
         return self._static_stiffness, self._harmonic, power, varying
 
     @cached_property
+    def _mean(self) -> slice | None:
+        """Where in the unknown the bias of rigid-body modes is; None without one."""
+        if "bias" not in self.components or not self.joint.is_rigid.any():
+            return None
+        modes, place = len(self.stiffness), self.components.index("bias")
+        return slice(place * modes, (place + 1) * modes)
+
+    @cached_property
     def _oscillating(self) -> tuple[tuple[int, int, int], ...]:
         """Number of each harmonic, and the places of its sine and cosine in the components."""
         places = {parse_component(name): i for i, name in enumerate(self.components)}
@@ -251,19 +250,12 @@ class HarmonicBalance:
     def _static_stiffness(self) -> NDArray[np.float64]:
         """Elasticity and constant damping: the linear part of the equations at zero frequency."""
         matrix = np.kron(np.eye(len(self.components)), self.stiffness)
-        if "bias" in self.components:
-            blocks = matrix.reshape((len(self.components), len(self.stiffness)) * 2)
-            mean = self.components.index("bias")
-            blocks[mean, :, mean] = self.stiffness_of_mean
-        constant = self.damping_matrix.constant
-        self._add_damping(matrix, lambda h: self._damping(constant, h, 0.0))
+        if self._mean is not None:
+            matrix[self._mean, self._mean] = self.stiffness_of_mean
+        self._add_damping(matrix, lambda h: self.damping_matrix.constant.at(0.0))
         return matrix
 
-    def _add_damping(
-        self,
-        matrix: NDArray[np.float64],
-        damping: Callable[[int], NDArray[np.float64] | float],
-    ) -> None:
+    def _add_damping(self, matrix: NDArray[np.float64], damping: _ByHarmonic) -> None:
         """Add the H of each harmonic to the linear part of the equations."""
         n, modes = len(self.components), len(self.stiffness)
         blocks = matrix.reshape(n, modes, n, modes)
@@ -272,9 +264,7 @@ class HarmonicBalance:
             blocks[sin, :, cos, :] -= H
             blocks[cos, :, sin, :] += H
 
-    def _turned(
-        self, x: NDArray[np.float64], damping: Callable[[int], NDArray[np.float64] | float]
-    ) -> NDArray[np.float64]:
+    def _turned(self, x: NDArray[np.float64], damping: _ByHarmonic) -> NDArray[np.float64]:
         """Force of the H of each harmonic on a motion x."""
         q = x.reshape(len(self.components), -1)
         force = np.zeros_like(q)
@@ -282,17 +272,6 @@ class HarmonicBalance:
             H = damping(harmonic)
             force[sin], force[cos] = -np.dot(H, q[cos]), np.dot(H, q[sin])
         return force.ravel()
-
-    def _damping(
-        self, matrix: DampingMatrix, harmonic: int, w: float
-    ) -> NDArray[np.float64] | float:
-        """H of a harmonic [rad^2/s^2]."""
-        factor, frequency = self._damping_of(harmonic, w)
-        return factor * matrix.at(frequency)
-
-    def _damping_of(self, harmonic: int, w: float) -> tuple[int, float]:
-        """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of a harmonic."""
-        return 1, harmonic * w
 
 
 def parse_component(name: str) -> tuple[str, int]:

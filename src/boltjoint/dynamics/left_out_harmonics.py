@@ -30,7 +30,7 @@ from boltjoint.dynamics.harmonic_balance import (
     stiffness_of_harmonic,
 )
 from boltjoint.dynamics.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.phase_resonance import PhaseEquations
+from boltjoint.dynamics.phase_equations import PhaseEquations
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.options import Options
 

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,7 +14,7 @@ from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
-from boltjoint.joint.model import MODES, Joint, optional_fields
+from boltjoint.joint.model import MODES, Joint
 
 logger = logging.getLogger(__name__)
 
@@ -234,3 +235,20 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         **{name: values(name, of_name) for name, of_name in dims.items()},
         **optional_fields("stored", stored),
     )
+
+
+def optional_fields(name: str, stored: xr.Dataset) -> dict[str, Any]:
+    """Fields of a joint with a default that a dataset of this name holds."""
+    found: dict[str, Any] = {}
+    if "excitation_mode_cos" in stored:
+        mode = checks.variable(name, stored, "excitation_mode_cos", ("mode",))
+        found["excitation_mode_cos"] = mode
+    if "sensor_mode" in stored:
+        found["sensor_mode"] = checks.variable(name, stored, "sensor_mode", ("sensor", "mode"))
+        found["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
+    if "level_units" in stored["excitation_mode"].attrs:
+        found["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
+    if "free_participation" in stored:
+        dims = {"free_frequency": ("free_mode",), "free_participation": ("free_mode", "mode")}
+        found |= {each: checks.variable(name, stored, each, dims[each]) for each in dims}
+    return found

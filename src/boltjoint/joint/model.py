@@ -12,7 +12,7 @@ University: eq. 3.1 and 3.2.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from boltjoint.friction.declarations import AXES
 from boltjoint.friction.law import ElementLaw, FrictionLaw
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 Array = NDArray[np.float64]
 
@@ -280,23 +280,6 @@ class Joint:
                 "the output point does not move in the selected modes: response_mode is at "
                 f"most {abs(self.response_mode).max():.1g} kg^-1/2"
             )
-
-
-def optional_fields(name: str, stored: "xr.Dataset") -> dict[str, Any]:
-    """Fields of a joint with a default that a dataset of this name holds."""
-    found: dict[str, Any] = {}
-    if "excitation_mode_cos" in stored:
-        mode = checks.variable(name, stored, "excitation_mode_cos", ("mode",))
-        found["excitation_mode_cos"] = mode
-    if "sensor_mode" in stored:
-        found["sensor_mode"] = checks.variable(name, stored, "sensor_mode", ("sensor", "mode"))
-        found["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
-    if "level_units" in stored["excitation_mode"].attrs:
-        found["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
-    if "free_participation" in stored:
-        dims = {"free_frequency": ("free_mode",), "free_participation": ("free_mode", "mode")}
-        found |= {each: checks.variable(name, stored, each, dims[each]) for each in dims}
-    return found
 
 
 def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:

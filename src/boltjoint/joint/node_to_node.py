@@ -15,7 +15,8 @@ from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import AXES, is_per_area, keys_of_pairs
 from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.model import MODES, Joint, optional_fields
+from boltjoint.joint.io import optional_fields
+from boltjoint.joint.model import MODES, Joint
 
 
 def connect_nodes(

@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 #: products of directions that are orthonormal but for rounding
 _TURNED = 1e-9
 
+_MOST_OF_INT32 = np.iinfo(np.int32).max
+
 #: directions of a contact point
 DIRECTIONS = 3
 
@@ -158,5 +160,10 @@ def as_sparse(name: str, matrix: object, kind: type) -> sparse.sparray:
         raise ValueError(f"{name} is of type {type(matrix).__name__}: it must be a sparse matrix")
     found = kind(matrix, dtype=float)
     found.sum_duplicates()
+    if found.nnz < _MOST_OF_INT32 and max(found.shape) < _MOST_OF_INT32:
+        # half the memory of the places, and of those of all products
+        found.indices, found.indptr = (
+            each.astype(np.int32, copy=False) for each in (found.indices, found.indptr)
+        )
     checks.array(f"entries of {name}", found.data)
     return found

@@ -113,8 +113,10 @@ def find_modes(
     if kind in _WITHOUT_CONTACT:
         of_family = _candidates(modes)
     else:
-        elastic = sign[-basis.frequency.size :]
-        of_family = free_mode_quantities(basis.free_frequency, basis.free_participation * elastic)
+        # rigid-body modes have no part in elastic ones
+        rigid = frequency.size - basis.frequency.size
+        participation = np.pad(basis.free_participation, [(0, 0), (rigid, 0)]) * sign
+        of_family = free_mode_quantities(basis.free_frequency, participation)
     relative = structure.contact.relative @ q
     logger.info("modes %s: %s Hz", family, ", ".join(f"{f:.6g}" for f in frequency))
     per_mass = "kg^-1/2"

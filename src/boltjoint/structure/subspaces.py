@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.linalg import eigh, qr
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
+from boltjoint.structure.contact_points import as_sparse
 from boltjoint.structure.factors import check_held, factorise
 from boltjoint.structure.model import Structure
 
@@ -32,24 +33,25 @@ class Subspace:
         The whole.
     basis
         S, shape (dofs, unknowns): each unknown moves degrees of freedom of its own by +1 or -1.
-    stiffness, mass
-        K and M of the unknowns.
-    relative
-        Relative displacement of the contact points, shape (3 * points, unknowns).
     """
 
     structure: Structure
     basis: sparse.csc_array
-    stiffness: sparse.csc_array
-    mass: sparse.csc_array
-    relative: sparse.csr_array
 
-    @classmethod
-    def of(cls, structure: Structure, basis: sparse.csc_array) -> "Subspace":
-        """The motion that a basis spans."""
-        S, K, M = basis, structure.stiffness, structure.mass
-        relative = (structure.contact.relative @ S).tocsr()
-        return cls(structure, S, (S.T @ K @ S).tocsc(), (S.T @ M @ S).tocsc(), relative)
+    @cached_property
+    def stiffness(self) -> sparse.csc_array:
+        """K of the unknowns."""
+        return (self.basis.T @ self.structure.stiffness @ self.basis).tocsc()
+
+    @cached_property
+    def mass(self) -> sparse.csc_array:
+        """M of the unknowns."""
+        return (self.basis.T @ self.structure.mass @ self.basis).tocsc()
+
+    @cached_property
+    def relative(self) -> sparse.csr_array:
+        """Relative displacement of the contact points, shape (3 * points, unknowns)."""
+        return (self.structure.contact.relative @ self.basis).tocsr()
 
     def unknowns(self, q: Array) -> Array:
         """The unknowns of motion that is in this subspace, shape (dofs, columns)."""
@@ -152,7 +154,7 @@ def whole(structure: Structure, *, tightened: bool) -> Subspace:
     columns = np.arange(moving.size)
     shape = structure.dofs, moving.size
     basis = sparse.csc_array((np.ones(moving.size), (moving, columns)), shape=shape)
-    return Subspace.of(structure, basis)
+    return Subspace(structure, as_sparse("basis", basis, sparse.csc_array))
 
 
 def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
@@ -167,14 +169,14 @@ def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
     """
     if structure.symmetry is None:
         return whole(structure, tightened=tightened)
-    return Subspace.of(structure, _half(structure, 1.0, tightened))
+    return Subspace(structure, _half(structure, 1.0, tightened))
 
 
 def antisymmetric(structure: Structure) -> Subspace | None:
     """Motion of one side as the negative mirror image of the other; None without symmetry."""
     if structure.symmetry is None:
         return None
-    return Subspace.of(structure, _half(structure, -1.0, tightened=False))
+    return Subspace(structure, _half(structure, -1.0, tightened=False))
 
 
 def _half(structure: Structure, sense: float, tightened: bool) -> sparse.csc_array:
@@ -188,10 +190,11 @@ def _half(structure: Structure, sense: float, tightened: bool) -> sparse.csc_arr
     kept = np.flatnonzero(is_kept)
     column = np.arange(kept.size)
     two = image[kept] != kept
-    return sparse.csc_array(
+    basis = sparse.csc_array(
         (
             np.concatenate([np.ones(kept.size), sign[kept][two]]),
             (np.concatenate([kept, image[kept][two]]), np.concatenate([column, column[two]])),
         ),
         shape=(structure.dofs, kept.size),
     )
+    return as_sparse("basis", basis, sparse.csc_array)
