@@ -19,7 +19,6 @@ from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import Derivative, LazyJacobian
 
-
 #: a matrix, or a number, of each harmonic
 _ByHarmonic = Callable[[int], NDArray[np.float64] | float]
 
