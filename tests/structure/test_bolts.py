@@ -10,6 +10,7 @@ from examples import COARSE, FEWEST, coarse_assembly
 from test_mesh import volume
 
 from boltjoint.config.assembly import Assembly
+from boltjoint.config.mesh_size import mesh_size
 from boltjoint.structure.elasticity import smallest_jacobian
 from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
 from boltjoint.structure.makers.half_lap.materials import element_materials
@@ -18,7 +19,6 @@ from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.vtu import write_preload
-from boltjoint.study.mesh_size import mesh_size
 
 ALUMINIUM = {"youngs_modulus_GPa": 70, "poissons_ratio": 0.33, "density_kg_per_m3": 2700}
 STEEL = {"youngs_modulus_GPa": 206, "poissons_ratio": 0.3, "density_kg_per_m3": 7850}

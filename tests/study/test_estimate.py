@@ -5,10 +5,10 @@ import yaml
 from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, write
 
 from boltjoint.config.assembly import Assembly
+from boltjoint.config.mesh_size import mesh_size
 from boltjoint.config.study import load_study
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.study import estimate
-from boltjoint.study.mesh_size import mesh_size
 
 GIB = 2**30
 

@@ -1,6 +1,6 @@
 rule build_assembly:
     input:
-        gap=lambda w: study.assembly(w.assembly).contact.gap_file or [],
+        gap=lambda w: study.assembly(w.assembly).gap_file or [],
     output:
         assembly=layout.PATHS["assembly"],
         structure=layout.PATHS["structure"],
@@ -16,7 +16,7 @@ rule build_assembly:
     params:
         library=library("build_assembly.py"),
         assembly=lambda w: study.assembly(w.assembly).model_dump(exclude={"preload_N"}),
-        gap=lambda w: hash_of_table(study.assembly(w.assembly).contact.gap_file),
+        gap=lambda w: hash_of_table(study.assembly(w.assembly).gap_file),
     script:
         "../scripts/build_assembly.py"
 

@@ -1,13 +1,17 @@
 """Assembly: bars, bolts, mesh, material, excitation and output point."""
 
+import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from boltjoint.config.bolts import Bolts, Material
+from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry, EntryWithLaterKeys
 from boltjoint.config.gap import ELEMENTS_IN_WAVE, Gap, GapShape
+from boltjoint.config.mesh_size import MeshSize, mesh_size
 from boltjoint.config.points import Point
 from boltjoint.config.types import (
     INTEGRAL,
@@ -17,6 +21,9 @@ from boltjoint.config.types import (
     Positive,
     Problems,
 )
+
+if TYPE_CHECKING:
+    from boltjoint.config.gap_map import GapMap
 
 
 class Bar(Entry):
@@ -92,13 +99,8 @@ class StaticContact(EntryWithLaterKeys):
     """Gap between the surfaces as they touch before the bolts are tightened: its shape, or a CSV
     file of it, seen from the folder of ``config/``; flat by default. See *Form error*."""
 
-    @property
-    def gap_file(self) -> str | None:
-        """File of the map of the gap; None where there is none."""
-        return self.gap_um if isinstance(self.gap_um, str) else None
 
-
-class Assembly(Entry):
+class Assembly(Described):
     """Two bars with a half-lap joint, clamped at one end and held by a row of bolts.
 
     x runs along the bars from the clamp, y across the width from the centre line, and z upwards
@@ -115,6 +117,38 @@ class Assembly(Entry):
     contact: StaticContact = StaticContact()
     preload_N: Positive | None = None
     """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
+
+    @property
+    def bolt_count(self) -> int:
+        """Number of bolts."""
+        return len(self.bolt_positions_mm)
+
+    @property
+    def size(self) -> MeshSize:
+        """Nodes, elements and contact pairs of the mesh."""
+        return mesh_size(self)
+
+    @property
+    def has_initial_gap(self) -> bool:
+        """Whether the surfaces of the bars have a form error."""
+        return self.contact.gap_um is not None
+
+    @property
+    def gap_file(self) -> str | None:
+        """File of the map of the initial gap; None where there is none."""
+        return self.contact.gap_um if isinstance(self.contact.gap_um, str) else None
+
+    @property
+    def shank(self) -> tuple[float, float]:
+        """Cross-section [m2] and Young's modulus [Pa] of the shanks."""
+        area = math.pi / 4 * (1e-3 * self.bolts.shank_diameter_mm) ** 2
+        return area, 1e9 * self.bolt_material.youngs_modulus_GPa
+
+    def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:
+        """What is wrong with the map of the initial gap; ``gap_maps`` by their files."""
+        if self.gap_file in gap_maps:
+            found = gap_maps[self.gap_file].conflicts(self.bar.lap_mm, self.bar.width_mm)
+            yield from ((("contact", "gap_um"), sentence) for sentence in found)
 
     @property
     def default_point(self) -> Point:

@@ -2,11 +2,10 @@
 
 from collections.abc import Collection, Iterator, Mapping
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.described import Described
 from boltjoint.config.entries import choice
-from boltjoint.config.gap_map import GapMap
 from boltjoint.config.settings import Settings
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, Problems
@@ -17,7 +16,7 @@ from boltjoint.names import Basis, Preload
 
 def conflicts_of_case(
     case: Case,
-    assembly: Assembly | None,
+    assembly: Described | None,
     settings: Settings | None,
     published: Collection[str] | None,
 ) -> Problems:
@@ -36,35 +35,27 @@ def conflicts_of_case(
         )
 
 
-def conflicts_of_preload(case: Case, assembly: Assembly | None) -> Problems:
+def conflicts_of_preload(case: Case, assembly: Described | None) -> Problems:
     """Other preloads than bolts."""
     if assembly is not None and case.preload_ratios is not None:
-        bolts = len(assembly.bolt_positions_mm)
+        bolts = assembly.bolt_count
         if len(case.preload_ratios) != bolts:
             sentence = f"must have {bolts} ratios, one for each bolt of {case.assembly}"
             yield ("preload_ratios",), sentence
 
 
-def conflicts_of_points(case: Case, assembly: Assembly | None) -> Problems:
+def conflicts_of_points(case: Case, assembly: Described | None) -> Problems:
     """Points of the excitation and the sensors that the assembly does not have."""
     for path, point in case.points.items():
         if assembly is not None:
             yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
 
 
-def conflicts_of_gap(assembly: Assembly, gap_maps: Mapping[str, GapMap]) -> Problems:
-    """A map of the gap that does not suit the lap; ``gap_maps`` by their files."""
-    file, bar = assembly.contact.gap_file, assembly.bar
-    if file in gap_maps:
-        for sentence in gap_maps[file].conflicts(bar.lap_mm, bar.width_mm):
-            yield ("contact", "gap_um"), sentence
-
-
 def conflicts_of_preload_with_gap(
-    sweep: Sweep, case: Case, assembly: Assembly, keys: Collection[str]
+    sweep: Sweep, case: Case, assembly: Described, keys: Collection[str]
 ) -> Problems:
     """A preload that varies, with the keys of all designs, though loads do not grow with it."""
-    if assembly.contact.gap_um is not None and "preload_N" in keys:
+    if assembly.has_initial_gap and "preload_N" in keys:
         reason = (
             f"with contact.gap_um of {case.assembly}: loads of a joint with an initial gap do not "
             "grow with the preload, and another preload is another case"
@@ -78,7 +69,7 @@ def conflicts_of_preload_with_gap(
 def conflicts_of_sweep(
     sweep: Sweep,
     case: Case,
-    assembly: Assembly,
+    assembly: Described,
     settings: Settings,
     allowed: Mapping[str, Quantity],
 ) -> Problems:
@@ -89,7 +80,7 @@ def conflicts_of_sweep(
             yield path, sentence
 
 
-def conflicts_when_solved(solved: SolvedCase, assembly: Assembly, settings: Settings) -> Problems:
+def conflicts_when_solved(solved: SolvedCase, assembly: Described, settings: Settings) -> Problems:
     """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
     found = solved.problems
     if solved.case is not None:
@@ -100,7 +91,7 @@ def conflicts_when_solved(solved: SolvedCase, assembly: Assembly, settings: Sett
         yield path if key is None else (key,), sentence
 
 
-def _conflicts_of_joints(case: Case, assembly: Assembly) -> Problems:
+def _conflicts_of_joints(case: Case, assembly: Described) -> Problems:
     """Joints with more regions, elements in all or weighted pairs than there are contact pairs.
 
     Bands hold each pair with its mirror image, and so are at most as many as on one side.
@@ -145,7 +136,7 @@ def _conflicts_of_options(case: Case, settings: Settings) -> Problems:
 
 
 def _conflicts_of_bases(
-    case: Case, assembly: Assembly | None, options: ContactAdaptedBasis
+    case: Case, assembly: Described | None, options: ContactAdaptedBasis
 ) -> Problems:
     """Enriched bases of more vectors than are found."""
     for index, block in enumerate(case.blocks):
@@ -156,7 +147,7 @@ def _conflicts_of_bases(
 
 def other_preloads(
     cases: Mapping[str, Case],
-    assemblies: Mapping[str, Assembly],
+    assemblies: Mapping[str, Described],
     compared: Collection[Basis],
 ) -> Iterator[tuple[str, str, str]]:
     """Cases that are tightened otherwise than the contact-adapted basis assumes, with the key.
@@ -165,7 +156,7 @@ def other_preloads(
     an assembly with an initial gap they are not. ``compared`` are the bases of the convergence
     study.
     """
-    gapped = {name for name, each in assemblies.items() if each.contact.gap_um is not None}
+    gapped = {name for name, each in assemblies.items() if each.has_initial_gap}
     enriched = {
         case.assembly
         for case in cases.values()
@@ -193,7 +184,7 @@ def other_preloads(
 
 
 def missing_preloads(
-    cases: Collection[Case], assemblies: Mapping[str, Assembly | None]
+    cases: Collection[Case], assemblies: Mapping[str, Described | None]
 ) -> Iterator[tuple[str, str]]:
     """Assemblies that are to have an enriched basis but no contact to make it from."""
     used = {case.assembly for case in cases}
@@ -206,7 +197,7 @@ def missing_preloads(
 def conflicts_of_convergence(
     settings: Settings,
     cases: Collection[Case | None],
-    assemblies: Mapping[str, Assembly | None],
+    assemblies: Mapping[str, Described | None],
 ) -> Problems:
     """Bases and numbers of regions that an assembly does not have."""
     for index, basis in enumerate(settings.convergence.bases):
@@ -226,7 +217,7 @@ def conflicts_of_convergence(
 
 
 def _too_large(
-    basis: Basis, options: ContactAdaptedBasis, assemblies: Mapping[str, Assembly | None]
+    basis: Basis, options: ContactAdaptedBasis, assemblies: Mapping[str, Described | None]
 ) -> str | None:
     """What an enriched basis of more vectors than are found must be, for the first assembly."""
     if not basis.is_contact_adapted or basis.vectors == "auto":

@@ -14,7 +14,6 @@ from boltjoint.config.case import Case
 from boltjoint.config.conflicts import (
     conflicts_of_case,
     conflicts_of_convergence,
-    conflicts_of_gap,
     conflicts_of_points,
     conflicts_of_preload,
     conflicts_of_preload_with_gap,
@@ -124,7 +123,7 @@ class Study(Settings):
         """The base case of a sweep, with the joint, basis and resonance that the sweep solves."""
         sweep, first = self.sweeps[name], self.swept[name].variants[0]
         case = self.case(sweep.case)
-        bolts = len(self.assembly(case.assembly).bolt_positions_mm)
+        bolts = self.assembly(case.assembly).bolt_count
         return with_all_ratios(solved_alone(case, sweep), first.values, bolts)
 
     def quantities(self, name: str) -> dict[str, Quantity]:
@@ -229,7 +228,7 @@ def load_study(
     for name, assembly in assemblies.items():
         if assembly is not None and not before:
             with files.checking(_assembly_file(name)):
-                found = conflicts_of_gap(assembly, gap_maps())
+                found = assembly.conflicts_of_gap(gap_maps())
                 content = assembly.model_dump()
                 files.note(_assembly_file(name), (with_value(content, *each) for each in found))
 
@@ -337,7 +336,7 @@ def _read_gap_maps(
     """The maps of gaps by their files; those that cannot be read are noted."""
     found = {}
     for name, assembly in assemblies.items():
-        file = None if assembly is None else assembly.contact.gap_file
+        file = None if assembly is None else assembly.gap_file
         if file is None:
             continue
         try:
@@ -361,6 +360,6 @@ def _conflicts_of_variant(
 ) -> Problems:
     """What an assembly, the settings and the maps of gaps do not allow in a variant of a sweep."""
     yield from conflicts_when_solved(solved, assembly, settings)
-    if assembly.contact.gap_file is not None:
-        for path, sentence in conflicts_of_gap(assembly, gap_maps()):
+    if assembly.gap_file is not None:
+        for path, sentence in assembly.conflicts_of_gap(gap_maps()):
             yield ("assembly", *path), sentence

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
+from boltjoint.config.described import Described
 from boltjoint.config.design_columns import design_columns, grid_values
 from boltjoint.config.sweep import MOST_JOBS, Grid, Sweep
 from boltjoint.config.types import Problems, unforeseen
@@ -41,7 +41,7 @@ from boltjoint.names import Basis, JointName
 _LONGEST_NAME = 120
 
 Values = Mapping[str, float]
-Conflicts = Callable[[SolvedCase, Assembly], Problems]
+Conflicts = Callable[[SolvedCase, Described], Problems]
 """What an assembly and the settings do not allow in a case, solved as a sweep does."""
 
 
@@ -53,7 +53,7 @@ class _Checked(NamedTuple):
     """A case, its assembly and its joint, and why they are impossible."""
 
     case: Case
-    assembly: Assembly
+    assembly: Described
     joint: JointName
     reason: str
 
@@ -73,7 +73,7 @@ class BaseOfVariants:
         As ``Conflicts``.
     """
 
-    def __init__(self, sweep: Sweep, case: Case, assembly: Assembly, conflicts: Conflicts) -> None:
+    def __init__(self, sweep: Sweep, case: Case, assembly: Described, conflicts: Conflicts) -> None:
         self.sweep, self.case, self.assembly = sweep, case, assembly
         self._conflicts = conflicts
         self._contents = case.model_dump(), assembly.model_dump()
@@ -94,11 +94,11 @@ class BaseOfVariants:
             content = self._contents[1]
             for key, value in of_assembly.items():
                 content = with_value_at(content, path_of(key), value)
-            found, lines = read_content(content, Assembly)
+            found, lines = read_content(content, type(assembly))
             reasons += [f"{ASSEMBLY}{line}" for line in lines]
             assembly = found or assembly
         own = tuple(each for each in of_case.items() if not each[0].startswith(ASSEMBLY))
-        bolts = len(assembly.bolt_positions_mm)
+        bolts = assembly.bolt_count
         case, lines = self._case(own, bolts)
         reasons += lines
         try:
@@ -171,7 +171,7 @@ class Variant:
         return self._checked.case.model_copy(update={"assembly": self.assembly_name})
 
     @property
-    def assembly(self) -> Assembly:
+    def assembly(self) -> Described:
         """The assembly; where it is impossible, that of the base case."""
         return self._checked.assembly
 

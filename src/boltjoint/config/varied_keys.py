@@ -9,8 +9,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
+from boltjoint.config.described import Described
 from boltjoint.config.units import unit_of, without_unit
 from boltjoint.names import JointName
 
@@ -49,7 +49,7 @@ def rescaled_keys(case: Case) -> dict[str, Quantity]:
     return found
 
 
-def keys_that_vary(case: Case, assembly: Assembly | None, joint: JointName) -> dict[str, Quantity]:
+def keys_that_vary(case: Case, assembly: Described | None, joint: JointName) -> dict[str, Quantity]:
     """All keys that may vary: those that are rescaled first.
 
     Parameters
@@ -66,7 +66,7 @@ def keys_that_vary(case: Case, assembly: Assembly | None, joint: JointName) -> d
         sentence = f"number of {part}" if part != "hyper" else "number of weighted pairs"
         found[f"{JOINT}{part}"] = Quantity(f"joint_{part}", "1", sentence)
     if assembly is not None:
-        bolts = len(assembly.bolt_positions_mm)
+        bolts = assembly.bolt_count
         for n in range(bolts):
             meaning = f"preload of bolt {n + 1} over that of all"
             found[f"{RATIOS}{n}]"] = Quantity(f"preload_ratio_{n}", "1", meaning)

@@ -145,8 +145,7 @@ def overstrained(study: Study) -> list[str]:
     ]
     lines = []
     for file, found, preload in given:
-        area = math.pi / 4 * (1e-3 * found.bolts.shank_diameter_mm) ** 2
-        if sentence := yield_warning(preload, area, 1e9 * found.bolt_material.youngs_modulus_GPa):
+        if found.shank and (sentence := yield_warning(preload, *found.shank)):
             lines.append(f"{file}: preload_N: {sentence}")
     return lines
 

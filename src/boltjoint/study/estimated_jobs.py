@@ -22,6 +22,7 @@ study on a machine that does nothing else.
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from boltjoint.config.mesh_size import COUNTLESS
 from boltjoint.config.solver import Solver
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
@@ -35,7 +36,6 @@ from boltjoint.config.types import (
 )
 from boltjoint.names import JointName
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.mesh_size import COUNTLESS, mesh_size
 
 _NUMBER = 8
 
@@ -139,7 +139,7 @@ def _jobs_on(contents: Contents, folder: str, name: str) -> Iterator[EstimatedJo
 def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     """Jobs on the finite elements."""
     study = contents.study
-    size, key = mesh_size(study.assembly(name)), f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
+    size, key = study.assembly(name).size, f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
     nodes = min(size.nodes, COUNTLESS)
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill

@@ -91,7 +91,7 @@ def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
     of=lambda contents: [
         {"assembly": name}
         for name, assembly in contents.study.assemblies.items()
-        if assembly.contact.gap_um is not None
+        if assembly.has_initial_gap
     ],
     reads=(data_of("assembly", by=["assembly"]),),
     job="structure_{assembly}",

@@ -1,8 +1,9 @@
 """Size of the mesh of an assembly, by counting its divisions: nothing is built."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from boltjoint.config.assembly import Assembly
+if TYPE_CHECKING:
+    from boltjoint.config.assembly import Assembly
 
 #: more than any machine can count: sizes beyond it would overflow
 COUNTLESS = 1e30
@@ -16,7 +17,7 @@ class MeshSize(NamedTuple):
     pairs: int
 
 
-def mesh_size(assembly: Assembly) -> MeshSize:
+def mesh_size(assembly: "Assembly") -> MeshSize:
     """Size of the mesh of an assembly, by counting its divisions."""
     mesh = assembly.mesh
     across, along, layers = (
@@ -24,7 +25,7 @@ def mesh_size(assembly: Assembly) -> MeshSize:
         mesh.ring_cells_along_bar,
         mesh.layers_per_half_height,
     )
-    bolts = len(assembly.bolt_positions_mm)
+    bolts = assembly.bolt_count
     around = 2 * (across + along)
     pairs = assembly.contact_pairs
     free = sum(int(min(count, COUNTLESS)) for count in assembly.elements_outside_lap)
