@@ -18,6 +18,7 @@ from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
     relative_displacements,
 )
+from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.study.convergence import peaks_near
@@ -34,7 +35,7 @@ CONDITIONS = {
 
 @pytest.fixture(scope="module")
 def candidates(assembly, preload):
-    return find_candidates(symmetric_part(assembly)[0], preload, 12)
+    return find_candidates(structure_of(assembly), preload, 12)
 
 
 @pytest.fixture(scope="module")

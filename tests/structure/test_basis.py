@@ -27,7 +27,7 @@ from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in
 from boltjoint.structure.preload import apply_preload
-from boltjoint.structure.subspaces import symmetric
+from boltjoint.structure.subspaces import symmetric, whole
 
 SMALL = ContactAdaptedBasis(states=8, adaptations=1, trial_step=72)
 CONDITIONS = [
@@ -43,8 +43,8 @@ def half(assembly):
 
 
 @pytest.fixture(scope="module")
-def candidates(preload, half):
-    return find_candidates(half, preload, SMALL.free_modes)
+def candidates(assembly, preload):
+    return find_candidates(structure_of(assembly), preload, SMALL.free_modes)
 
 
 @pytest.fixture(scope="module")
@@ -66,10 +66,10 @@ def test_symmetric_unknowns_have_the_symmetric_modes_of_the_whole(assembly, half
 
 
 def test_the_whole_is_solved_where_symmetry_is_not_used(assembly, preload, pod_modes, enriched):
-    whole = structure_of(assembly).without_symmetry()
-    alone = apply_preload(whole, 8e3)
-    np.testing.assert_allclose(alone["normal_load"], preload["normal_load"], atol=1e-6)
-    basis = find_modes(whole, "enriched-40", find_pod_modes(whole, alone, CONDITIONS, SMALL))
+    alone = structure_of(assembly).without_symmetry()
+    tightened = apply_preload(alone, 8e3)
+    np.testing.assert_allclose(tightened["normal_load"], preload["normal_load"], atol=1e-6)
+    basis = find_modes(alone, "enriched-40", find_pod_modes(alone, tightened, CONDITIONS, SMALL))
     # it holds lateral motion too, which does not respond
     of_half, of_whole = (
         solve_response(CONDITIONS[0].connect(preload, each), [5.0, 50.0], loss_factor=2e-3)
@@ -77,6 +77,24 @@ def test_the_whole_is_solved_where_symmetry_is_not_used(assembly, preload, pod_m
     )
     for name, tolerance in (("peak_frequency", 1e-4), ("peak_amplitude", 2e-3)):
         np.testing.assert_allclose(of_whole[name], of_half[name], rtol=tolerance)
+
+
+def test_loads_that_are_not_symmetric_have_a_basis_of_all_motion(assembly, preload):
+    structure = structure_of(assembly)
+    gap = 2e-6 * (structure.contact.position[:, 1] > 1e-9)
+    tilted = replace(structure, contact=replace(structure.contact, gap=gap))
+    uneven = apply_preload(tilted, 8e3)
+    pod_modes = find_pod_modes(tilted, uneven, CONDITIONS, SMALL)
+    assert pod_modes.sizes["unknown"] == structure.moving.size
+    basis = find_modes(tilted, "enriched-48", pod_modes)
+    joint = CONDITIONS[0].connect(uneven, basis)
+    part = whole(structure, tightened=False)
+    springs = 1e8 * np.outer(uneven["normal_load"] > 0, [1, 0, 0]).ravel()
+    contact = part.relative.T @ diags_array(springs) @ part.relative
+    stiffness = (part.stiffness + contact).tocsc()
+    squared, _ = part.modes(part.factors(stiffness), stiffness, 2)
+    found = joint.resonance_range()[:2, 1]
+    np.testing.assert_allclose(found, np.sqrt(squared) / (2 * np.pi), rtol=1e-4)
 
 
 def test_a_mesh_without_symmetry_is_solved_as_a_whole(assembly, modes):

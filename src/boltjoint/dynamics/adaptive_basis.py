@@ -43,7 +43,6 @@ from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_
 from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots, uniform_modes
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Structure
-from boltjoint.structure.subspaces import symmetric
 
 if TYPE_CHECKING:
     from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
@@ -136,8 +135,7 @@ def find_pod_modes(
     if not conditions:
         raise ValueError("conditions are empty: a basis is made for at least one contact")
     structure = structure_of(assembly)
-    part = symmetric(structure)
-    candidates = find_candidates(part, preload, options.free_modes)
+    candidates = find_candidates(structure, preload, options.free_modes)
     connections = [
         (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]

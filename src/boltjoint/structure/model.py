@@ -249,11 +249,16 @@ class Structure:
     def is_symmetric(self, force: Array) -> bool:
         """Whether the structure, its contact and forces (dofs,) have a plane of symmetry."""
         mirror, contact = self.symmetry, self.contact
-        if mirror is None:
-            return False
-        return _are_alike(force, mirror.sign * force[mirror.image]) and all(
-            _are_alike(each, each[mirror.point])
-            for each in (contact.gap, contact.penalty, contact.friction_coefficient, contact.area)
+        of_points = contact.gap, contact.penalty, contact.friction_coefficient, contact.area
+        return self.has_mirrored(*of_points) and _are_alike(
+            force, mirror.sign * force[mirror.image]
+        )
+
+    def has_mirrored(self, *of_points: Array) -> bool:
+        """Whether there is a symmetry that quantities of the points, (points,) each, have."""
+        mirror = self.symmetry
+        return mirror is not None and all(
+            _are_alike(1.0 * each, 1.0 * each[mirror.point]) for each in of_points
         )
 
     def with_rigid_motions(self) -> Self:

@@ -16,7 +16,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.model import Structure
-from boltjoint.structure.subspaces import Subspace, symmetric
+from boltjoint.structure.subspaces import Subspace, part_that_moves
 
 logger = logging.getLogger(__name__)
 
@@ -132,7 +132,7 @@ def resonances(
     if per_area > 0:
         of_each = np.maximum(stiffness, per_area * contact.area)
         springs_of_pairs = quantity("pair", of_each, "N/m", "stiffness of each sticking pair")
-    half = symmetric(structure)
+    half = part_that_moves(structure, *patterns.values())
     C = half.relative
     frequency = np.empty((len(patterns), len(SPRINGS), number))
     for i, (name, stuck) in enumerate(patterns.items()):

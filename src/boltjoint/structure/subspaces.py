@@ -38,6 +38,11 @@ class Subspace:
     structure: Structure
     basis: sparse.csc_array
 
+    @property
+    def is_half(self) -> bool:
+        """Whether one side moves as the other does."""
+        return bool(np.any(np.diff(self.basis.indptr) > 1))
+
     @cached_property
     def stiffness(self) -> sparse.csc_array:
         """K of the unknowns."""
@@ -170,6 +175,13 @@ def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
     if structure.symmetry is None:
         return whole(structure, tightened=tightened)
     return Subspace(structure, _half(structure, 1.0, tightened))
+
+
+def part_that_moves(structure: Structure, *of_points: Array) -> Subspace:
+    """Symmetric motion where quantities of the contact points (points,) are symmetric, else all."""
+    if structure.has_mirrored(*of_points):
+        return symmetric(structure)
+    return whole(structure, tightened=False)
 
 
 def antisymmetric(structure: Structure) -> Subspace | None:

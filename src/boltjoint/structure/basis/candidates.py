@@ -22,9 +22,10 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from boltjoint import checks
 from boltjoint.structure.makers.registry import families_of
 from boltjoint.structure.model import Structure
-from boltjoint.structure.subspaces import Subspace
+from boltjoint.structure.subspaces import part_that_moves
 
 Array = NDArray[np.float64]
 
@@ -162,17 +163,15 @@ class SpringContact:
         return 1 / ratio[order], a[:, order]
 
 
-def find_candidates(part: Subspace, preload: xr.Dataset, free_modes: int) -> Candidates:
+def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) -> Candidates:
     """Modes without contact, and attachment modes of unit forces on every point, t1 and normal.
 
     Attachment modes make the contact's flexibility exact, modes the inertia at low frequency.
 
     Parameters
     ----------
-    part
-        As from ``symmetric``.
-    preload
-        As from ``apply_preload``, of the same structure.
+    structure, preload
+        The structure, and its preload as from ``apply_preload``.
     free_modes
         Number of modes.
 
@@ -181,13 +180,17 @@ def find_candidates(part: Subspace, preload: xr.Dataset, free_modes: int) -> Can
     ValueError
         If structure and preload do not hold the same points, or no point carries load.
     """
-    structure, contact = part.structure, part.structure.contact
+    contact = structure.contact
     if not np.array_equal(contact.position, preload["position"].to_numpy()):
         raise ValueError("assembly and preload have different contact pairs")
     if not np.any(preload["normal_load"] > 0):
         raise ValueError("no contact pair carries load")
+    loads = (
+        checks.variable("preload", preload, name, ("pair",)) for name in ("normal_load", "gap")
+    )
+    part = part_that_moves(structure, *loads)
     own = np.arange(len(contact))
-    image = own if structure.symmetry is None else structure.symmetry.point
+    image = structure.symmetry.point if part.is_half else own
     # of two mirror images the later one
     point = np.flatnonzero(own >= image)
     K, M = part.stiffness, part.mass

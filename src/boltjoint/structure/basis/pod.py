@@ -34,7 +34,7 @@ from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.snapshots import Snapshot
 from boltjoint.structure.factors import check_held
 from boltjoint.structure.model import Structure
-from boltjoint.structure.subspaces import symmetric
+from boltjoint.structure.subspaces import symmetric, whole
 
 Array = NDArray[np.float64]
 
@@ -205,9 +205,11 @@ def basis_of_pod_modes(structure: Structure, pod_modes: xr.Dataset, number: int)
     """
     number = checks.whole("number", number, at_least=1)
     position = checks.variable("pod_modes", pod_modes, "position", ("pair", "axis"))
-    part = symmetric(structure)
-    is_fitting = pod_modes.sizes.get("unknown") == part.basis.shape[1]
-    if not (is_fitting and np.array_equal(position, structure.contact.position)):
+    # of the symmetric part, or of all motion where the preload is not symmetric
+    parts = symmetric(structure), whole(structure, tightened=False)
+    unknowns = pod_modes.sizes.get("unknown")
+    part = next((each for each in parts if each.basis.shape[1] == unknowns), None)
+    if part is None or not np.array_equal(position, structure.contact.position):
         raise ValueError("the POD modes were found on a different mesh")
     if number > pod_modes.sizes["pod_mode"]:
         raise ValueError(
