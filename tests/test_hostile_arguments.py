@@ -196,6 +196,40 @@ CALLS = {
         },
     ),
 }
+
+#: two masses on springs, each with three displacements, that touch
+SIDES = np.arange(6).reshape(2, 1, 3)
+PAIR = {
+    "side_a": SIDES[0],
+    "side_b": SIDES[1],
+    "dofs": 6,
+    "position": np.zeros((1, 3)),
+    "area": np.array([1e-4]),
+    "friction_coefficient": 0.1,
+}
+MATRICES = {
+    "stiffness": np.diag([1e6, 1e6, 2e6, 3e6, 3e6, 4e6]),
+    "mass": np.eye(6),
+    "contact": boltjoint.ContactPoints.of_pairs(**PAIR),
+    "bolts": {"bolt": np.array([0.0, 0.0, 1.0, 0.0, 0.0, -1.0])},
+    "inputs": {"shaker": 2},
+    "outputs": {"sensor": 2},
+    "support": np.ones((3, 6)),
+}
+STRUCTURE = boltjoint.Structure.from_matrices(**MATRICES)
+CALLS |= {
+    "ContactPoints": (boltjoint.ContactPoints.of_pairs, PAIR),
+    "Structure": (boltjoint.Structure.from_matrices, MATRICES),
+    "apply_preload": (
+        boltjoint.apply_preload,
+        {"assembly": STRUCTURE, "preload": 10.0, "tolerance": 1e-9, "maximum_iterations": 20},
+    ),
+    "find_modes": (
+        boltjoint.find_modes,
+        {"assembly": STRUCTURE, "family": "free-1", "pod_modes": None},
+    ),
+}
+
 #: calls of each, of which every one has another argument
 NUMBER = 40
 

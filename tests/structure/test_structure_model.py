@@ -336,7 +336,7 @@ def refusals():
         "stiffness is not symmetric: entries at",
         lambda: Structure.from_matrices(skew, M, contact),
     )
-    yield "entries of stiffness", lambda: Structure.from_matrices(holed, M, contact)
+    yield "stiffness must be finite", lambda: Structure.from_matrices(holed, M, contact)
     yield "not positive", lambda: Structure.from_matrices(K, -M, contact)
     yield "mass has shape", lambda: Structure.from_matrices(K, M[:5, :5], contact)
     yield "stiffness is zero", lambda: Structure.from_matrices(apart, M, contact)

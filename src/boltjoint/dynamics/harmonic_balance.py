@@ -19,8 +19,9 @@ from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import Derivative, LazyJacobian
 
-#: a matrix, or a number, of each harmonic
-_ByHarmonic = Callable[[int], NDArray[np.float64] | float]
+#: a matrix or a number, and one of each harmonic
+_Number = NDArray[np.float64] | float
+_ByHarmonic = Callable[[int], _Number]
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,10 @@ class HarmonicBalance:
         sin:   (L - (hw)^2) s_h - H(hw) c_h + f_sh  - phi_F F = 0   (F only at h = 1)
         cos:   (L - (hw)^2) c_h + H(hw) s_h + f_ch            = 0
 
-    Excitation whose points are not in phase has a part ``F cos(wt)`` too, with its own phi_F.
-
-    The unknown x holds the components the joint's law needs (``sin`` and ``cos``, ``sin3`` of the
-    third harmonic, ``bias`` where the force has one), one after another: shape
-    (components * modes,) [kg^1/2 m]. The parameter is the frequency w [rad/s]. In a basis V of
-    fewer modes, ``q = V x``, the equations are projected onto it.
+    Excitation whose points are not in phase has a part ``F cos(wt)`` too, with its own phi_F. The
+    unknown x holds the components of the law (``sin``, ``cos``, ``sin3`` of the third harmonic,
+    ``bias`` of a mean), one after another: shape (components * modes,) [kg^1/2 m]. The parameter is
+    w [rad/s]. In a basis V of fewer modes, ``q = V x``, the equations are projected onto it.
 
     Parameters
     ----------
@@ -51,8 +50,7 @@ class HarmonicBalance:
     excitation_force
         F [N], or the acceleration of the clamp [m/s2].
     basis
-        V, orthonormal combinations of the linear modes, shape (linear modes, modes); the linear
-        modes themselves by default.
+        V, orthonormal combinations of the linear modes, (linear modes, modes); these by default.
 
     Raises
     ------
@@ -105,7 +103,7 @@ class HarmonicBalance:
         """``L + i H(hw)`` of the harmonic h [rad^2/s^2], shape (modes, modes)."""
         if self.damping_matrix.varying is None and harmonic == 1:
             return self._constant_complex_stiffness
-        return self.stiffness + 1j * self.damping_matrix.at(harmonic * w)
+        return self.stiffness + 1j * self._damping(self.damping_matrix, harmonic, w)
 
     @cached_property
     def contact(self) -> ModalContact:
@@ -115,8 +113,7 @@ class HarmonicBalance:
     @cached_property
     def modal_force(self) -> NDArray[np.float64]:
         """Excitation in modal coordinates [kg^-1/2 N], shape (components * modes,)."""
-        mode = self.joint.excitation
-        mode = mode if self.basis is None else mode @ self.basis
+        mode = self.joint.excitation if self.basis is None else self.joint.excitation @ self.basis
         force = np.zeros((len(self.components), mode.size))
         force[self.components.index("sin")] = mode.real * self.excitation_force
         force[self.components.index("cos")] = mode.imag * self.excitation_force
@@ -132,7 +129,7 @@ class HarmonicBalance:
         np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
         if self.damping_matrix.varying is not None:
             varying = self.damping_matrix.varying
-            self._add_damping(matrix, lambda h: varying.at(h * w))
+            self._add_damping(matrix, lambda h: self._damping(varying, h, w))
         return matrix
 
     def linear_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
@@ -144,7 +141,7 @@ class HarmonicBalance:
 
     def damping_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Force of the damping of the structure at w, shape of x."""
-        return self._turned(x, lambda h: self.damping_matrix.at(h * w))
+        return self._turned(x, lambda h: self._damping(self.damping_matrix, h, w))
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Residual of the equations at x and w, shape of x."""
@@ -184,15 +181,16 @@ class HarmonicBalance:
         derivative = -2.0 * w * self._harmonic**2 * x
         varying = self.damping_matrix.varying
         if varying is not None:
-            derivative += self._turned(x, lambda h: h * varying.derivative(h * w))
+            # either the factor or the frequency is the number of the harmonic, the other 1 or w
+            change = self._turned(x, lambda h: h * varying.derivative(self._damping_of(h, w)[1]))
+            derivative += change
         return derivative
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
         w = checks.number("w", w, at_least=0)
-        return np.linalg.solve(
-            self.dynamic_stiffness(w) + self.contact.stuck_stiffness, self.modal_force
-        )
+        stiffness = self.dynamic_stiffness(w) + self.contact.stuck_stiffness
+        return np.linalg.solve(stiffness, self.modal_force)
 
     def describing_function(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Describing function of each point and direction at x [N/m] (``ModalContact``)."""
@@ -219,10 +217,8 @@ class HarmonicBalance:
     @cached_property
     def _mean(self) -> slice | None:
         """Where in the unknown the bias of rigid-body modes is; None without one."""
-        if "bias" not in self.components or not self.joint.is_rigid.any():
-            return None
-        modes, place = len(self.stiffness), self.components.index("bias")
-        return slice(place * modes, (place + 1) * modes)
+        is_needed = self.components[0] == "bias" and self.joint.is_rigid.any()
+        return slice(len(self.stiffness)) if is_needed else None
 
     @cached_property
     def _oscillating(self) -> tuple[tuple[int, int, int], ...]:
@@ -233,8 +229,8 @@ class HarmonicBalance:
     @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
         """Harmonic number of every entry of the unknown."""
-        numbers = [harmonic for _, harmonic in map(parse_component, self.components)]
-        return np.repeat(np.array(numbers, dtype=float), len(self.stiffness))
+        numbers = [float(number) for _, number in map(parse_component, self.components)]
+        return np.repeat(numbers, len(self.stiffness))
 
     @cached_property
     def _structure(self) -> ModalStructure:
@@ -251,13 +247,12 @@ class HarmonicBalance:
         matrix = np.kron(np.eye(len(self.components)), self.stiffness)
         if self._mean is not None:
             matrix[self._mean, self._mean] = self.stiffness_of_mean
-        self._add_damping(matrix, lambda h: self.damping_matrix.constant.at(0.0))
+        self._add_damping(matrix, lambda h: self._damping(self.damping_matrix.constant, h, 0.0))
         return matrix
 
     def _add_damping(self, matrix: NDArray[np.float64], damping: _ByHarmonic) -> None:
         """Add the H of each harmonic to the linear part of the equations."""
-        n, modes = len(self.components), len(self.stiffness)
-        blocks = matrix.reshape(n, modes, n, modes)
+        blocks = matrix.reshape((len(self.components), len(self.stiffness)) * 2)
         for harmonic, sin, cos in self._oscillating:
             H = damping(harmonic)
             blocks[sin, :, cos, :] -= H
@@ -271,6 +266,15 @@ class HarmonicBalance:
             H = damping(harmonic)
             force[sin], force[cos] = -np.dot(H, q[cos]), np.dot(H, q[sin])
         return force.ravel()
+
+    def _damping(self, matrix: DampingMatrix, harmonic: int, w: float) -> _Number:
+        """H of a harmonic [rad^2/s^2]."""
+        factor, frequency = self._damping_of(harmonic, w)
+        return factor * matrix.at(frequency)
+
+    def _damping_of(self, harmonic: int, w: float) -> tuple[int, float]:
+        """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of a harmonic."""
+        return 1, harmonic * w
 
 
 def parse_component(name: str) -> tuple[str, int]:

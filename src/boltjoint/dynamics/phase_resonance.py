@@ -248,13 +248,13 @@ class PhaseResonance:
             spread /= self._search.narrowing
             try:
                 parabola = self._around_peak(best.vertex, spread)
+                if parabola is None:
+                    break
+                low, high = (self._log_amplitude(one.vertex) for one in (best, parabola))
             except _NotConverged:
-                break
-            if parabola is None:
                 break
             # vertices converge with the spread at least, where amplitudes are not too rough for it
             distance = abs(parabola.vertex - best.vertex) / (self._search.narrowing - 1)
-            low, high = (self._log_amplitude(one.vertex) for one in (best, parabola))
             if distance > best.distance and high < low:
                 break
             sharpness = min(parabola.sharpness, best.sharpness)

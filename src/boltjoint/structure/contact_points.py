@@ -110,16 +110,20 @@ class ContactPoints:
         position, area, friction_coefficient, frame, surface, gap, penalty
             As the attributes, of each pair or of all; frames are x, y, z by default.
         """
+        dofs = checks.whole("dofs", dofs, at_least=1)
         sides = [
             checks.indices(name, side, ("pairs", DIRECTIONS))
             for name, side in (("side_a", side_a), ("side_b", side_b))
         ]
         pairs = len(sides[0])
-        shape = pairs, DIRECTIONS, DIRECTIONS
-        frame = np.broadcast_to(np.eye(DIRECTIONS) if frame is None else frame, shape)
         for name, side in zip(("side_a", "side_b"), sides, strict=True):
-            if side.shape[0] != pairs or side.min() < 0 or side.max() >= dofs:
+            if side.shape[0] != pairs or not side.size:
+                raise ValueError(f"{name} has {len(side)} pairs, side_a {pairs}: at least one each")
+            if side.min() < 0 or side.max() >= dofs:
                 raise ValueError(f"{name} has a degree of freedom that is not there")
+        shape = pairs, DIRECTIONS, DIRECTIONS
+        given = checks.array("frame", np.eye(DIRECTIONS) if frame is None else frame)
+        frame = _of_each("frame", given, shape)
         row = np.repeat(np.arange(DIRECTIONS * pairs), DIRECTIONS)
         entries = [
             (sign * frame.ravel(), (row, np.repeat(side, DIRECTIONS, axis=0).ravel()))
@@ -129,7 +133,7 @@ class ContactPoints:
             sparse.coo_array(each, shape=(DIRECTIONS * pairs, dofs)).tocsr() for each in entries
         ]
         of_points = {
-            name: np.broadcast_to(value, (pairs,))
+            name: _of_each(name, checks.array(name, value), (pairs,))
             for name, value in (
                 ("area", area),
                 ("gap", gap),
@@ -152,6 +156,14 @@ class ContactPoints:
             "position": quantity(("pair", "axis"), self.position, "m", f"position {what}"),
             "area": quantity("pair", self.area, "m2", f"tributary area {what}"),
         }
+
+
+def _of_each(name: str, value: Array, shape: tuple[int, ...]) -> Array:
+    """A quantity of each point, where it may be given once for all."""
+    try:
+        return np.broadcast_to(value, shape)
+    except ValueError as error:
+        raise ValueError(f"{name} has shape {value.shape}, expected {shape}") from error
 
 
 def as_sparse(name: str, matrix: object, kind: type) -> sparse.sparray:

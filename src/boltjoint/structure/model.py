@@ -175,10 +175,15 @@ class Structure:
         for bolt in self.bolts:
             checks.array(f"load of {bolt.name}", bolt.load, (self.dofs,))
         for name in ("inputs", "outputs"):
+            checks.mapping(name, getattr(self, name))
             for key, each in getattr(self, name).items():
+                checks.instance(f"{key} of {name}", each, Row)
                 checks.array(f"{key} of {name}", each.row, (self.dofs,))
         if self.support is not None:
             checks.array("support", self.support, (DIRECTIONS, self.dofs))
+        for name, kind in (("symmetry", Reflection), ("geometry", Geometry)):
+            if getattr(self, name) is not None:
+                checks.instance(name, getattr(self, name), kind)
         rigid = np.zeros((self.dofs, 0)) if self.rigid is None else self.rigid
         rigid = checks.array("rigid", rigid, (self.dofs, "motions"))
         if rigid.shape[1] > _MOST_RIGID:
@@ -218,8 +223,15 @@ class Structure:
         support
             As the attribute.
         """
-        K, M = (sparse.csc_array(each, dtype=float) for each in (stiffness, mass))
+        K, M = (
+            each
+            if sparse.issparse(each)
+            else sparse.csc_array(checks.array(name, each, ("dofs", "dofs")))
+            for name, each in (("stiffness", stiffness), ("mass", mass))
+        )
         dofs = K.shape[0]
+        for name, given in (("bolts", bolts), ("inputs", inputs), ("outputs", outputs)):
+            checks.mapping(name, {} if given is None else given)
         of_bolts = tuple(
             Bolt(name, _row_of(f"bolt {name}", load, dofs), None if np.ndim(load) else load)
             for name, load in (bolts or {}).items()
