@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
 ROOMS = (
     *("report", "study", "verification", "dynamics", "structure", "joint", "config"),
     *("friction", "damping", "solvers", "workflow", "names", "dataset", "options"),
-    *("checksums", "regular_file", "compiled", "checks", "__init__"),
+    *("checksums", "machine", "regular_file", "compiled", "checks", "__init__"),
 )
 #: by the file, the syntax tree
 TREES = {

@@ -1,11 +1,9 @@
 """Memory and time that a study needs: of its largest job, and of all (``estimated_jobs``)."""
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from types import MappingProxyType
 
 from boltjoint.config.study import Study
@@ -15,6 +13,7 @@ from boltjoint.config.types import (
     CONFIG_FILE,
     refusing_exceptions,
 )
+from boltjoint.machine import machine_memory as machine_memory
 from boltjoint.structure.bolts import yield_warning
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import all_jobs, jobs_on
@@ -83,15 +82,6 @@ def estimate(study: Study) -> Estimate:
         tightenings=len({(each.assembly_name, each.case.preload) for each in variants}),
         joints=len({(each.case_name, each.joint) for each in variants}),
     )
-
-
-def machine_memory() -> float:
-    """Memory of this machine, or what its control group (cgroup v2) may have of it [byte]."""
-    memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    limit = Path("/sys/fs/cgroup/memory.max")
-    if limit.is_file() and (text := limit.read_text().strip()) != "max":
-        memory = min(memory, float(text))
-    return memory
 
 
 def shortage(needed: Estimate, memory: float | None) -> str | None:
