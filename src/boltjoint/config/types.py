@@ -17,6 +17,16 @@ ASSEMBLY_FOLDER = "config/assemblies"
 SWEEP_FOLDER = "config/sweeps"
 SCHEMA_FOLDER = "config/schemas"
 
+#: files of matrices of another program, which lie where tables do
+MATRIX_FILE = rf"{names.DATA_FILE.removesuffix('$')}\.(npz|mat|mtx)$"
+MATRIX_FILE_MEANING = (
+    "must be a file .npz, .mat or .mtx in the folder that holds config/, as config/joint.npz, "
+    "without { } : \\ and names that begin with a point"
+)
+#: name of a variable, as of MATLAB and of Python
+VARIABLE = r"^[A-Za-z][A-Za-z0-9_]{0,62}$"
+VARIABLE_MEANING = "must be a name of a letter and at most 62 letters, digits and _"
+
 KeyPath = tuple[str | int, ...]
 Problems = Iterator[tuple[KeyPath, str]]
 """Key path within a value and what is wrong there, as a sentence without a subject."""
@@ -137,6 +147,8 @@ CaseName = Annotated[
     AfterValidator(_no_page),
 ]
 DataFile = Annotated[str, Field(pattern=names.DATA_FILE)]
+MatrixFile = Annotated[str, Field(pattern=MATRIX_FILE)]
+VariableName = Annotated[str, Field(pattern=VARIABLE)]
 Joint = Annotated[str, Field(pattern=JointName.PATTERN), AfterValidator(JointName)]
 ModalBasis = Annotated[str, Field(pattern=Basis.PATTERN), AfterValidator(Basis)]
 ComparedModalBasis = Annotated[
@@ -149,6 +161,8 @@ GRAMMARS = {each.PATTERN: each for each in (JointName, Basis, ComparedBasis, Coo
 PATTERNS = {
     names.NAME: names.NAME_MEANING,
     names.DATA_FILE: names.DATA_FILE_MEANING,
+    MATRIX_FILE: MATRIX_FILE_MEANING,
+    VARIABLE: VARIABLE_MEANING,
     **{pattern: grammar.MEANING for pattern, grammar in GRAMMARS.items()},
 }
 

@@ -1,0 +1,1 @@
+"""Structures from stiffness and mass matrices of another program."""
