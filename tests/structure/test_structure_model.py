@@ -362,6 +362,9 @@ def refusals():
     )
     floating = np.kron(np.array([[1, -1], [-1, 1]]), 1e7 * np.eye(6))
     yield "not in equilibrium", lambda: Structure.from_matrices(floating, M, contact, **options)
+    # one side is held, the other lies on it
+    laid = np.kron(np.diag([1, 0]), 1e7 * np.eye(6))
+    yield "connected by the contact alone", lambda: Structure.from_matrices(laid, M, contact)
     loose = np.diag([1e7] * 5 + [0.0] * 7)
     yield "7 rigid-body motions", lambda: Structure.from_matrices(loose, M, contact)
     yield "no bolts", lambda: apply_preload(Structure.from_matrices(K, M, contact), 1e3)

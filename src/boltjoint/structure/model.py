@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 #: that writes ten digits
 _ASYMMETRY = 1e-9
 
+#: motion of the contact points in a rigid-body motion, over that, which is more than rounding
+_APART = 1e-6
 #: rigid-body motions of a body
 _MOST_RIGID = 6
 
@@ -192,6 +194,11 @@ class Structure:
                 "are those of a mechanism, whose parts nothing connects"
             )
         object.__setattr__(self, "rigid", rigid)
+        if rigid.size and abs(self.contact.relative @ rigid).max() > _APART * abs(rigid).max():
+            raise ValueError(
+                "parts of the structure are connected by the contact alone: without it they move "
+                "as rigid bodies, and modes without contact do not exist"
+            )
         for bolt in self.bolts:
             self._check_equilibrium(bolt)
 
