@@ -4,6 +4,7 @@ import examples
 import pytest
 
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
@@ -16,6 +17,11 @@ def coarse():
 @pytest.fixture(scope="session")
 def assembly(coarse):
     return build_assembly(coarse)
+
+
+@pytest.fixture(scope="session")
+def structure(assembly):
+    return structure_of(assembly)
 
 
 @pytest.fixture(scope="session")

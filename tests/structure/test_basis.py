@@ -79,6 +79,17 @@ def test_the_whole_is_solved_where_symmetry_is_not_used(assembly, preload, pod_m
         np.testing.assert_allclose(of_whole[name], of_half[name], rtol=tolerance)
 
 
+def assert_resonances(basis, preload, part):
+    """While all loaded pairs stick, against the full model with springs on them."""
+    joint = CONDITIONS[0].connect(preload, basis)
+    springs = 1e8 * np.outer(preload["normal_load"] > 0, [1, 0, 0]).ravel()
+    contact = part.relative.T @ diags_array(springs) @ part.relative
+    stiffness = (part.stiffness + contact).tocsc()
+    squared, _ = part.modes(part.factors(stiffness), stiffness, 2)
+    found = joint.resonance_range()[:2, 1]
+    np.testing.assert_allclose(found, np.sqrt(squared) / (2 * np.pi), rtol=1e-4)
+
+
 def test_loads_that_are_not_symmetric_have_a_basis_of_all_motion(assembly, preload):
     structure = structure_of(assembly)
     gap = 2e-6 * (structure.contact.position[:, 1] > 1e-9)
@@ -87,14 +98,7 @@ def test_loads_that_are_not_symmetric_have_a_basis_of_all_motion(assembly, prelo
     pod_modes = find_pod_modes(tilted, uneven, CONDITIONS, SMALL)
     assert pod_modes.sizes["unknown"] == structure.moving.size
     basis = find_modes(tilted, "enriched-48", pod_modes)
-    joint = CONDITIONS[0].connect(uneven, basis)
-    part = whole(structure, tightened=False)
-    springs = 1e8 * np.outer(uneven["normal_load"] > 0, [1, 0, 0]).ravel()
-    contact = part.relative.T @ diags_array(springs) @ part.relative
-    stiffness = (part.stiffness + contact).tocsc()
-    squared, _ = part.modes(part.factors(stiffness), stiffness, 2)
-    found = joint.resonance_range()[:2, 1]
-    np.testing.assert_allclose(found, np.sqrt(squared) / (2 * np.pi), rtol=1e-4)
+    assert_resonances(basis, uneven, whole(structure, tightened=False))
 
 
 def test_a_mesh_without_symmetry_is_solved_as_a_whole(assembly, modes):
@@ -350,18 +354,10 @@ def test_needs_pod_modes_that_fit(assembly, pod_modes):
 
 
 def test_a_basis_of_a_free_assembly_has_its_resonances(assembly, preload):
-    """While all loaded pairs stick, against the full model with springs on them."""
     loose = structure_of(assembly.isel(clamped=slice(0, 0)))
     basis = find_modes(loose, "enriched-24", find_pod_modes(loose, preload, CONDITIONS, SMALL))
     assert not basis["natural_frequency"][:6].any()
-    joint = CONDITIONS[0].connect(preload, basis)
-    part = symmetric(loose)
-    springs = 1e8 * np.outer(preload["normal_load"] > 0, [1, 0, 0]).ravel()
-    contact = part.relative.T @ diags_array(springs) @ part.relative
-    stiffness = (part.stiffness + contact).tocsc()
-    squared, _ = part.modes(part.factors(stiffness), stiffness, 2)
-    found = joint.resonance_range()[:2, 1]
-    np.testing.assert_allclose(found, np.sqrt(squared) / (2 * np.pi), rtol=1e-4)
+    assert_resonances(basis, preload, symmetric(loose))
 
 
 def test_result_is_the_same_every_time(assembly, preload, pod_modes, enriched, tmp_path):

@@ -15,11 +15,6 @@ LOAD = 8e3
 
 
 @pytest.fixture(scope="module")
-def structure(assembly):
-    return structure_of(assembly)
-
-
-@pytest.fixture(scope="module")
 def expected(structure):
     """Natural frequencies and normal loads of the assembly itself."""
     frequency = find_modes(structure, "all-8")["natural_frequency"].to_numpy()

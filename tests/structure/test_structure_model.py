@@ -27,11 +27,6 @@ LOAD = 8e3
 
 
 @pytest.fixture(scope="module")
-def structure(assembly):
-    return structure_of(assembly)
-
-
-@pytest.fixture(scope="module")
 def free(assembly):
     return structure_of(assembly.isel(clamped=slice(0)))
 

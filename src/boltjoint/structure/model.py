@@ -315,6 +315,11 @@ def _row_of(name: str, given: int | Array, dofs: int) -> Array:
     place = checks.whole(name, given, at_least=0)
     if place >= dofs:
         raise ValueError(f"{name} is degree of freedom {place}: there are {dofs}")
+    return unit_row(place, dofs)
+
+
+def unit_row(place: int, dofs: int) -> Array:
+    """The displacement of one degree of freedom, or a force of 1 on it, shape (dofs,)."""
     row = np.zeros(dofs)
     row[place] = 1.0
     return row

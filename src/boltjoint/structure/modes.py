@@ -147,13 +147,12 @@ def find_modes(
 
 def _with_rigid_modes(structure: Structure, frequency: Array, q: Array) -> tuple[Array, Array]:
     """Frequencies and motion with rigid-body modes, at 0 Hz, before those of elastic ones."""
-    rigid = whole(structure, tightened=False).rigid if structure.rigid.shape[1] else None
-    if rigid is None:
+    motions = structure.rigid.shape[1]
+    if not motions:
         return frequency, q
-    logger.info("%d rigid-body modes", rigid.shape[1])
-    of_all = np.zeros((structure.dofs, rigid.shape[1]))
-    of_all[structure.moving] = rigid
-    return np.append(np.zeros(rigid.shape[1]), frequency), np.hstack([of_all, q])
+    logger.info("%d rigid-body modes", motions)
+    part = whole(structure, tightened=False)
+    return np.append(np.zeros(motions), frequency), np.hstack([part.basis @ part.rigid, q])
 
 
 class _Modes(NamedTuple):

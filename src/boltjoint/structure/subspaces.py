@@ -58,11 +58,6 @@ class Subspace:
         """Relative displacement of the contact points, shape (3 * points, unknowns)."""
         return (self.structure.contact.relative @ self.basis).tocsr()
 
-    def unknowns(self, q: Array) -> Array:
-        """The unknowns of motion that is in this subspace, shape (dofs, columns)."""
-        first = self.basis.indptr[:-1]
-        return self.basis.data[first][:, None] * q[self.basis.indices[first]]
-
     @cached_property
     def rigid(self) -> Array:
         """Rigid-body motions in this subspace, orthonormal in mass, shape (unknowns, motions)."""

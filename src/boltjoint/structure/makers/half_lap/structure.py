@@ -24,6 +24,7 @@ from boltjoint.structure.model import (
     Reflection,
     Row,
     Structure,
+    unit_row,
 )
 
 Array = NDArray[np.float64]
@@ -100,12 +101,10 @@ def _bolts(assembly: xr.Dataset, dofs: int) -> tuple[Bolt, ...]:
     first = dofs - len(position)
     bolts = []
     for number, at in enumerate(position):
-        load = np.zeros(dofs)
-        load[first + number] = 1.0
         bolts.append(
             Bolt(
                 name=f"bolt {number + 1}",
-                load=load,
+                load=unit_row(first + number, dofs),
                 locked=first + number,
                 axis=np.array([0.0, 0.0, 1.0]),
                 position=at,
@@ -147,7 +146,7 @@ def _row(assembly: xr.Dataset, point: str, T: sparse.csc_array) -> Row:
 
 
 def _reflection(assembly: xr.Dataset, T: sparse.csc_array) -> Reflection | None:
-    """The reflection at y = 0, None where mesh or initial gap are not symmetric."""
+    """The reflection at y = 0, None where the mesh is not symmetric."""
     mirrored = _mirrored_nodes(assembly)
     if mirrored is None:
         return None

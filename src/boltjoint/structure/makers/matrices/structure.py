@@ -14,7 +14,7 @@ from scipy.linalg import LinAlgError, cholesky
 from boltjoint.config.matrices import Matrices, MatrixBolt, MatrixContact, MatrixRow, Plane
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints
 from boltjoint.structure.makers.matrices.reader import Reader
-from boltjoint.structure.model import Bolt, Row, Structure
+from boltjoint.structure.model import Bolt, Row, Structure, unit_row
 
 Array = NDArray[np.float64]
 
@@ -206,7 +206,7 @@ def _bolt(given: MatrixBolt, described: Matrices, reader: Reader, dofs: int) -> 
             raise ValueError(f"{reader.place(given.load)} is zero: a tension of 1 N has forces")
     else:
         locked = _dof(f"locked of bolt {given.name}", given.locked, described, reader, dofs)
-        load = _unit(locked, dofs)
+        load = unit_row(locked, dofs)
     diameter, modulus = given.shank_diameter_mm, given.youngs_modulus_GPa
     axis = None if given.axis is None else np.array(given.axis, dtype=float)
     return Bolt(
@@ -230,7 +230,7 @@ def _rows(
             if not row.any():
                 raise ValueError(f"{reader.place(each.row)} is zero: nothing moves there")
         else:
-            row = _unit(_dof(f"dof of {each.name}", each.dof, described, reader, dofs), dofs)
+            row = unit_row(_dof(f"dof of {each.name}", each.dof, described, reader, dofs), dofs)
         rows[each.name] = Row(row, each.direction or "")
     return rows
 
@@ -244,12 +244,6 @@ def _dof(what: str, number: int | None, described: Matrices, reader: Reader, dof
             f"{first + dofs - 1}: {what} is {number}"
         )
     return number - first
-
-
-def _unit(place: int, dofs: int) -> Array:
-    row = np.zeros(dofs)
-    row[place] = 1.0
-    return row
 
 
 def _place_of(bolt: MatrixBolt, reader: Reader) -> str:
