@@ -20,6 +20,8 @@ PROFILE = ["--profile", "profiles/slurm", "--slurm-status-command", "squeue"]
 OPTIONS = [*PROFILE, "--slurm-init-seconds-before-status-checks", "10"]
 #: by far more than any state of a job takes [s]
 PATIENCE = 180
+#: the plugin asks for the states of jobs up to three minutes apart, and anew after a retry [s]
+PATIENCE_AT_END = 4 * 180
 
 
 def answer(*command):
@@ -98,9 +100,10 @@ def test_a_node_that_fails_or_is_drained_costs_a_sweep_nothing(node, project, fi
             wait_for(lambda: not tasks("running", "completing"), running)
             assert len(tasks("pending")) == len(chunks) - len(done()) > 0
             set_state(node, "resume")
-            assert running.wait(timeout=PATIENCE) == 0, log.read_text()
+            assert running.wait(timeout=PATIENCE_AT_END) == 0
         finally:
             running.terminate()
+            print(log.read_text())
     assert "Submitted array job" in log.read_text()
     # in one chunk or six, on a cluster or not
     assert (folder / RESULT).read_bytes() == (finished / RESULT).read_bytes()
