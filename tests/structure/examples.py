@@ -7,6 +7,7 @@ import yaml
 from scipy import sparse
 
 from boltjoint.config.assembly import Assembly
+from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.makers.half_lap.blocks import extrude
 from boltjoint.structure.makers.half_lap.plan import rectangle_plan
@@ -95,3 +96,31 @@ def block_on_ground(elements, youngs_modulus, penalty):
         shape=(3 * len(base), K.shape[0]),
     )
     return K, C, penalty * area, area, coordinate, base
+
+
+def block_with_two_interfaces():
+    """A body of three masses between two grounds: one level, the other tilted by 30 degrees."""
+    rng = np.random.default_rng(3)
+    dofs = 12
+    root_of_K = rng.standard_normal((dofs, dofs))
+    K = 1e7 * (root_of_K @ root_of_K.T + dofs * np.eye(dofs))
+    M = np.diag(rng.uniform(0.5, 2.0, dofs))
+    angle = np.deg2rad(30)
+    tilted = np.array(
+        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    )
+    contact = ContactPoints.of_pairs(
+        np.arange(12).reshape(4, 3)[:2],
+        np.arange(12).reshape(4, 3)[2:],
+        dofs,
+        position=np.arange(6.0).reshape(2, 3),
+        area=[1e-4, 2e-4],
+        frame=[np.eye(3), tilted],
+        surface=["level", "tilted"],
+        penalty=[1e12, 2e12],
+        friction_coefficient=[0.4, 0.1],
+    )
+    bolt = 1e3 * rng.standard_normal(dofs)
+    # presses both interfaces together, and shears them
+    bolt = bolt + 3e3 * (contact.relative.T @ np.array([0.02, 0, 1, 0.3, 0.1, 1]))
+    return K, M, contact, bolt / 3e3

@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 from examples import coarse_assembly, study_assembly
+from scipy import sparse
+from scipy.linalg import eigh
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
+from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.subspaces import whole
 
@@ -198,3 +202,31 @@ def test_a_slow_structure_is_no_loose_one():
     slender["mesh"]["element_length_free_mm"] = 25
     found = find_modes(build_assembly(Assembly.model_validate(slender)), "free-2")
     assert 1 < found["natural_frequency"][0] < 5
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_few_degrees_of_freedom_have_all_their_modes(held):
+    """A chain of four masses, held or free, with a massless joint and a pair of contact."""
+    K = 1e6 * (2 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1))
+    K[4, 4] = 1e6
+    K[0, 0] = 2e6 if held else 1e6
+    M = np.diag([1.0, 2.0, 0.0, 1.5, 1.0])
+    # directions of the contact that the chain has not are at rest
+    rows = np.zeros((3, 5))
+    rows[0, [1, 3]] = 1, -1
+    contact = ContactPoints(
+        sparse.csr_array(rows), [[0, 0, 0]], [np.eye(3)], [1e-4], "one", [0.0], [1e12], [0.1]
+    )
+    chain = Structure.from_matrices(K, M, contact, inputs={"force": 4}, outputs={"end": 4})
+    found = find_modes(chain, f"all-{4 if held else 3}")["natural_frequency"].to_numpy()
+    # the massless joint follows by statics
+    with_mass = [0, 1, 3, 4]
+    row = K[2, with_mass]
+    condensed = K[np.ix_(with_mass, with_mass)] - np.outer(row, row) / K[2, 2]
+    squared = eigh(condensed, np.diag(M.diagonal()[with_mass]), eigvals_only=True)
+    if not held:
+        assert found[0] == 0
+        found, squared = found[1:], squared[1:]
+    np.testing.assert_allclose((2 * np.pi * found) ** 2, squared, rtol=1e-9)
+    with pytest.raises(ValueError, match="not as many modes"):
+        find_modes(chain, "all-5")

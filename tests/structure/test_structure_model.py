@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from examples import block_with_two_interfaces
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.optimize import root
@@ -251,34 +252,6 @@ def test_a_free_assembly_against_dense_matrices(tiny):
     contact = contact_force((C @ q).reshape(-1, 3), stiffness, mu)[0]
     assert mu == 0.1
     np.testing.assert_allclose(preload["normal_load"], contact[:, 2], atol=1e-6 * contact.max())
-
-
-def block_with_two_interfaces():
-    """A body of three masses between two grounds: one level, the other tilted by 30 degrees."""
-    rng = np.random.default_rng(3)
-    dofs = 12
-    root_of_K = rng.standard_normal((dofs, dofs))
-    K = 1e7 * (root_of_K @ root_of_K.T + dofs * np.eye(dofs))
-    M = np.diag(rng.uniform(0.5, 2.0, dofs))
-    angle = np.deg2rad(30)
-    tilted = np.array(
-        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
-    )
-    contact = ContactPoints.of_pairs(
-        np.arange(12).reshape(4, 3)[:2],
-        np.arange(12).reshape(4, 3)[2:],
-        dofs,
-        position=np.arange(6.0).reshape(2, 3),
-        area=[1e-4, 2e-4],
-        frame=[np.eye(3), tilted],
-        surface=["level", "tilted"],
-        penalty=[1e12, 2e12],
-        friction_coefficient=[0.4, 0.1],
-    )
-    bolt = 1e3 * rng.standard_normal(dofs)
-    # presses both interfaces together, and shears them
-    bolt = bolt + 3e3 * (contact.relative.T @ np.array([0.02, 0, 1, 0.3, 0.1, 1]))
-    return K, M, contact, bolt / 3e3
 
 
 def test_two_interfaces_of_different_laws_one_of_them_tilted():

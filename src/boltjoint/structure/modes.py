@@ -221,7 +221,7 @@ def _modes_until(
 ) -> tuple[Array, Array]:
     """Squared frequencies and motion (dofs, modes) of the first modes, at best of enough."""
     K = part.stiffness
-    factors, most = part.factors(K), K.shape[0] - 2 - part.rigid.shape[1]
+    factors, most = part.factors(K), part.most_modes
     while True:
         count = min(count, most)
         squared, x = part.modes(factors, K, count)

@@ -36,6 +36,8 @@ def rigid_motions(stiffness: sparse.csc_array, mass: sparse.csc_array) -> Array:
         # massless degrees of freedom have no frequency: the largest of these ratios are the lowest
         ratio, q = eigh(mass.toarray(), shifted)
         ratio, q = ratio[::-1][:_MODES], q[:, ::-1][:, :_MODES]
+        has_mass = ratio > np.finfo(float).eps * len(shifted) * ratio[0]
+        ratio, q = ratio[has_mass], q[:, has_mass]
         squared = 1 / ratio - _SHIFT * highest
     else:
         factors = factorise((stiffness + _SHIFT * highest * mass).tocsc())

@@ -14,13 +14,16 @@ from scipy.linalg import eigh, qr
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
 from boltjoint.structure.contact_points import as_sparse
-from boltjoint.structure.factors import check_held, factorise
+from boltjoint.structure.factors import check_held, factorise, highest_frequency
 from boltjoint.structure.model import Structure
 
 Array = NDArray[np.float64]
 
 #: size of a rigid-body motion within a subspace, over all of it, below which it is none of it
 _OUTSIDE = 1e-6
+
+#: modes fewer than there are, of which Arnoldi's method finds as many at most
+_BEYOND_ARNOLDI = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +92,8 @@ class Subspace:
         RuntimeError
             If one of the frequencies is no number or zero within rounding.
         """
+        if count > self.most_modes - _BEYOND_ARNOLDI:
+            return self._all_modes(stiffness, count)
         # a fixed start that no mode is orthogonal to repeats the result
         start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
         if self.rigid.shape[1]:
@@ -98,6 +103,25 @@ class Subspace:
         check_held(squared, stiffness, self.mass)
         order = np.argsort(squared)
         return squared[order], q[:, order]
+
+    @property
+    def most_modes(self) -> int:
+        """Number of elastic modes, of which those that no mass moves in are none."""
+        return self.stiffness.shape[0] - self.rigid.shape[1]
+
+    def _all_modes(self, stiffness: sparse.csc_array, count: int) -> tuple[Array, Array]:
+        """As ``modes``, of full matrices: of a structure with few degrees of freedom."""
+        K, M = stiffness.toarray(), self.mass.toarray()
+        moved = self.mass @ self.rigid
+        inertia = moved @ moved.T
+        # rigid-body motion gets stiffness and loses its mass: like massless unknowns it has none
+        # of the largest ratios
+        ratio, q = eigh(M - inertia, K + highest_frequency(stiffness, self.mass) * inertia)
+        ratio, q = ratio[::-1], q[:, ::-1]
+        has_mass = ratio > np.finfo(float).eps * len(ratio) * ratio[0]
+        ratio, q = ratio[has_mass][:count], q[:, has_mass][:, :count]
+        check_held(1 / ratio, stiffness, self.mass)
+        return 1 / ratio, q / np.sqrt(ratio)
 
     def factors(self, stiffness: sparse.csc_array) -> "SuperLU | _ElasticFactors":
         """Factors of a stiffness; of its elastic part where there is rigid-body motion."""

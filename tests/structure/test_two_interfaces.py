@@ -1,0 +1,232 @@
+"""Response of a structure with two interfaces of different friction, one tilted, against matrices.
+
+The independent solution knows the matrices alone: harmonic balance in the degrees of freedom
+themselves, sliders followed sample by sample, and a general solver of nonlinear equations.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from examples import block_with_two_interfaces
+from scipy.linalg import eigh
+from scipy.optimize import root
+
+from boltjoint.dynamics.frequency_response import solve_branch, solve_response
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.friction.variable import VariableLoad
+from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.solvers.equations import StepControl
+from boltjoint.structure.model import Structure
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
+
+PRELOAD, LOSS_FACTOR, SHAKER = 5e3, 0.02, 2
+#: with which both interfaces slip, or one of them separates, and no branch folds
+FORCE = {ConstantLoad: 30e3, VariableLoad: 6e3}
+#: of the two interfaces: k_u and k_v [N/m], mu [-]
+TANGENTIAL, NORMAL, FRICTION = (np.array(each) for each in ([2e8, 5e8], [1e8, 5e7], [0.4, 0.15]))
+
+
+@pytest.fixture(scope="module")
+def block():
+    """Matrices, contact, structure, modes and preload of the block."""
+    K, M, contact, bolt = block_with_two_interfaces()
+    rows = {"inputs": {"shaker": SHAKER}, "outputs": {"sensor": SHAKER}}
+    structure = Structure.from_matrices(K, M, contact, bolts={"one": bolt}, **rows)
+    modes = find_modes(structure, f"all-{len(K)}")
+    return K, M, contact, modes, apply_preload(structure, PRELOAD, tolerance=1e-13)
+
+
+def joint_of(block, law):
+    """Each interface has its own stiffness and friction coefficient."""
+    *_, modes, preload = block
+    is_variable = law is VariableLoad
+    joint = connect_nodes(modes, preload, TANGENTIAL, 1.0, NORMAL if is_variable else None)
+    load = preload["normal_load"].to_numpy()
+    own = {"friction_coefficient": FRICTION} if is_variable else {"slip_force": FRICTION * load}
+    return replace(joint, law=replace(joint.law, **own))
+
+
+class DenseBalance:
+    """Harmonic balance of M q'' + K (1 + i eta sign(w)) q + C^T f(C q) = F sin(wt) b."""
+
+    def __init__(self, block, law, harmonics, samples, finds_closing=False):
+        # between two samples, so that the error of all samples is of second order
+        self.finds_closing = finds_closing
+        self.K, self.M, contact, _, preload = block
+        C = contact.relative.toarray()
+        self.along, self.normal = C[0::3], C[2::3]
+        self.load = preload["normal_load"].to_numpy()
+        self.is_variable, self.force = law is VariableLoad, FORCE[law]
+        phase = 2 * np.pi * np.arange(samples) / samples
+        self.harmonics = np.arange(1, harmonics + 1)
+        angle = np.outer(self.harmonics, phase)
+        self.waves = np.vstack([np.ones((1, samples)), np.sin(angle), np.cos(angle)])
+
+    def contact_force(self, q):
+        """Fourier coefficients (..., 1 + 2 harmonics, dofs) of the contact, q alike."""
+        u, v = (np.moveaxis(q @ row.T, -2, -1) @ self.waves for row in (self.along, self.normal))
+        load = self.load[:, None] + (NORMAL[:, None] * v if self.is_variable else 0 * v)
+        limit, stretch = FRICTION[:, None] * np.maximum(load, 0), TANGENTIAL[:, None] * u
+        friction, slider = np.zeros_like(stretch), np.zeros(stretch.shape[:-1])
+        for _ in range(2):
+            for t in range(stretch.shape[-1]):
+                spring, bound = stretch[..., t], limit[..., t]
+                if self.finds_closing:
+                    before, now = load[..., t - 1], load[..., t]
+                    closes = (before <= 0) & (now > 0)
+                    share = np.where(closes, before / np.where(closes, before - now, 1), 0)
+                    start = stretch[..., t - 1] + share * (spring - stretch[..., t - 1])
+                    slider = np.where(closes, start, slider)
+                slider = np.minimum(np.maximum(slider, spring - bound), spring + bound)
+                friction[..., t] = spring - slider
+        excess = np.maximum(load, 0) - self.load[:, None]
+        transform = self.waves.T * 2 / self.waves.shape[1]
+        transform[:, 0] /= 2
+        of_friction, of_load = (
+            np.moveaxis(force @ transform, -1, -2) for force in (friction, excess)
+        )
+        return of_friction @ self.along + of_load @ self.normal
+
+    def residual(self, q, w):
+        """Shape of q, by the frequencies w [rad/s] (...,)."""
+        H = self.harmonics.size
+        mean, sin, cos = q[..., :1, :], q[..., 1 : 1 + H, :], q[..., 1 + H :, :]
+        inertia = (np.multiply.outer(w, self.harmonics) ** 2)[..., None]
+        damping = LOSS_FACTOR * self.K
+        linear = [
+            mean @ self.K,
+            sin @ self.K - inertia * (sin @ self.M) - cos @ damping,
+            cos @ self.K - inertia * (cos @ self.M) + sin @ damping,
+        ]
+        residual = np.concatenate(linear, axis=-2) + self.contact_force(q)
+        residual[..., 1, SHAKER] -= self.force
+        return residual
+
+    def stuck(self, w):
+        """The linear response while nothing slips, as an initial guess."""
+        D = (1 + 1j * LOSS_FACTOR) * self.K - w**2 * self.M
+        D = D + self.along.T @ (TANGENTIAL[:, None] * self.along)
+        if self.is_variable:
+            D = D + self.normal.T @ (NORMAL[:, None] * self.normal)
+        z = np.linalg.solve(D, self.force * np.eye(len(D))[SHAKER])
+        q = np.zeros((len(self.waves), len(D)))
+        q[1], q[1 + self.harmonics.size] = z.real, z.imag
+        return q
+
+    def jacobian(self, q, w):
+        """Derivative of the residual by forward differences."""
+        step = 1e-7 * abs(q).max()
+        changes = step * np.eye(q.size).reshape(-1, *q.shape)
+        changed = self.residual(np.concatenate([q[None], q + changes]), w)
+        return (changed[1:] - changed[0]).reshape(q.size, -1).T / step
+
+    def solve(self, w):
+        """Coefficients (1 + 2 harmonics, dofs) at one frequency [rad/s]."""
+        start = self.stuck(w)
+        scale, shape = abs(start).max(), start.shape
+        solution = root(
+            lambda x: self.residual(scale * x.reshape(shape), w).ravel() / self.force,
+            (start / scale).ravel(),
+            jac=lambda x: self.jacobian(scale * x.reshape(shape), w) * scale / self.force,
+            tol=1e-13,
+        )
+        assert abs(solution.fun).max() < 1e-11
+        return scale * solution.x.reshape(shape)
+
+
+def near_the_peak(branch):
+    """Places of a branch on both flanks and at the peak."""
+    assert branch.complete
+    peak = branch.peak
+    height = branch.amplitude / branch.amplitude[peak]
+    below = np.argmin(abs(height[:peak] - 0.8))
+    above = peak + np.argmin(abs(height[peak:] - 0.8))
+    return int(below), peak, int(above)
+
+
+def in_freedoms(block, joint, branch, at):
+    """Coefficients in degrees of freedom of a solution of the library, (components, dofs)."""
+    K, M, *_ = block
+    squared, shape = eigh(K, M)
+    np.testing.assert_allclose(2 * np.pi * joint.natural_frequency, np.sqrt(squared), rtol=1e-10)
+    # the library's modes have signs of their own
+    sign = np.sign(shape[SHAKER] * joint.response_mode)
+    return branch.modal_coordinate[at].reshape(-1, squared.size) @ (shape * sign).T
+
+
+def components(harmonics):
+    """Names of the coefficients of the dense balance in their order."""
+    numbers = [str(h) if h > 1 else "" for h in range(1, harmonics + 1)]
+    return ["bias", *(part + number for part in ("sin", "cos") for number in numbers)]
+
+
+@pytest.mark.parametrize("law", [ConstantLoad, VariableLoad])
+def test_the_response_of_three_harmonics_is_that_of_matrices_and_sliders_alone(block, law):
+    joint = joint_of(block, law)
+    # the same samples, so that the two differ by rounding alone
+    harmonics, samples = 3, 128
+    sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, harmonics, samples))
+    control = StepControl(tolerance=1e-11)
+    branch = solve_branch(sampled, FORCE[law], loss_factor=LOSS_FACTOR, control=control)
+    balance = DenseBalance(block, law, harmonics, samples)
+    for at in near_the_peak(branch):
+        expected = balance.solve(2 * np.pi * branch.frequency[at])
+        motion = dict(zip(components(harmonics), expected, strict=True))
+        own = dict(zip(sampled.law.components, in_freedoms(block, joint, branch, at), strict=True))
+        for name, coefficients in motion.items():
+            np.testing.assert_allclose(
+                own.get(name, 0 * coefficients),
+                coefficients,
+                rtol=0,
+                atol=1e-8 * abs(expected).max(),
+            )
+        amplitude = np.hypot(motion["sin"], motion["cos"])[SHAKER]
+        assert branch.amplitude[at] == pytest.approx(amplitude, rel=1e-8)
+
+
+@pytest.mark.parametrize("law", [ConstantLoad, VariableLoad])
+def test_the_response_of_closed_forms_is_that_of_many_samples(block, law):
+    joint = joint_of(block, law)
+    control = StepControl(tolerance=1e-11)
+    branch = solve_branch(joint, FORCE[law], loss_factor=LOSS_FACTOR, control=control)
+    # sampling has an error of second order: by the most samples below 1e-8
+    balance, coarse = (DenseBalance(block, law, 1, samples, True) for samples in (2**16, 2**8))
+    places = near_the_peak(branch)
+    w = 2 * np.pi * branch.frequency[list(places)]
+    motion = []
+    for at in places:
+        own = dict(zip(joint.law.components, in_freedoms(block, joint, branch, at), strict=True))
+        motion.append([own.get(name, np.zeros(len(block[0]))) for name in components(1)])
+    motion = np.array(motion)
+    for at, q, residual in zip(w, motion, balance.residual(motion, w), strict=True):
+        error = np.linalg.solve(coarse.jacobian(q, at), residual.ravel())
+        assert abs(error).max() < 1e-8 * abs(q).max()
+        # another start leads there, too
+        np.testing.assert_allclose(coarse.solve(at), q, rtol=0, atol=1e-3 * abs(q).max())
+    rows = [row @ branch.modal_coordinate[branch.peak].reshape(-1, 12).T for row in joint.rows]
+    state = list(joint.law.contact_state(np.hstack(rows)))
+    assert (
+        state
+        == {
+            ConstantLoad: [STICK_SLIP, STICK_SLIP],
+            VariableLoad: [STICK_SLIP_SEPARATION, STICK_SLIP],
+        }[law]
+    )
+
+
+def test_responses_to_several_forces_hold_the_same_amplitudes(block):
+    joint = joint_of(block, VariableLoad)
+    forces = [3e3, 6e3]
+    found = solve_response(joint, forces, loss_factor=LOSS_FACTOR)
+    for force, amplitude, frequency in zip(
+        forces, found["peak_amplitude"], found["peak_frequency"], strict=True
+    ):
+        balance = DenseBalance(block, VariableLoad, 1, 2**10)
+        balance.force = force
+        _, sin, cos = balance.solve(2 * np.pi * float(frequency))
+        # a peak is flat: its frequency hardly matters; the samples do
+        assert np.hypot(sin, cos)[SHAKER] == pytest.approx(float(amplitude), rel=1e-4)
