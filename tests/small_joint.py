@@ -1,6 +1,6 @@
 """A joint small enough for tests, with loads and relative modes that vary along it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -89,15 +89,20 @@ def make_two_pairs() -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def connect_small(
-    law: str, keys: Mapping[str, float], preload_ratio: float = 1.0
+    law: str,
+    keys: Mapping[str, float],
+    preload_ratio: float = 1.0,
+    surface: Sequence[str] | None = None,
 ) -> tuple[Joint, xr.Dataset]:
     """The same bar with any contact of its pairs under a preload, and that preload.
 
-    The areas of the pairs differ.
+    The areas of the pairs differ. They lie on one ``surface``, or on one each.
     """
     joint = make_joint(law="variable")
     preload = make_preload(joint)
     preload["area"] = ("pair", np.linspace(0.5e-6, 2e-6, joint.points))
+    if surface is not None:
+        preload["surface"] = ("pair", np.array(surface, dtype=object))
     for name in ("normal_load", "gap"):
         preload[name] = preload_ratio * preload[name]
     relative = np.stack([joint.tangential_mode, 0 * joint.tangential_mode, joint.normal_mode])

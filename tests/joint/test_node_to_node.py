@@ -110,6 +110,77 @@ def test_a_stiffness_per_area_is_multiplied_by_the_area_of_each_pair(law):
         np.testing.assert_array_equal(getattr(same.law, name), getattr(joint.law, name))
 
 
+TWO_SURFACES = np.array(["flange", "flange", "lap", "lap", "lap"], dtype=object)
+OF_ALL = {
+    "constant": {"tangential_stiffness": 1e8, "friction_coefficient": 0.1},
+    "variable": {
+        "tangential_stiffness": 1e8,
+        "friction_coefficient": 0.1,
+        "normal_stiffness_per_area": 3e13,
+    },
+    "iwan": {
+        "tangential_stiffness": 1e8,
+        "friction_coefficient": 0.1,
+        "chi": -0.5,
+        "beta": 0.2,
+    },
+}
+OF_FLANGE = {
+    "constant": {"tangential_stiffness_per_area": 7e13, "friction_coefficient": 0.4},
+    "variable": {
+        "tangential_stiffness_per_area": 7e13,
+        "friction_coefficient": 0.4,
+        "normal_stiffness": 2e8,
+    },
+    "iwan": {"friction_coefficient": 0.4, "chi": -0.2, "beta": 0.0},
+}
+
+
+@pytest.mark.parametrize("law", OF_ALL)
+def test_a_surface_has_its_own_values_and_else_those_of_all(law):
+    modes, preload = modes_and_preload()
+    preload["area"], preload["surface"] = ("pair", AREA), ("pair", TWO_SURFACES)
+    found = connect_pairs(
+        modes, preload, LAWS[law], surfaces={"flange": OF_FLANGE[law]}, **OF_ALL[law]
+    )
+    # the elements of the same contact with the values of all, and with those of the flange
+    own = {name.removesuffix("_per_area") for name in OF_FLANGE[law]}
+    rest = {k: v for k, v in OF_ALL[law].items() if k.removesuffix("_per_area") not in own}
+    of_all, of_flange = (
+        connect_pairs(modes, preload, LAWS[law], **keys).law
+        for keys in (OF_ALL[law], rest | OF_FLANGE[law])
+    )
+    on_flange = found.surface_places.name == "flange"
+    assert on_flange.sum() == (2 if law == "variable" else 1)
+    for name in found.law.quantities:
+        expected = np.where(on_flange, getattr(of_flange, name), getattr(of_all, name))
+        np.testing.assert_array_equal(getattr(found.law, name), expected, err_msg=name)
+    assert not np.array_equal(found.law.slip_force, of_all.slip_force)
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "sentence"),
+    [
+        ({"flang": {"friction_coefficient": 0.2}}, "surface 'flang' is not known; allowed: flange"),
+        (
+            {"lap": {"chi": -0.5}},
+            "key of surface lap 'chi' is not known; allowed: tangential_stiff",
+        ),
+        ({"lap": {"friction_coefficient": -0.2}}, "friction_coefficient"),
+        ({"lap": 0.2}, "surface lap is of type float"),
+        (
+            {"lap": {"tangential_stiffness": 1e8, "tangential_stiffness_per_area": 1e13}},
+            "tangential_stiffness is given for each pair and per area",
+        ),
+    ],
+)
+def test_values_of_surfaces_that_do_not_fit_are_refused(surfaces, sentence):
+    modes, preload = modes_and_preload()
+    preload["area"], preload["surface"] = ("pair", AREA), ("pair", TWO_SURFACES)
+    with pytest.raises(ValueError, match=sentence):
+        connect_pairs(modes, preload, LAWS["constant"], surfaces=surfaces, **OF_ALL["constant"])
+
+
 def divided(modes, preload, parts):
     """The contact with every pair divided into parts of its load and area, as in a finer mesh."""
     pair = np.repeat(np.arange(5), parts)

@@ -85,6 +85,21 @@ def test_stiffnesses_per_area_are_rescaled_too(made):
     same(rescale_contact(base, LAWS["variable"], before, after, RATIO), expected)
 
 
+SURFACE = ["lap"] * 35 + ["flange"] * 25
+
+
+@pytest.mark.parametrize("law", BEFORE)
+def test_surfaces_are_rescaled_by_their_own_values(law):
+    before = {**BEFORE[law], "surfaces": {"flange": {"friction_coefficient": 0.3}}}
+    after = {**AFTER[law], "surfaces": {"flange": {"friction_coefficient": 0.45}}}
+    base, expected = (
+        connect_small(law, keys, ratio, SURFACE)[0] for keys, ratio in ((before, 1), (after, RATIO))
+    )
+    same(rescale_contact(base, LAWS[law], before, after, RATIO), expected)
+    of_all = rescale_contact(base, LAWS[law], BEFORE[law], AFTER[law], RATIO)
+    assert not np.allclose(of_all.law.slip_force, expected.law.slip_force, rtol=0.1)
+
+
 def test_a_stiffness_of_pairs_does_not_become_one_per_area():
     joint, _ = connect_small("constant", BEFORE["constant"])
     with pytest.raises(ValueError, match="after must have the keys of before"):

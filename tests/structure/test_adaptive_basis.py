@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from examples import symmetric_part
 
+from boltjoint.config.contact import ContactOfSurface
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.dynamics.adaptive_basis import ContactCondition, _trace, find_pod_modes
@@ -132,7 +133,12 @@ def test_a_stiffness_per_area_is_that_of_each_pair_in_the_basis_too(tiny):
     per_area = {"law": "constant", "tangential_stiffness_N_per_m3": 7e13}
     condition = ContactCondition.of({**per_area, "friction_coefficient": 0.1}, 1e-3)
     area, loaded = (preload[name].to_numpy() for name in ("area", "normal_load"))
-    np.testing.assert_array_equal(condition.tangential_stiffness(area), 7e13 * area)
+    lap = np.full(area.shape, "lap")
+    np.testing.assert_array_equal(condition.tangential_stiffness(area, lap), 7e13 * area)
+    own = {"name": "lap", "tangential_stiffness_N_per_m": 2e8}
+    of_lap = condition.contact.model_copy(update={"surfaces": (ContactOfSurface(**own),)})
+    stiff = ContactCondition(of_lap, condition.damping)
+    np.testing.assert_array_equal(stiff.tangential_stiffness(area, lap), 2e8)
     joint = condition.connect(preload, find_modes(tiny, "free-4"))
     np.testing.assert_array_equal(joint.law.tangential_stiffness, 7e13 * area[loaded > 0])
     few = ContactAdaptedBasis(states=4, adaptations=1, maximum_vectors=16, trial_step=16)

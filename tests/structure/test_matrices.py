@@ -148,9 +148,9 @@ def test_surfaces_have_their_own_contact(structure, tmp_path):
         {"name": "tilted", "normal": [1, 0, 1], "penalty_N_per_m3": 2e12},
     ]
     contact = {**KEYS["contact"], "surface": "of", "surfaces": surfaces}
-    found = structure_of_matrices(
-        described(structure, numbered_from=1, contact=contact), tmp_path
-    ).contact
+    given = described(structure, numbered_from=1, contact=contact)
+    assert given.surface_names == ("level", "tilted")
+    found = structure_of_matrices(given, tmp_path).contact
     assert found.surface[:3].tolist() == ["level", "tilted", "level"]
     assert found.friction_coefficient[:2].tolist() == [0.4, 0.1]
     assert found.penalty[:2].tolist() == [1e15, 2e12]

@@ -127,6 +127,14 @@ def test_the_symmetric_half_has_the_equilibrium_of_the_whole(assembly):
     np.testing.assert_allclose(preload["displacement"], shape, atol=1e-10 * abs(shape).max())
 
 
+def test_pairs_have_their_surface_and_directions(coarse, structure, preload, modes):
+    assert set(structure.contact.surface) == set(coarse.surface_names)
+    for found in (preload, modes):
+        assert set(found["surface"].to_numpy()) == set(structure.contact.surface)
+        np.testing.assert_array_equal(found["frame"], structure.contact.frame)
+        assert list(found["direction"].to_numpy()) == ["t1", "t2", "n"]
+
+
 def test_search_is_short_and_reported(preload):
     residual = preload["residual"].to_numpy()
     assert len(residual) == preload["iterations"] + 1 <= 13

@@ -129,6 +129,11 @@ class Assembly(Described):
         return mesh_size(self)
 
     @property
+    def surface_names(self) -> tuple[str, ...]:
+        """The one surface of the lap."""
+        return ("lap",)
+
+    @property
     def has_initial_gap(self) -> bool:
         """Whether the surfaces of the bars have a form error."""
         return self.contact.gap_um is not None

@@ -24,6 +24,7 @@ def conflicts_of_case(
     if assembly is not None:
         yield from _conflicts_of_joints(case, assembly)
         yield from conflicts_of_preload(case, assembly)
+        yield from conflicts_of_surfaces(case, assembly)
         yield from conflicts_of_points(case, assembly)
     if settings is not None:
         yield from _conflicts_of_options(case, settings)
@@ -42,6 +43,12 @@ def conflicts_of_preload(case: Case, assembly: Described | None) -> Problems:
         if len(case.preload_ratios) != bolts:
             sentence = f"must have {bolts} ratios, one for each bolt of {case.assembly}"
             yield ("preload_ratios",), sentence
+
+
+def conflicts_of_surfaces(case: Case, assembly: Described | None) -> Problems:
+    """Contact of surfaces that the assembly does not have."""
+    if assembly is not None:
+        yield from case.contact.conflicts_of_surfaces(case.assembly, assembly.surface_names)
 
 
 def conflicts_of_points(case: Case, assembly: Described | None) -> Problems:

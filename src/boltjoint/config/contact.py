@@ -1,13 +1,14 @@
 """Contact of a case: the friction law and its quantities, as the laws declare them."""
 
+from collections.abc import Collection
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer
 
-from boltjoint.config.entries import Entry
-from boltjoint.config.types import Number, Problems
+from boltjoint.config.entries import Entry, choice
+from boltjoint.config.types import Name, Number, Problems
 from boltjoint.friction.declarations import DECLARATIONS, ContactKey, LawDeclaration
 
 #: laws that a case can give its contact pairs
@@ -16,12 +17,49 @@ _OF_PAIRS = [each for each in DECLARATIONS.values() if each.keys is not None]
 *_BEFORE, _LAST = [each.label for each in _OF_PAIRS]
 _LAW = f"The friction law: {', '.join(_BEFORE)} or {_LAST}."
 
+_SURFACES = (
+    "Surfaces whose contact differs from that of all: of an assembly that has several, by their "
+    "names."
+)
+
+
+class SurfaceEntry(Entry):
+    """Contact of one surface, with keys of the law.
+
+    What it gives replaces the values of all there, whether these are of each pair or per area.
+    """
+
+    name: Name
+    """Name of the surface in the assembly."""
+
+    @property
+    def quantities(self) -> tuple[ContactKey, ...]:
+        """What it gives, each in its form."""
+        return _quantities(self, _KEYS)
+
+    @property
+    def options(self) -> dict[str, float]:
+        """The quantities as ``connect_pairs`` takes them."""
+        return _options(self, self.quantities)
+
+    def conflicts(self) -> Problems:
+        yield from _given_twice(self, _KEYS)
+        if not self.quantities:
+            yield ("name",), "has no values that differ from those of all surfaces: give one"
+
+    @model_serializer(mode="wrap")
+    def _only_what_is_given(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {key: value for key, value in dump(self).items() if value is not None}
+
 
 class ContactEntry(Entry):
     """Contact of one friction law."""
 
     law: str
     """The friction law."""
+
+    if TYPE_CHECKING:  # a field of each law, after its own
+        surfaces: tuple[SurfaceEntry, ...]
 
     @property
     def declaration(self) -> LawDeclaration:
@@ -31,26 +69,79 @@ class ContactEntry(Entry):
     @property
     def quantities(self) -> tuple[ContactKey, ...]:
         """What the case gives beside the law, each in its form: of each pair or per area."""
-        forms = (form for each in self.declaration.keys for form in each.forms)
-        return tuple(each for each in forms if getattr(self, each.key) is not None)
+        return _quantities(self, self.declaration.keys)
 
     @property
     def options(self) -> dict[str, Any]:
         """The law's name, and the quantities as ``connect_pairs`` takes them."""
-        return {"law": self.law, **{each.name: getattr(self, each.key) for each in self.quantities}}
+        found = {"law": self.law, **_options(self, self.quantities)}
+        if self.surfaces:
+            found["surfaces"] = {each.name: each.options for each in self.surfaces}
+        return found
 
     def conflicts(self) -> Problems:
         for each in self.declaration.keys:
-            given = [form for form in each.forms if getattr(self, form.key) is not None]
-            if not given:
+            if all(getattr(self, form.key) is None for form in each.forms):
                 yield (each.key,), f"is missing: or give {each.per_area.key}"
-            elif len(given) > 1:
-                yield (given[1].key,), f"must not stand beside {given[0].key}"
+        yield from _given_twice(self, self.declaration.keys)
+        names = [each.name for each in self.surfaces]
+        own = [form.key for each in self.declaration.keys for form in each.forms]
+        for index, surface in enumerate(self.surfaces):
+            if surface.name in names[:index]:
+                yield ("surfaces", index, "name"), "must not appear twice"
+            for each in surface.quantities:
+                if each.key not in own:
+                    sentence = f"must not be given with law: {self.law}"
+                    yield ("surfaces", index, each.key), f"{sentence}{choice(each.key, own)}"
+
+    def conflicts_of_surfaces(self, assembly: str, names: Collection[str]) -> Problems:
+        """Surfaces that an assembly, whose surfaces have these names, does not have."""
+        for index, each in enumerate(self.surfaces):
+            if each.name not in names:
+                sentence = f"is no surface of {assembly}{choice(each.name, tuple(names))}"
+                yield ("contact", "surfaces", index, "name"), sentence
 
     @model_serializer(mode="wrap")
     def _only_what_is_given(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """A quantity has one form: the other is no part of the case."""
-        return {key: value for key, value in dump(self).items() if value is not None}
+        """A quantity has one form: the other is no part of the case, nor are no surfaces."""
+        return {key: value for key, value in dump(self).items() if value not in (None, ())}
+
+
+def _quantities(entry: Entry, keys: Collection[ContactKey]) -> tuple[ContactKey, ...]:
+    """What an entry gives of these keys, each in its form."""
+    forms = (form for each in keys for form in each.forms)
+    return tuple(each for each in forms if getattr(entry, each.key) is not None)
+
+
+def _options(entry: Entry, quantities: Collection[ContactKey]) -> dict[str, float]:
+    return {each.name: getattr(entry, each.key) for each in quantities}
+
+
+def _given_twice(entry: Entry, keys: Collection[ContactKey]) -> Problems:
+    """Quantities that an entry gives of each pair and per area."""
+    for each in keys:
+        given = _quantities(entry, [each])
+        if len(given) > 1:
+            yield (given[1].key,), f"must not stand beside {given[0].key}"
+
+
+#: quantities that pairs of any law have, each once
+_KEYS = tuple({each.name: each for law in _OF_PAIRS for each in law.keys}.values())
+
+ContactOfSurface = create_model(
+    "ContactOfSurface",
+    __base__=SurfaceEntry,
+    __doc__=SurfaceEntry.__doc__,
+    __module__=__name__,
+    **{
+        form.key: (
+            Annotated[Number, Field(**form.limits)] | None,
+            Field(None, description=form.meaning),
+        )
+        for each in _KEYS
+        for form in each.forms
+    },
+)
 
 
 def _entry(law: LawDeclaration) -> type[ContactEntry]:
@@ -75,6 +166,7 @@ def _entry(law: LawDeclaration) -> type[ContactEntry]:
         __cls_kwargs__={"json_schema_extra": {"allOf": either} if either else None},
         law=(Literal[law.name], Field(description=_LAW)),
         **fields,
+        surfaces=(tuple[ContactOfSurface, ...], Field((), description=_SURFACES)),
     )
 
 

@@ -42,6 +42,11 @@ class Described(Entry):
         """Whether the surfaces stand apart before the bolts are tightened."""
 
     @property
+    @abstractmethod
+    def surface_names(self) -> tuple[str, ...]:
+        """Names of the surfaces in contact."""
+
+    @property
     def gap_file(self) -> str | None:
         """File of the map of the initial gap; None where there is none."""
         return None

@@ -255,6 +255,11 @@ class Matrices(Entry):
                             yield (key, index, number), "must be at least 1, with numbered_from: 1"
 
     @property
+    def surface_names(self) -> tuple[str, ...]:
+        """Names of the surfaces in contact; one that is not told apart is called contact."""
+        return tuple(each.name for each in self.contact.surfaces) or ("contact",)
+
+    @property
     def variables(self) -> Mapping[KeyPath, str]:
         """Names of all variables that are read, by the keys that give them."""
         keys: list[KeyPath] = [("stiffness",), ("mass",), ("support",)]

@@ -40,7 +40,8 @@ def reference() -> str:
     lines: list[str] = []
     for name, model in SCHEMAS.items():
         schema = model.model_json_schema()
-        lines += [f"## {_FILES[name]}\n", *_text(schema), *_table(schema, schema["$defs"]), ""]
+        tables = _table(schema, schema["$defs"], set())
+        lines += [f"## {_FILES[name]}\n", *_text(schema), *tables, ""]
     return "\n".join(lines)
 
 
@@ -62,8 +63,8 @@ def _line(text: str) -> str:
     return " ".join(text.replace("``", "`").split())
 
 
-def _table(schema: Schema, models: dict[str, Schema]) -> Iterator[str]:
-    """Table of the keys of a mapping, and then of those that its keys hold."""
+def _table(schema: Schema, models: dict[str, Schema], told: set[str]) -> Iterator[str]:
+    """Table of the keys of a mapping, and then of those that its keys hold, each ``told`` once."""
     yield "| key | meaning | unit | default | allowed |"
     yield "|---|---|---|---|---|"
     inner: dict[str, list[str]] = {}
@@ -81,8 +82,11 @@ def _table(schema: Schema, models: dict[str, Schema]) -> Iterator[str]:
             for key, field in models[name]["properties"].items()
             if "const" in field
         )
-        yield "\n" + "".join([", ".join(keys), *constants, ": ", "\n".join(_text(models[name]))])
-        yield from _table(models[name], models)
+        title = "".join([", ".join(keys), *constants, ": ", "\n".join(_text(models[name]))])
+        if title not in told:
+            told.add(title)
+            yield f"\n{title}"
+            yield from _table(models[name], models, told)
 
 
 def _unit(key: str, field: Schema) -> str:

@@ -17,6 +17,7 @@ from boltjoint.config.conflicts import (
     conflicts_of_points,
     conflicts_of_preload,
     conflicts_of_preload_with_gap,
+    conflicts_of_surfaces,
     conflicts_of_sweep,
     conflicts_when_solved,
     missing_preloads,
@@ -157,9 +158,10 @@ class Study(Settings):
         found: dict[str, float] = {}
         for each in self.contact_conditions(assembly):
             for name, key in (("stiffness", "N_per_m"), ("stiffness_per_area", "N_per_m3")):
-                value = each["contact"].get(f"tangential_stiffness_{key}")
-                if value is not None:
-                    found[name] = max(value, found.get(name, value))
+                for contact in (each["contact"], *each["contact"].get("surfaces", ())):
+                    value = contact.get(f"tangential_stiffness_{key}")
+                    if value is not None:
+                        found[name] = max(value, found.get(name, value))
         return found
 
 
@@ -241,6 +243,7 @@ def load_study(
                     # only that is solved which its sweeps ask for
                     problems = [
                         *conflicts_of_preload(case, assembly),
+                        *conflicts_of_surfaces(case, assembly),
                         *conflicts_of_points(case, assembly),
                     ]
                 found = (

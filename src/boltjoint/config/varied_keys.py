@@ -46,6 +46,12 @@ def rescaled_keys(case: Case) -> dict[str, Quantity]:
     for each in case.contact.quantities:
         sentence = _as_meaning(each.meaning)
         found[f"contact.{each.key}"] = Quantity(each.name, each.unit, sentence)
+    for number, surface in enumerate(case.contact.surfaces):
+        for each in surface.quantities:
+            sentence = f"{_as_meaning(each.meaning)} of surface {surface.name}"
+            name = f"surface_{number}_{each.name}"
+            key = f"contact.surfaces[{number}].{each.key}"
+            found[key] = Quantity(name, each.unit, sentence)
     return found
 
 

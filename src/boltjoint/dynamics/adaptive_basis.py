@@ -67,9 +67,11 @@ class ContactCondition:
         """The condition of a case: ``contact`` by its keys, a number is a loss factor."""
         return cls(TypeAdapter(Contact).validate_python(contact), as_damping(damping))
 
-    def tangential_stiffness(self, area: Array) -> Array:
-        """Of pairs of these areas [N/m], shape (pairs,)."""
-        of_pairs = keys_of_pairs(self.contact.options, area)
+    def tangential_stiffness(self, area: Array, surface: NDArray[np.str_]) -> Array:
+        """Of pairs of these areas on these surfaces [N/m], shape (pairs,)."""
+        keys = self.contact.options
+        surfaces = keys.pop("surfaces", None)
+        of_pairs = keys_of_pairs(keys, area, surface, surfaces)
         return np.broadcast_to(of_pairs["tangential_stiffness"], area.shape)
 
     def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
@@ -139,7 +141,8 @@ def find_pod_modes(
     connections = [
         (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]
-    of_conditions = [each.tangential_stiffness(candidates.area) for each in conditions]
+    of_pairs = candidates.area, candidates.surface
+    of_conditions = [each.tangential_stiffness(*of_pairs) for each in conditions]
     stiffness = np.max(of_conditions, axis=0)
     try:
         found = _adapted(candidates, connections, stiffness, options, pod_options)

@@ -68,13 +68,13 @@ class ConstantLoad(ElementLaw):
         pairs: ContactPairs,
         *,
         tangential_stiffness: float | Array,
-        friction_coefficient: float,
+        friction_coefficient: float | Array,
     ) -> tuple[Self, NDArray[np.int64]]:
-        """Elements of the pairs that carry load: k [N/m] of all or of each, and mu of all."""
+        """Elements of the pairs that carry load: k [N/m] and mu, of all or of each."""
         k = pairs.of_each("tangential_stiffness", tangential_stiffness, above=0)
-        friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
+        mu = pairs.of_each("friction_coefficient", friction_coefficient, above=0)
         loaded = np.flatnonzero(pairs.normal_load > 0)
-        slip_force = friction_coefficient * pairs.normal_load[loaded]
+        slip_force = mu[loaded] * pairs.normal_load[loaded]
         return cls(np.arange(loaded.size), k[loaded], slip_force), loaded
 
     def stuck_stiffness(self, points: int) -> Array:

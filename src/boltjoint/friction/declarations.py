@@ -13,8 +13,9 @@ from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: axis of each direction of motion in the contact, in their order: along the bar, along its width,
-#: and across the contact
+#: label of each direction of motion in the contact in files of modes, in their order: first tangent
+#: of a point, which lies along the bar in a half lap, second tangent, and normal, whatever their
+#: direction in space
 AXES = {"tangential": "x", "lateral": "y", "normal": "z"}
 
 #: end of the name of a quantity that is given per unit of contact area
@@ -58,7 +59,12 @@ def is_per_area(name: str) -> bool:
     return name.endswith(_PER_AREA)
 
 
-def keys_of_pairs(keys: Mapping[str, float], area: "NDArray") -> "dict[str, float | NDArray]":
+def keys_of_pairs(
+    keys: Mapping[str, float],
+    area: "NDArray",
+    surface: "NDArray | None" = None,
+    of_surfaces: Mapping[str, Mapping[str, float]] | None = None,
+) -> "dict[str, float | NDArray]":
     """Arguments of ``ElementLaw.from_contact``: those per area times the area of each pair.
 
     Parameters
@@ -67,16 +73,43 @@ def keys_of_pairs(keys: Mapping[str, float], area: "NDArray") -> "dict[str, floa
         By the names of ``ContactKey``, in SI units.
     area
         Of each pair [m2], shape (pairs,).
+    surface
+        Name of the surface of each pair, shape (pairs,).
+    of_surfaces
+        By the names of surfaces, the keys whose values replace those of all there, in any form.
 
     Raises
     ------
     ValueError
-        If a quantity is given for each pair and per area.
+        If a quantity is given for each pair and per area, there is no such surface, or it has a
+        quantity that not all have.
     """
-    from boltjoint import checks  # imports NumPy, which those who read declarations do without
+    import numpy as np  # those who read declarations do without
+
+    from boltjoint import checks
 
     checks.mapping("keys", keys)
     area = checks.array("area", area, ("pairs",), above=0)
+    found = _of_areas(keys, area)
+    if not of_surfaces:
+        return found
+    names = np.broadcast_to("" if surface is None else surface, area.shape)
+    checks.mapping("surfaces", of_surfaces)
+    for name, own in of_surfaces.items():
+        checks.choice("surface", name, np.unique(names).tolist())
+        checks.mapping(f"surface {name}", own)
+        here = names == name
+        for key, value in _of_areas(own, area[here]).items():
+            checks.choice(f"key of surface {name}", key, found)
+            # in turn: a surface may have values of each pair where all have one
+            of_pairs = np.array(np.broadcast_to(found[key], area.shape), dtype=float)
+            of_pairs[here] = value
+            found[key] = of_pairs
+    return found
+
+
+def _of_areas(keys: Mapping[str, float], area: "NDArray") -> "dict[str, float | NDArray]":
+    """Quantities of each pair of these areas, of which some are given per area."""
     found = {}
     for name, value in keys.items():
         of_pair = name.removesuffix(_PER_AREA)

@@ -95,21 +95,21 @@ class FourParameterIwan(ElementLaw):
         pairs: ContactPairs,
         *,
         tangential_stiffness: float | Array,
-        friction_coefficient: float,
-        chi: float,
-        beta: float,
+        friction_coefficient: float | Array,
+        chi: float | Array,
+        beta: float | Array,
     ) -> tuple[Self, NDArray[np.int64]]:
         """Elements of the pairs that carry load: K_T [N/m], F_S over the load, chi and beta.
 
-        K_T may be that of each pair; all else is the same in all.
+        All may be those of each pair.
         """
         stiffness = pairs.of_each("tangential_stiffness", tangential_stiffness, above=0)
-        friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
+        mu = pairs.of_each("friction_coefficient", friction_coefficient, above=0)
         loaded = np.flatnonzero(pairs.normal_load > 0)
-        slip_force = friction_coefficient * pairs.normal_load[loaded]
-        like = stiffness[loaded], slip_force
-        shape = checks.number("chi", chi), checks.number("beta", beta)
-        shapes = (np.full(loaded.size, each) for each in shape)
+        like = stiffness[loaded], mu[loaded] * pairs.normal_load[loaded]
+        shapes = (
+            pairs.of_each(name, value)[loaded] for name, value in (("chi", chi), ("beta", beta))
+        )
         return cls(np.arange(loaded.size), *like, *shapes), loaded
 
     @cached_property

@@ -217,8 +217,8 @@ class ElementLaw(FrictionLaw):
         pairs
             The contact under preload.
         keys
-            By the names of ``declaration.keys``, in SI units; those that may be given per area may
-            be of each pair, shape (pairs,).
+            By the names of ``declaration.keys``, in SI units, of all pairs or of each, shape
+            (pairs,).
 
         Raises
         ------

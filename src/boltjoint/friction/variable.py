@@ -73,15 +73,15 @@ class VariableLoad(ElementLaw):
         pairs: ContactPairs,
         *,
         tangential_stiffness: float | Array,
-        friction_coefficient: float,
+        friction_coefficient: float | Array,
         normal_stiffness: float | Array,
     ) -> tuple[Self, NDArray[np.int64]]:
-        """Elements of all pairs: k_u and k_v [N/m] of all or of each, and mu of every pair.
+        """Elements of all pairs: k_u and k_v [N/m], and mu, of all or of each.
 
         The load of an open one is ``-k_v gap`` (eq. 3.4), so that it may close.
         """
         k_u = pairs.of_each("tangential_stiffness", tangential_stiffness, above=0)
-        friction_coefficient = checks.number("friction_coefficient", friction_coefficient, above=0)
+        mu = pairs.of_each("friction_coefficient", friction_coefficient, above=0)
         k_v = pairs.of_each("normal_stiffness", normal_stiffness, above=0)
         every = np.arange(pairs.normal_load.size)
         elements = cls(
@@ -89,7 +89,7 @@ class VariableLoad(ElementLaw):
             tangential_stiffness=k_u,
             normal_stiffness=k_v,
             normal_load=pairs.normal_load - k_v * pairs.gap,
-            friction_coefficient=np.full(every.size, friction_coefficient),
+            friction_coefficient=mu,
         )
         return elements, every
 

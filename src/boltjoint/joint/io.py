@@ -15,6 +15,7 @@ from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import MODES, Joint
+from boltjoint.joint.surface_places import SurfacePlaces
 
 logger = logging.getLogger(__name__)
 
@@ -23,9 +24,9 @@ _IMPOSSIBLE = "impossible"
 
 #: relative mode in each direction of motion
 _RELATIVE_MODES = {
-    "tangential": "relative mode along the bar, side A minus side B",
-    "lateral": "relative mode along the width, side A minus side B",
-    "normal": "relative mode across the contact, positive when closing",
+    "tangential": "relative mode along the first tangent, side A minus side B",
+    "lateral": "relative mode along the second tangent, side A minus side B",
+    "normal": "relative mode along the normal, positive when closing",
 }
 
 
@@ -107,6 +108,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
         **_excitation_and_sensors(joint),
         "tangential_mode": _relative_mode(joint, "tangential"),
         "position": quantity(("point", "axis"), joint.position, "m", "contact point"),
+        **({} if joint.places is None else _places(joint.places)),
         "point_of_element": quantity(
             "element", law.point_of_element, "1", "contact point of the element, from 0"
         ),
@@ -123,6 +125,16 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", getattr(law, name), unit, meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
+
+
+def _places(places: SurfacePlaces) -> dict[str, xr.Variable]:
+    """Surfaces of the contact points and their places there."""
+    of_surface = {"units": "1", "long_name": "surface of the contact point"}
+    meaning = "place of the contact point along the tangents of its surface"
+    return {
+        "surface": xr.Variable("point", places.name.astype(object), of_surface),
+        "place": quantity(("point", "tangent"), places.place, "m", meaning),
+    }
 
 
 def _relative_mode(joint: Joint, direction: str) -> xr.Variable:
@@ -234,7 +246,16 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         law=elements if sampling is None else AlternatingFrequencyTime(elements, **sampling),
         **{name: values(name, of_name) for name, of_name in dims.items()},
         **optional_fields("stored", stored),
+        places=_stored_places(stored),
     )
+
+
+def _stored_places(stored: xr.Dataset) -> SurfacePlaces | None:
+    """What ``_places`` stored; None of files from before it did."""
+    if "place" not in stored:
+        return None
+    place = checks.variable("stored", stored, "place", ("point", "tangent"))
+    return SurfacePlaces(stored["surface"].to_numpy().astype(str), place)
 
 
 def optional_fields(name: str, stored: xr.Dataset) -> dict[str, Any]:

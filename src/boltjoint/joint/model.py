@@ -12,7 +12,6 @@ University: eq. 3.1 and 3.2.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +20,7 @@ from boltjoint import checks
 from boltjoint.damping import ModalStructure
 from boltjoint.friction.declarations import AXES
 from boltjoint.friction.law import ElementLaw, FrictionLaw
-
-if TYPE_CHECKING:
-    pass
+from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
 
 Array = NDArray[np.float64]
 
@@ -42,8 +39,6 @@ _SAME_FREQUENCY = 1e-9
 #: elements are alike whose modes and quantities differ by this share of the largest: by rounding
 _ALIKE = 1e-11
 
-_TINY = np.finfo(float).tiny
-
 
 @dataclass(frozen=True)
 class Joint:
@@ -56,8 +51,8 @@ class Joint:
     excitation_mode, response_mode
         Mass-normalised modes at the excitation and the output point [kg^-1/2], shape (modes,).
     tangential_mode
-        Relative modal displacement, side A minus side B, along the bar at every contact point
-        [kg^-1/2], shape (points, modes): u = tangential_mode @ q.
+        Relative modal displacement, side A minus side B, along the first tangent (the bar in a half
+        lap) at every contact point [kg^-1/2], shape (points, modes): u = tangential_mode @ q.
     position
         Of every contact point [m], shape (points, 3).
     law
@@ -65,8 +60,8 @@ class Joint:
     element_position
         Of every element [m], shape (elements, 3): its contact pair, or its region's centre.
     normal_mode
-        As ``tangential_mode``, across the contact and positive when closing, where the law needs
-        it: v = normal_mode @ q.
+        As ``tangential_mode``, along the normal and positive when closing, where the law needs it:
+        v = normal_mode @ q.
     excitation_mode_cos
         As ``excitation_mode``, of the part of the excitation that goes with the cosine, where its
         points are not in phase: ``level (excitation_mode sin(wt) + excitation_mode_cos cos(wt))``.
@@ -83,7 +78,9 @@ class Joint:
         modes [Hz], shape (free modes,), and ``phi_r^T M`` of them times the vectors [-], shape
         (free modes, modes).
     lateral_mode
-        As ``tangential_mode``, along the width of the bar, where the law needs it.
+        As ``tangential_mode``, along the second tangent, where the law needs it.
+    places
+        Surface of every contact point and its place there; by default one surface across z.
 
     Raises
     ------
@@ -107,6 +104,7 @@ class Joint:
     free_frequency: Array | None = None
     free_participation: Array | None = None
     lateral_mode: Array | None = None
+    places: SurfacePlaces | None = None
 
     def __post_init__(self) -> None:
         """Check the shapes and convert all entries to arrays."""
@@ -145,6 +143,8 @@ class Joint:
             expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
+        checks.instance("places", self.surface_places, SurfacePlaces)
+        checks.array("place of the points", self.surface_places.place, (points, 2))
         if elements == 0 or on.max() >= points:
             raise ValueError(
                 f"point_of_element of the law: elements must sit on points 0 to {points - 1}"
@@ -178,6 +178,11 @@ class Joint:
     def points(self) -> int:
         """Number of contact points."""
         return len(self.position)
+
+    @property
+    def surface_places(self) -> SurfacePlaces:
+        """``places``, or their default."""
+        return SurfacePlaces(SURFACE, self.position[:, :2]) if self.places is None else self.places
 
     @property
     def rows(self) -> tuple[Array, ...]:
@@ -299,8 +304,8 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
     Raises
     ------
     ValueError
-        If the regions do not fit the points, a number is left out, or a weight is negative or all
-        weights of a region are zero.
+        If the regions do not fit the points, a number is left out, a region has points of two
+        surfaces, or a weight is negative or all weights of a region are zero.
     """
     checks.instance("joint", joint, Joint)
     region = checks.indices("region", region, (joint.points,))
@@ -321,6 +326,7 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
         joint,
         **joint.moved_as(lambda B: mean @ B),
         position=mean @ joint.position,
+        places=joint.places and joint.places.merged(mean, region),
         law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
     )
 
@@ -361,6 +367,7 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
         law=type(law)(point_of_element=on, **scaled),
         **joint.moved_as(lambda B: B[points]),
         position=joint.position[points],
+        places=joint.places and joint.places.at(points),
         element_position=joint.element_position[kept],
     )
 
@@ -383,7 +390,7 @@ def count_alike(joint: Joint) -> Array:
     law = joint.law
     described = [B[law.point_of_element] for B in joint.rows]
     described += [getattr(law, name)[:, None] for name in law.quantities]
-    features = np.hstack([each / max(abs(each).max(), _TINY) for each in described])
+    features = np.hstack([each / max(abs(each).max(), np.finfo(float).tiny) for each in described])
     # alike elements are next to each other in the order of any sum of what describes them
     order = np.argsort(features @ np.cos(np.arange(features.shape[1])))
     changes = abs(np.diff(features[order], axis=0)).max(axis=1) > _ALIKE

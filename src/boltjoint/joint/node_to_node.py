@@ -6,6 +6,8 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University: eq. 3.4.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import MODES, Joint
+from boltjoint.joint.surface_places import SurfacePlaces, surface_of_pairs
 
 
 def connect_nodes(
@@ -61,6 +64,7 @@ def connect_pairs(
     modes: xr.Dataset,
     preload: xr.Dataset,
     law: type[ElementLaw],
+    surfaces: Mapping[str, Mapping[str, float]] | None = None,
     **keys: float | NDArray[np.float64],
 ) -> Joint:
     """Joint with one element of a friction law on each contact pair that the law gives one.
@@ -71,6 +75,9 @@ def connect_pairs(
         As from ``find_modes`` and ``apply_preload``, for the same pairs.
     law
         One of ``friction.laws.LAWS``.
+    surfaces
+        By the names of surfaces of the preload, those keys whose values replace those of all there,
+        of each pair or per area.
     keys
         As for ``from_contact`` of the law, in SI units; or per area, as
         ``tangential_stiffness_per_area`` [N/m3], which is multiplied by ``area(pair)`` of the
@@ -79,8 +86,9 @@ def connect_pairs(
     Raises
     ------
     ValueError
-        If the two datasets do not hold the same pairs, finite numbers, or no pair carries load; or
-        if a key is out of its range, or given for each pair and per area.
+        If the two datasets do not hold the same pairs, finite numbers, or no pair carries load; if
+        a key is out of its range, or given for each pair and per area; or if there is no such
+        surface, or it has a key that is not given for all.
     """
     checks.subclass("law", law, ElementLaw)
     position, other = (
@@ -97,8 +105,9 @@ def connect_pairs(
         raise ValueError("no contact pair carries load")
     checks.variable("modes", modes, "relative_mode", ("axis", "pair", "mode"))
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
-    if any(map(is_per_area, keys)):
-        keys = keys_of_pairs(keys, checks.variable("preload", preload, "area", ("pair",), above=0))
+    if surfaces or any(map(is_per_area, keys)):
+        area = checks.variable("preload", preload, "area", ("pair",), above=0)
+        keys = keys_of_pairs(keys, area, surface_of_pairs(preload), surfaces)
     elements, pairs = law.from_contact(ContactPairs(normal_load, gap, position), **keys)
     return Joint(
         **{
@@ -106,12 +115,12 @@ def connect_pairs(
             for name in ("natural_frequency", "excitation_mode", "response_mode")
         },
         **optional_fields("modes", modes),
-        # bar A lies below bar B: A minus B along z closes
         **{
             MODES[direction]: relative.sel(axis=AXES[direction]).to_numpy()[pairs]
             for direction in elements.directions
         },
         position=position[pairs],
+        places=SurfacePlaces.of("preload", preload).at(pairs),
         law=elements,
         element_position=position[pairs],
     )

@@ -1,26 +1,31 @@
 """Joints under other contact coefficients and another preload than they were made with.
 
 Contact without initial gap is homogeneous: loads and gaps of the assembled state are those of
-another preload times the ratio of both. With coefficients that are the same on all pairs, or per
-area, every quantity of an element is then a constant times one of these, and of the preload.
+another preload times the ratio of both. With coefficients that are the same on all pairs of a
+surface, or per area, every quantity of an element is then a constant times one of these, and of the
+preload.
 """
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.declarations import keys_of_pairs
 from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.joint.model import Joint
 
+Array = NDArray[np.float64]
+
 
 def rescale_contact(
     joint: Joint,
     law: type[ElementLaw],
-    before: Mapping[str, float],
-    after: Mapping[str, float],
+    before: Mapping[str, Any],
+    after: Mapping[str, Any],
     preload_ratio: float = 1.0,
 ) -> Joint:
     """The joint as it is with other coefficients of its contact pairs and another preload.
@@ -35,7 +40,8 @@ def rescale_contact(
     law
         One of ``friction.laws.LAWS``: that of the pairs, which a reduction may have replaced.
     before, after
-        As for ``node_to_node.connect_pairs``: the same keys, each in the same form.
+        As for ``node_to_node.connect_pairs``, with ``surfaces``: the same keys, each in the same
+        form.
     preload_ratio
         The new preload of the bolts over that before; 1 of pairs with an initial gap, whose loads
         do not grow with the preload.
@@ -56,27 +62,39 @@ def rescale_contact(
     scaled = ContactPairs(ratio * pairs.normal_load, ratio * pairs.gap, pairs.position)
     if before.keys() != after.keys():
         raise ValueError(f"after must have the keys of before: {', '.join(before)}")
-    # of pairs of the same area, whatever it is
-    old, new = (
-        law.from_contact(contact, **keys_of_pairs(keys, np.ones(2)))[0]
-        for contact, keys in ((pairs, before), (scaled, after))
-    )
-    return replace(joint, law=_rescaled(joint.law, old, new))
+    surface = joint.surface_places.name[joint.law.point_of_element]
+    elements = joint.law
+    for name in np.unique(surface):
+        # of pairs of the same area, whatever it is
+        old, new = (
+            law.from_contact(contact, **_keys_on(str(name), keys, np.ones(2)))[0]
+            for contact, keys in ((pairs, before), (scaled, after))
+        )
+        elements = _rescaled(elements, old, new, surface == name)
+    return replace(joint, law=elements)
 
 
-def _rescaled(elements: ElementLaw, old: ElementLaw, new: ElementLaw) -> ElementLaw:
-    """Elements that change as those of a closed pair, and of an open one if these have one, do."""
+def _keys_on(surface: str, keys: Mapping[str, Any], area: Array) -> dict[str, Any]:
+    """Arguments of ``from_contact`` for pairs of these areas on one surface."""
+    of_all = {name: value for name, value in keys.items() if name != "surfaces"}
+    own = {name: each for name, each in keys.get("surfaces", {}).items() if name == surface}
+    return keys_of_pairs(of_all, area, np.full(area.shape, surface), own)
+
+
+def _rescaled(
+    elements: ElementLaw, old: ElementLaw, new: ElementLaw, mine: NDArray[np.bool_]
+) -> ElementLaw:
+    """Elements of which some change as those of a closed pair, and of an open one if any, do."""
     normal_load = getattr(elements, "normal_load", None)
-    of = 0 if normal_load is None else np.where(normal_load > 0, 0, -1)
+    of = 0 if normal_load is None else np.where(normal_load[mine] > 0, 0, -1)
     changed = {}
     for name, (unit, _) in elements.quantities.items():
         if name not in old.quantities:
             continue
         before, after = getattr(old, name), getattr(new, name)
+        changed[name] = getattr(elements, name).copy()
         # ratios are those of the pairs; all else belongs to the element
-        changed[name] = (
-            np.full(elements.point_of_element.size, after[0])
-            if unit == "1"
-            else getattr(elements, name) * (after / before)[of]
+        changed[name][mine] = (
+            after[0] if unit == "1" else changed[name][mine] * (after / before)[of]
         )
     return replace(elements, **changed)

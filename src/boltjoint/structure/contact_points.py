@@ -150,11 +150,16 @@ class ContactPoints:
         return len(self.area)
 
     def variables(self) -> dict[str, xr.Variable]:
-        """Position and area as the files of later stages hold them."""
+        """Position, area, frame and surface as the files of later stages hold them."""
         what = "of the contact pair"
+        of_frame = ("pair", "direction", "axis"), self.frame, "1", f"tangents and normal {what}"
+        surface = {"units": "1", "long_name": f"surface {what}"}
         return {
             "position": quantity(("pair", "axis"), self.position, "m", f"position {what}"),
             "area": quantity("pair", self.area, "m2", f"tributary area {what}"),
+            "frame": quantity(*of_frame),
+            "surface": xr.Variable("pair", self.surface.astype(object), surface),
+            "direction": xr.Variable("direction", ["t1", "t2", "n"]),
         }
 
 

@@ -57,8 +57,8 @@ class Candidates:
         2 for a pair that also represents its mirror image, else 1, shape (pairs,).
     normal_load, gap
         Of the pairs after tightening [N], [m].
-    area
-        [m2].
+    area, surface
+        [m2], and name of the surface.
     along
         Place along the first tangent of the first point [m], shape (pairs,).
     to_bolts
@@ -83,6 +83,7 @@ class Candidates:
     normal_load: Array
     gap: Array
     area: Array
+    surface: NDArray[np.str_]
     along: Array
     to_bolts: Array
     assembly_position: Array
@@ -188,7 +189,9 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     loads = (
         checks.variable("preload", preload, name, ("pair",)) for name in ("normal_load", "gap")
     )
-    part = part_that_moves(structure, *loads)
+    # mirror images on two surfaces may have another friction law
+    surface = np.unique(contact.surface, return_inverse=True)[1]
+    part = part_that_moves(structure, *loads, surface)
     own = np.arange(len(contact))
     image = structure.symmetry.point if part.is_half else own
     # of two mirror images the later one
@@ -231,6 +234,7 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
         normal_load=preload["normal_load"].to_numpy()[point],
         gap=preload["gap"].to_numpy()[point],
         area=contact.area[point],
+        surface=contact.surface[point],
         along=np.einsum("i,pi->p", contact.frame[0, 0], contact.position[point]),
         to_bolts=_distance_to_bolts(structure, point),
         assembly_position=contact.position,
