@@ -4,9 +4,13 @@ import pytest
 from mutations import ROOT
 from pydantic import ValidationError
 
+from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
+from boltjoint.config.conflicts import conflicts_of_case
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study
+from boltjoint.config.varied_case import with_values
+from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.damping import LossFactor, RayleighDamping
 
 CASE = "config/cases/three_bolt_constant.yaml"
@@ -240,3 +244,28 @@ def test_preloads_that_cannot_name_a_folder_are_refused(ratios, sentence):
     with pytest.raises(ValidationError, match=sentence):
         changed(preload_N=10, preload_ratios=ratios)
     assert changed(preload_N=10, preload_ratios=ratios[:10]).preload.of_bolts[1] > 0
+
+
+class _TwoSurfaces(Assembly):
+    """An assembly with two surfaces in contact."""
+
+    @property
+    def surface_names(self):
+        return "lap", "flange"
+
+
+def test_each_surface_has_a_region_and_values_of_its_own():
+    study = load_study(ROOT)
+    case = study.case("three_bolt_constant").model_dump()
+    case["contact"]["surfaces"] = [{"name": "flange", "friction_coefficient": 0.3}]
+    case["solve"] = [{"resonance": 1, "joints": ["clusters=1", "regions=2", "node-to-node"]}]
+    case = Case.model_validate(case)
+    two = _TwoSurfaces.model_validate(study.assembly("three_bolt").model_dump())
+    found = list(conflicts_of_case(case, two, study, None))
+    assert found == [
+        (("solve", 0, "joints", 0), "must have at least 2 clusters, one on each surface")
+    ]
+    key = "contact.surfaces[0].friction_coefficient"
+    assert rescaled_keys(case)[key].meaning.endswith("of surface flange")
+    changed = Case.model_validate(with_values(case.model_dump(), {key: 0.4}))
+    assert changed.contact.options["surfaces"] == {"flange": {"friction_coefficient": 0.4}}

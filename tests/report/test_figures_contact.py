@@ -3,6 +3,7 @@ import pytest
 from figure_parts import FORCES, on_pairs, polygon_area, shapes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
+from scipy.spatial.transform import Rotation
 from small_joint import make_joint
 
 from boltjoint.dynamics.frequency_response import solve_response
@@ -16,6 +17,7 @@ from boltjoint.report.figures.contact import (
     plot_states,
     plot_weighted_pairs,
 )
+from boltjoint.report.figures.outlines import ContactSurface
 
 
 def state_areas(axes):
@@ -51,6 +53,23 @@ def test_loads_along_the_middle_are_those_of_the_pairs(assembly, preload):
     np.testing.assert_allclose(drawn[np.argsort(drawn[:, 0])], expected)
     (line,) = [c for c in axes.collections if isinstance(c, LineCollection)]
     assert len(line.get_segments()) == 6
+
+
+def test_a_turned_surface_is_seen_in_its_plane(assembly):
+    R = Rotation.from_euler("xyz", [0.7, -1.1, 2.3]).as_matrix()
+    turned = assembly.copy()
+    for name in ("position", "coordinate"):
+        values = assembly[name].transpose(..., "axis")
+        turned[name] = (values.dims, values.to_numpy() @ R.T)
+    frame = np.broadcast_to(R.T, (assembly.sizes["pair"], 3, 3))
+    turned["frame"] = (("pair", "direction", "axis"), frame)
+    rest, found = (ContactSurface.of(each) for each in (assembly, turned))
+    np.testing.assert_allclose(
+        found.corner - found.corner[0], rest.corner - rest.corner[0], rtol=0, atol=1e-9
+    )
+    for name in ("share", "owner"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(rest, name))
+    np.testing.assert_array_equal(found.edges_along_middle(), rest.edges_along_middle())
 
 
 @pytest.mark.parametrize("load", [0.0, 10.0])

@@ -6,10 +6,8 @@ from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 assembly, preload = (dataset.load(snakemake.input[name]) for name in ("assembly", "preload"))
-found = patterns.resonances(
-    structure_file.load_structure(snakemake.input.structure),
-    preload,
-    patterns=patterns.stuck_patterns(assembly, preload),
-    **snakemake.params.options,
-)
+structure = structure_file.load_structure(snakemake.input.structure)
+radii = patterns.bolt_radii(assembly) or None
+parts = patterns.stuck_patterns(structure, preload, radii)
+found = patterns.resonances(structure, preload, patterns=parts, **snakemake.params.options)
 dataset.save(found, snakemake.output.patterns, snakemake.params)

@@ -101,8 +101,10 @@ def conflicts_when_solved(solved: SolvedCase, assembly: Described, settings: Set
 def _conflicts_of_joints(case: Case, assembly: Described) -> Problems:
     """Joints with more regions, elements in all or weighted pairs than there are contact pairs.
 
-    Bands hold each pair with its mirror image, and so are at most as many as on one side.
+    Bands hold each pair with its mirror image, and so are at most as many as on one side. Each
+    surface has a region at least.
     """
+    surfaces = len(assembly.surface_names)
     pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
     of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
     for block_index, block in enumerate(case.solve):
@@ -118,6 +120,9 @@ def _conflicts_of_joints(case: Case, assembly: Described) -> Problems:
                     path = ("solve", block_index, "joints", index)
                     yield path, f"must have at most {most} {what}, {of_what}"
                     break
+            if joint.division is not None and joint.count != "auto" and joint.count < surfaces:
+                path = ("solve", block_index, "joints", index)
+                yield path, f"must have at least {surfaces} {joint.division}, one on each surface"
 
 
 def _conflicts_of_options(case: Case, settings: Settings) -> Problems:

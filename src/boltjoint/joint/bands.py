@@ -1,10 +1,14 @@
-"""Bands of a contact surface: regions side by side along the bar that carry equal loads.
+"""Bands of a contact surface: regions side by side along it that carry equal loads.
+
+A surface is divided along the first tangent of its points, which lies along the bar in a half lap.
 
 References
 ----------
 Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
 University: sections 3.1.1.3, 3.2.1.1 and 3.2.2.1.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +23,71 @@ Labels = NDArray[np.int64]
 _SAME_PLACE = 1e-9
 
 
+def on_each_surface(
+    divide: Callable[[Array, Array, int], Labels],
+    surface: Labels,
+    position: Array,
+    load: Array,
+    count: int,
+) -> Labels:
+    """Regions of several surfaces, each of which has as many as its share of the load asks for.
+
+    Parameters
+    ----------
+    divide
+        Divides one surface, as ``bands_of_equal_load``.
+    surface
+        Number of the surface of every pair, from 0, shape (pairs,).
+    position, load
+        As for ``divide``, of all pairs.
+    count
+        Number of regions.
+
+    Returns
+    -------
+    ndarray
+        Region of every pair, those of one surface after those of another, shape (pairs,).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer regions than surfaces, or as for ``divide``.
+    """
+    surface = checks.indices("surface", surface, ("pairs",))
+    position = checks.array("position", position, (surface.size, 2))
+    load = checks.array("load", load, surface.shape, at_least=0)
+    count = checks.whole("count", count)
+    # inner and outer regions come in pairs
+    multiple = 2 if divide is inner_and_outer_bands else 1
+    total = np.bincount(surface, load)
+    if total.size == 1 or count % multiple:
+        return divide(position, load, count)
+    region, first = np.empty(surface.size, dtype=np.int64), 0
+    for each, own in enumerate(multiple * _shares(total, count // multiple)):
+        mine = surface == each
+        # a surface that is open all over is divided by the number of its pairs
+        of_surface = load[mine] if total[each] > 0 else np.ones(np.count_nonzero(mine))
+        region[mine] = first + divide(position[mine], of_surface, int(own))
+        first += own
+    return region
+
+
+def _shares(load: Array, count: int) -> Labels:
+    """Numbers that add up to ``count``, at least 1 each, nearly in proportion to loads."""
+    refuse_fewer_than_surfaces(count, load.size)
+    number = np.ones(load.size, dtype=np.int64)
+    for _ in range(count - load.size):
+        # the largest load that a region would have
+        number[np.argmax(load / number)] += 1
+    return number
+
+
+def refuse_fewer_than_surfaces(count: int, surfaces: int) -> None:
+    """Raise a ``ValueError`` where there are fewer regions than surfaces."""
+    if checks.whole("count", count) < surfaces:
+        raise ValueError(f"{count} regions do not lie on {surfaces} surfaces, one on each at least")
+
+
 def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     """Bands along the bar that carry as equal a load as the mesh allows.
 
@@ -27,7 +96,7 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     Parameters
     ----------
     position
-        Of every pair [m], along the bar (x) and across it (y) from the middle, shape (pairs, 2).
+        Of every pair [m], along the surface and across it from the middle, shape (pairs, 2).
     load
         Of every pair, of any unit, shape (pairs,).
     count
@@ -45,7 +114,7 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     """
     position, load = _profile(position, "load", load)
     count = checks.whole("count", count)
-    x, from_middle = _ranks(position[:, 0]), _ranks(np.abs(position[:, 1]))
+    x, from_middle = ranks(position[:, 0]), ranks(np.abs(position[:, 1]))
     _, place = np.unique(np.column_stack([x, from_middle]), axis=0, return_inverse=True)
     at_place = np.bincount(place, load)
     if not 1 <= count <= at_place.size:
@@ -71,7 +140,7 @@ def bands_of_equal_middle_load(position: Array, pressure: Array, count: int) -> 
     Parameters
     ----------
     position
-        Of every pair [m], along the bar (x) and across it (y) from the middle, shape (pairs, 2).
+        Of every pair [m], along the surface and across it from the middle, shape (pairs, 2).
     pressure
         On every pair, of any unit, 0 where it is open, shape (pairs,).
     count
@@ -126,7 +195,7 @@ def inner_and_outer_bands(position: Array, load: Array, count: int) -> Labels:
     if checks.whole("count", count) % 2:
         raise ValueError(f"{count} regions are not an inner and an outer one in every band")
     region = 2 * bands_of_equal_load(position, load, count // 2)
-    from_middle = _ranks(np.abs(position[:, 1]))
+    from_middle = ranks(np.abs(position[:, 1]))
     for band in range(0, count, 2):
         mine = region == band
         at_place = np.bincount(from_middle[mine], load[mine])
@@ -152,7 +221,7 @@ def _profile(position: Array, name: str, load: Array) -> tuple[Array, Array]:
     return position, load
 
 
-def _ranks(distance: Array) -> Labels:
+def ranks(distance: Array) -> Labels:
     """Order of distances, the same for those that differ only by rounding."""
     order = np.argsort(distance, kind="stable")
     rank = np.empty(order.size, dtype=np.int64)

@@ -21,6 +21,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.cluster.vq import ClusterError, kmeans2
 
 from boltjoint import checks
+from boltjoint.joint.bands import ranks, refuse_fewer_than_surfaces
 from boltjoint.joint.model import Joint
 from boltjoint.joint.slip_states import (
     SlipStateOptions,
@@ -56,12 +57,14 @@ def cluster_by_motion(
     Returns
     -------
     ndarray
-        Cluster of every pair, numbered by their centres from the clamped end, shape (pairs,).
+        Cluster of every pair, shape (pairs,), numbered surface by surface by their centres along
+        the first tangent: from the clamped end in a half lap. A cluster lies on one surface.
 
     Raises
     ------
     ValueError
-        If there are fewer pairs than clusters, or fewer modes than resonances.
+        If there are fewer pairs than clusters, fewer clusters than surfaces, or fewer modes than
+        resonances.
     """
     checks.instance("joint", joint, Joint)
     return MotionClusters(joint, find_slip_states(joint, resonances, options)).regions(count)
@@ -71,7 +74,8 @@ class MotionClusters:
     """Clusters of the points of a joint for any count, from one hierarchical tree."""
 
     def __init__(self, joint: Joint, states: SlipStates) -> None:
-        self._position = joint.position
+        places = joint.surface_places
+        self._surface, self._place = places.number, places.place
         # scaled so that scatter is the loss of squared frequency, relative, of each mode
         modes = (states.mode / states.frequency[..., None]).reshape(
             -1, joint.natural_frequency.size
@@ -82,6 +86,8 @@ class MotionClusters:
                 for B, k in zip(joint.rows, stiffness_at_points(joint), strict=True)
             ]
         )
+        if self._surface.any():
+            self._motion = np.hstack([self._motion, self._apart()])
         self._tree = linkage(self._motion, "ward")
 
     def regions(self, count: int) -> Labels:
@@ -89,6 +95,7 @@ class MotionClusters:
         points = len(self._motion)
         if not 1 <= checks.whole("count", count) <= points:
             raise ValueError(f"{points} pairs do not divide into {count} regions")
+        refuse_fewer_than_surfaces(count, self._surface.max() + 1)
         # the first merges of the tree, by their order: equal heights would merge too many at once
         merges = np.arange(points - 1, dtype=float)
         found = fcluster(self._tree, points - count - 1, "monocrit", monocrit=merges) - 1
@@ -96,10 +103,17 @@ class MotionClusters:
         # k-means may empty a cluster where pairs move the same: then those of the tree stay
         with suppress(ClusterError):
             found = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
-        first = np.lexsort(_centres(self._position, found).T[::-1])
+        centres = np.column_stack([self._surface, self._place])
+        # those at one place but for rounding are told apart across the surface
+        first = np.lexsort([ranks(column) for column in _centres(centres, found).T[::-1]])
         rank = np.empty(count, dtype=np.int64)
         rank[first] = np.arange(count)
         return rank[found]
+
+    def _apart(self) -> Array:
+        """Columns that keep surfaces apart: a merger across them adds more than all scatter."""
+        scatter = np.sum((self._motion - self._motion.mean(axis=0)) ** 2)
+        return 2 * (np.sqrt(scatter) or 1.0) * np.eye(self._surface.max() + 1)[self._surface]
 
 
 def _centres(values: Array, region: Labels) -> Array:

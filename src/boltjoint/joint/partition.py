@@ -19,6 +19,7 @@ from boltjoint.joint.bands import (
     bands_of_equal_load,
     bands_of_equal_middle_load,
     inner_and_outer_bands,
+    on_each_surface,
     refuse_empty_regions,
 )
 from boltjoint.joint.clusters import MotionClusters
@@ -30,6 +31,7 @@ from boltjoint.joint.slip_states import (
     find_slip_states,
     modal_stiffness_where,
 )
+from boltjoint.joint.surface_places import SurfacePlaces
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -38,7 +40,7 @@ Labels = NDArray[np.int64]
 Division = Literal["equal-load", "equal-middle-load", "inner-outer", "clusters"]
 
 #: how a region moves: as the mean of its pairs, as that weighted by the load they carry, or as a
-#: straight line along the bar
+#: straight line along the first tangent
 Motion = Literal["mean", "load-weighted", "linear"]
 
 #: divisions by position and load alone
@@ -67,16 +69,18 @@ def partition_regions(
     count
         Number of regions; None for the fewest within the tolerance (``choose_count``).
     division
-        ``equal-load``: bands along the bar that carry equal shares of the normal load.
+        Each region lies on one surface, those of several have numbers in proportion to their load.
+        ``equal-load``: bands along the surface that carry equal shares of the normal load.
         ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
         width. ``inner-outer``: half as many bands as for ``equal-load``, the pairs near the middle
         of the width apart from those near the edges. ``clusters``: pairs of similar motion,
         anywhere on the surface.
     motion
-        ``mean``: as the mean of the pairs (``merge_points``). ``load-weighted``: as their mean
-        weighted by the load they carry, which keeps the friction force in full slip; a region
-        without load moves as the mean. ``linear``: every pair on the straight line along the bar
-        that is nearest to the motion of its region; all points stay.
+        Along each direction of the points. ``mean``: as the mean of the pairs (``merge_points``).
+        ``load-weighted``: as their mean weighted by the load they carry, which keeps the friction
+        force in full slip; a region without load moves as the mean. ``linear``: every pair on the
+        straight line along the first tangent that is nearest to the motion of its region; all
+        points stay.
     tolerance
         As for ``choose_count``, where no number is given.
     resonances, options
@@ -85,8 +89,9 @@ def partition_regions(
     Raises
     ------
     ValueError
-        If there are fewer pairs than regions, neither a number nor a tolerance is given, division
-        or motion are not known, or the preload does not describe a contact.
+        If there are fewer pairs than regions, fewer regions than surfaces, neither a number nor a
+        tolerance is given, division or motion are not known, or the preload does not describe a
+        contact.
     """
     partition = _Partition(joint, preload, division, motion, resonances, options)
     if count is None:
@@ -170,7 +175,8 @@ def choose_count(
     maximum = checks.whole("maximum", maximum, at_least=1)
     partition = _Partition(joint, preload, division, motion, resonances, options)
     best, at = np.inf, 0
-    for count in range(1, min(maximum, joint.points) + 1):
+    fewest = int(joint.surface_places.number.max()) + 1
+    for count in range(fewest, min(maximum, joint.points) + 1):
         error = partition.error(count)
         if error <= tolerance:
             return count
@@ -183,9 +189,10 @@ def choose_count(
 
 
 class _Surface(NamedTuple):
-    """Position [m] and contact pressure [Pa] of all pairs under preload."""
+    """Position [m], surface and contact pressure [Pa] of all pairs under preload."""
 
     position: Array
+    places: SurfacePlaces
     pressure: Array
 
     @classmethod
@@ -195,7 +202,7 @@ class _Surface(NamedTuple):
         load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
         area = checks.variable("preload", preload, "area", ("pair",), above=0)
         checks.array("position of preload", position, ("pairs", 3))
-        return cls(position, load / area)
+        return cls(position, SurfacePlaces.of("preload", preload), load / area)
 
 
 class _Partition:
@@ -249,13 +256,29 @@ class _Partition:
         if self._division == "clusters":
             return self._clusters.regions(count)
         if self._division in _BY_LOAD:
-            return _BY_LOAD[self._division](joint.position[:, :2], self._load, count)
+            places = joint.surface_places
+            of_points = places.number, places.place, self._load
+            return on_each_surface(_BY_LOAD[self._division], *of_points, count)
         # of all pairs, since the surface may be open between those that have elements
-        surface = self._surface
-        region = bands_of_equal_middle_load(surface.position[:, :2], surface.pressure, count)
-        region = region[KDTree(surface.position).query(joint.position)[1]]
+        surface, places = self._surface, self._surface.places
+        of_pairs = places.number, places.place, surface.pressure
+        region = on_each_surface(bands_of_equal_middle_load, *of_pairs, count)
+        region = region[self._pair_of_points]
         refuse_empty_regions(region, count)
         return region
+
+    @cached_property
+    def _pair_of_points(self) -> Labels:
+        """The pair that each point of the joint is, of those on its surface."""
+        surface, places = self._surface, self._joint.surface_places
+        pair = np.empty(self._joint.points, dtype=np.int64)
+        for name in np.unique(places.name):
+            mine, own = places.name == name, np.flatnonzero(surface.places.name == name)
+            if not own.size:
+                raise ValueError(f"the preload has no pairs on the surface {name} of the joint")
+            nearest = KDTree(surface.position[own]).query(self._joint.position[mine])[1]
+            pair[mine] = own[nearest]
+        return pair
 
 
 def _on_lines(joint: Joint, region: Labels) -> Joint:
@@ -264,7 +287,7 @@ def _on_lines(joint: Joint, region: Labels) -> Joint:
     def on_lines(B: Array) -> Array:
         moved = np.empty_like(B)
         for mine in (region == each for each in range(region.max() + 1)):
-            x = joint.position[mine, 0]
+            x = joint.surface_places.place[mine, 0]
             line = np.column_stack([np.ones(x.size), x - x.mean()])
             moved[mine] = line @ np.linalg.lstsq(line, B[mine], rcond=None)[0]
         return moved

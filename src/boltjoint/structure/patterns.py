@@ -14,6 +14,8 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
+from boltjoint.joint.surface_places import SurfacePlaces
+from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import Subspace, part_that_moves
@@ -22,58 +24,94 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: directions of the springs: along the bar under constant load, and across the contact too
+#: names of the springs' directions: along the first tangent of a point, under constant load, and
+#: along its normal too
 SPRINGS = ("x", "xz")
 
 
 def stuck_patterns(
-    assembly: xr.Dataset, preload: xr.Dataset, radii: tuple[float, ...] | None = None
+    assembly: xr.Dataset | Structure,
+    preload: xr.Dataset,
+    radii: tuple[float, ...] | None = None,
 ) -> dict[str, NDArray[np.bool_]]:
     """Parts of the loaded pairs that may stick while the others slip.
 
     Parameters
     ----------
     assembly, preload
-        As from ``build_assembly`` and ``apply_preload``.
+        An assembly of a maker or a structure, and its preload as from ``apply_preload``.
     radii
         Distances from the nearest bolt axis [m] within which pairs stick, the largest first; by
-        default the diameter of the holes, twice their radius, and the radius of the heads.
+        default those of ``bolt_radii``.
 
     Returns
     -------
     dict
         By name, the pairs that stick, shape (pairs,): all loaded ones, those near the bolts, those
-        beyond the largest radius, those in the left half of the lap, and those under more than
-        half of the largest pressure.
+        beyond the largest radius, those in the left half of their surface, along the first tangent,
+        and those under more than half of the largest pressure. Where no radius or no axis of a bolt
+        is known, there are none near the bolts or beyond.
 
     Raises
     ------
     ValueError
         If the two do not hold the same pairs, or there is no radius, or one that is not positive.
     """
-    if radii is None:
-        hole, head = (
-            checks.variable("assembly", assembly, name, ()).item()
-            for name in ("hole_diameter", "head_diameter")
-        )
-        radii = hole, head / 2
-    # of wide heads the radius is the larger one
-    radii = sorted(checks.numbers("radii", radii), reverse=True)
-    x, y, _ = checks.variable("assembly", assembly, "position", ("pair", "axis")).T
-    bolt_x, bolt_y, _ = checks.variable("assembly", assembly, "bolt_position", ("bolt", "axis")).T
+    radii = bolt_radii(assembly) if radii is None else checks.numbers("radii", radii)
+    structure = structure_of(assembly)
+    contact = structure.contact
+    x = _from_middle(contact)
     load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
     checks.array("normal_load of preload", load, x.shape)
-    distance = np.hypot(x[:, None] - bolt_x, y[:, None] - bolt_y).min(axis=1)
-    pressure = load / checks.variable("assembly", assembly, "area", ("pair",), above=0)
-    within = {f"within {1e3 * radius:g} mm": distance < radius for radius in radii}
-    parts = {
-        "all": np.ones(len(x), dtype=bool),
-        **within,
-        f"beyond {1e3 * radii[0]:g} mm": distance > radii[0],
-        "left half": x < (x.min() + x.max()) / 2,
-        "above half of the pressure": pressure > pressure.max() / 2,
-    }
+    pressure = load / contact.area
+    parts = {"all": np.ones(len(x), dtype=bool)}
+    distance = _distance_to_bolts(structure)
+    if len(radii) and distance is not None:
+        # of wide heads the radius is the larger one
+        radii = sorted(radii, reverse=True)
+        parts |= {f"within {1e3 * radius:g} mm": distance < radius for radius in radii}
+        parts[f"beyond {1e3 * radii[0]:g} mm"] = distance > radii[0]
+    parts["left half"] = x < 0
+    parts["above half of the pressure"] = pressure > pressure.max() / 2
     return {name: part & (load > 0) for name, part in parts.items()}
+
+
+def bolt_radii(assembly: xr.Dataset | Structure) -> tuple[float, ...]:
+    """Diameter of the holes and radius of the heads [m]; none where an assembly tells none."""
+    if not isinstance(assembly, xr.Dataset) or "hole_diameter" not in assembly:
+        return ()
+    hole, head = (
+        checks.variable("assembly", assembly, name, ()).item()
+        for name in ("hole_diameter", "head_diameter")
+    )
+    return hole, head / 2
+
+
+def _from_middle(contact: ContactPoints) -> Array:
+    """Places of points along the first tangent, negative in the left half of their surface [m]."""
+    places = SurfacePlaces.in_planes(contact.position, contact.frame, contact.surface)
+    x = places.place[:, 0]
+    half = np.empty_like(x)
+    for name in np.unique(places.name):
+        mine = places.name == name
+        half[mine] = (x[mine].min() + x[mine].max()) / 2
+    return x - half
+
+
+def _distance_to_bolts(structure: Structure) -> Array | None:
+    """Distance of points from the nearest bolt axis [m]; None where no axis is known."""
+    position, frame = structure.contact.position, structure.contact.frame[0]
+    distances = []
+    for bolt in structure.bolts:
+        if bolt.axis is not None and bolt.position is not None:
+            axis = bolt.axis / np.linalg.norm(bolt.axis)
+            # two directions across the axis: along the first tangent, if it does not lie along it
+            tangent = frame[np.argmin(abs(frame[:2] @ axis))]
+            first = tangent - (tangent @ axis) * axis
+            first = first / np.linalg.norm(first)
+            apart = position - bolt.position
+            distances.append(np.hypot(apart @ first, apart @ np.cross(axis, first)))
+    return np.min(distances, axis=0) if distances else None
 
 
 # one thread: sums in another order would change the last digits from machine to machine
@@ -96,7 +134,8 @@ def resonances(
     assembly, preload
         An assembly of a maker or its structure, and its preload as from ``apply_preload``.
     stiffness
-        Of the spring on each sticking pair, along x, or along x and z [N/m].
+        Of the spring on each sticking pair, along its first tangent, or along that and its normal
+        [N/m].
     patterns
         By name, the pairs that stick, the same on both sides of a plane of symmetry; by default
         ``stuck_patterns`` of the assembly.
@@ -121,8 +160,9 @@ def resonances(
     stiffness = checks.number("stiffness", stiffness, at_least=0)
     per_area = checks.number("stiffness_per_area", stiffness_per_area, at_least=0)
     number = checks.whole("number", number, at_least=1)
-    patterns = stuck_patterns(assembly, preload) if patterns is None else patterns
     structure = structure_of(assembly)
+    if patterns is None:
+        patterns = stuck_patterns(structure, preload, bolt_radii(assembly) or None)
     contact, pairs = structure.contact, (len(structure.contact),)
     patterns = {
         name: checks.flags(f"{name!r} of patterns", stuck, pairs)

@@ -220,7 +220,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     without = surface.area_of(np.setdiff1d(np.arange(len(surface.position)), pair))
     columns = min(2, len(state))
     rows = -(-len(state) // columns)
-    length, width, _ = np.ptp(surface.position, axis=0)
+    length, width = np.ptp(surface.place, axis=0)
     each = 0.4 + 7.2 / columns * width / length
     figure = Figure(figsize=(8, 0.9 + rows * each), layout="compressed")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -327,7 +327,7 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
 def _draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]) -> None:
     """Draw values of the pairs along the middle of the width; open pairs are hollow."""
     edges = surface.edges_along_middle()
-    x = surface.position[:, 0] * MM
+    x = surface.place[:, 0] * MM
     lines = [np.c_[x[edge], value[edge]] for edge in edges]
     axes.add_collection(LineCollection(lines, colors="0.6", linewidths=0.9))
     loaded = value > 0
@@ -344,8 +344,8 @@ def _fill_regions_of_profile(
 ) -> None:
     """Fill the part of each region under the profile, which is straight across the holes."""
     pairs = np.unique(surface.edges_along_middle())
-    pairs = pairs[np.argsort(surface.position[pairs, 0])]
-    x = surface.position[pairs, 0] * MM
+    pairs = pairs[np.argsort(surface.place[pairs, 0])]
+    x = surface.place[pairs, 0] * MM
     ends = np.concatenate([x[:1], cuts, x[-1:]])
     for number, (begin, end) in enumerate(pairwise(ends)):
         part = np.unique(np.clip(x, begin, end))
@@ -356,7 +356,7 @@ def _fill_regions_of_profile(
 
 def set_plan_view(axes: Axes, surface: ContactSurface) -> None:
     """Limits and label of axes in which the contact is seen from above."""
-    x, y = (surface.position[:, :2] * MM).T
+    x, y = (surface.place * MM).T
     axes.set_aspect("equal")
     axes.set_xlim(x.min() - 1, x.max() + 1)
     axes.set_ylim(y.min() - 1, y.max() + 1)

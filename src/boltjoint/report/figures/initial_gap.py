@@ -41,7 +41,7 @@ def plot_initial_gap(assembly: xr.Dataset) -> Figure:
         ScalarMappable(norm, colours), ax=plan, label="initial gap (μm)", pad=0.01, aspect=8
     )
     set_plan_view(plan, surface)
-    x, y = (surface.position[:, :2] * MM).T
+    x, y = (surface.place * MM).T
     edges = surface.edges_along_middle()
     lines = [np.c_[x[edge], gap[edge]] for edge in edges]
     # a hole interrupts the middle

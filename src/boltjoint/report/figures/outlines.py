@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.path import Path as Shape
 from numpy.typing import NDArray
 
+from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.report.figures.style import MM
 from boltjoint.structure.makers.half_lap.mesh import HEXAHEDRON_FACES
 
@@ -98,11 +99,13 @@ def closed_shape(point: NDArray[np.float64], loops: Iterable[NDArray[np.int64]])
 class ContactSurface:
     """The contact surface in plan view, every quadrilateral cut into the shares of its corners.
 
-    ``position`` (pairs, 3) [m]; ``facet`` (facets, 4) pairs; ``corner`` holds the points of the
-    shares in mm, ``share`` (shares, 4) their corners and ``owner`` (shares,) their pairs.
+    ``position`` (pairs, 3) [m] in space, ``place`` (pairs, 2) [m] in the plane of the surface, of
+    which views are drawn; ``facet`` (facets, 4) pairs; ``corner`` holds the points of the shares in
+    mm, ``share`` (shares, 4) their corners and ``owner`` (shares,) their pairs.
     """
 
     position: NDArray[np.float64]
+    place: NDArray[np.float64]
     facet: NDArray[np.int64]
     corner: NDArray[np.float64]
     share: NDArray[np.int64]
@@ -112,7 +115,8 @@ class ContactSurface:
     def of(cls, assembly: xr.Dataset) -> "ContactSurface":
         """The contact surface of an assembly."""
         position = positions_of(assembly, "position", "pair")
-        plan = position[:, :2] * MM
+        place = SurfacePlaces.of("assembly", assembly).place
+        plan = place * MM
         pair_of_node = np.full(assembly.sizes["node"], -1)
         pair_of_node[assembly["pair_node"].transpose("pair", "side")[:, 0]] = np.arange(len(plan))
         nodes, _ = faces_among_nodes(assembly, pair_of_node >= 0)
@@ -126,6 +130,7 @@ class ContactSurface:
         )
         return cls(
             position=position,
+            place=place,
             facet=facet,
             corner=np.concatenate([plan, plan[edge].mean(axis=1), plan[facet].mean(axis=1)]),
             share=share.reshape(-1, 4),
@@ -148,7 +153,7 @@ class ContactSurface:
 
     def edges_along_middle(self) -> NDArray[np.int64]:
         """Pairs at both ends of the edges along the middle of the width, shape (edges, 2)."""
-        y = self.position[:, 1]
+        y = self.place[:, 1]
         on_middle = np.abs(y - (y.min() + y.max()) / 2) < SAME_POINT
         edges = polygon_edges(self.facet)
         return np.unique(np.sort(edges[on_middle[edges].all(axis=1)]), axis=0)
