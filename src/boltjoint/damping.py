@@ -177,7 +177,8 @@ class ModalDamping(Damping):
     """Viscous damping ``C = diag(2 zeta_r w_r)`` of the modes without contact.
 
     Where the basis has other vectors, each mode with a ratio of its own is damped by its share in
-    them, and the last ratio is that of the vectors.
+    them, and the last ratio is that of the vectors. Ratios count from the first elastic mode:
+    rigid-body modes, at 0 Hz, have none.
     """
 
     name: ClassVar[str] = "modal"
@@ -201,7 +202,7 @@ class ModalDamping(Damping):
     def terms(self, structure: ModalStructure) -> tuple[Term, ...]:
         """``w diag(2 zeta_r w_r)``."""
         *first, last = self.damping_ratios
-        w, P = structure.free_modes
+        w, P = (each[structure.free_modes[0] > 0] for each in structure.free_modes)
         if len(first) > w.size and structure.free_participation is not None:
             raise ValueError(
                 f"damping_ratios holds {len(first) + 1} ratios, but the basis knows {w.size} modes "

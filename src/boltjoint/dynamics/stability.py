@@ -12,7 +12,8 @@ the solution. With the Jacobian J of the balance at the solution, the exponents 
 where D and G are the derivatives by r of the linear part of the balance and of the contact forces:
 of a harmonic h, D has 2 h w between sine and cosine, and the damping ``H(hw) / (hw)``; G is due to
 sliders, which hold what the motion was when they stopped (``friction.modal_aft.slider_delay``). A
-multiplier is ``exp(2 pi r / w)``; the motion is stable where all lie inside the unit circle. As
+multiplier is ``exp(2 pi r / w)``; the motion is stable where all lie inside the unit circle, those
+of rigid-body motion, which are 1, left out. As
 ``r = 0`` needs ``det J = 0``, a real multiplier is 1 where the branch turns in frequency.
 
 References
@@ -116,8 +117,9 @@ def floquet_exponents(
 ) -> NDArray[np.complex128]:
     """Exponents of Hill's method at a solution of the balance [rad/s].
 
-    Of n unknowns there are 2 n. With all harmonics they would be the exponents of the motion and
-    all that differ from these by multiples of iw; few harmonics leave those that are small right.
+    Of n unknowns of elastic modes there are 2 n. With all harmonics they would be the exponents of
+    the motion and all that differ from these by multiples of iw; few harmonics leave those that are
+    small right.
 
     Parameters
     ----------
@@ -147,8 +149,8 @@ def largest_multiplier(
     half, largest = _HALF * w, options.largest_exponent * w
     stiffness, rate = _exponent_problem(balance, x, w, options.samples)
     exponents = None
-    if x.size > _FEW_UNKNOWNS:
-        modes = len(balance.stiffness)
+    if len(stiffness) > _FEW_UNKNOWNS:
+        modes = len(stiffness) // len(balance.components)
         exponents = _exponents_within(stiffness, rate, np.hypot(half, largest), 2 * modes)
     if exponents is None:
         exponents = _all_exponents(stiffness, rate)
@@ -232,7 +234,13 @@ def _exponent_problem(
 ) -> tuple[Array, Array]:
     """J [rad^2/s^2] and D + G [rad/s] of the exponents, both (n, n)."""
     jacobian = balance.residual_and_jacobian(x, w)[1]()
-    return jacobian, _rate_derivative(balance, x, w, samples)
+    rate = _rate_derivative(balance, x, w, samples)
+    rigid = balance.joint.is_rigid
+    if balance.basis is None and rigid.any():
+        # rigid-body motion stays where it is, and nothing depends on it
+        kept = np.flatnonzero(np.tile(~rigid, len(balance.components)))
+        jacobian, rate = (each[np.ix_(kept, kept)] for each in (jacobian, rate))
+    return jacobian, rate
 
 
 def _all_exponents(jacobian: Array, rate: Array) -> NDArray[np.complex128]:

@@ -35,8 +35,8 @@ class PeriodicOrbit:
     Parameters
     ----------
     multipliers
-        Floquet multipliers, largest first. Sliders that rest for the whole period are left out:
-        they stay wherever they are.
+        Floquet multipliers, largest first. Sliders that rest for the whole period and rigid-body
+        motion are left out: they stay wherever they are, and nothing depends on it.
     motion
         Modal coordinates at the samples of the period [kg^1/2 m], shape (steps, modes).
     change
@@ -100,8 +100,8 @@ def find_orbit(
     state = period.begin
     for _ in range(maximum_iterations):
         after = period(state)
-        motion = period.integration.history.copy()
-        of_motion = slice(4 * joint.natural_frequency.size)
+        motion = period.integration.motion()
+        of_motion = slice(2 * period.integration.q.size)
         step = after - state
         change = np.linalg.norm(step[of_motion]) / np.linalg.norm(state[of_motion])
         derivative = period.derivative(state, after)
@@ -133,7 +133,7 @@ class _Period:
         integration.follow(start)
         integration.advance()
         self.begin = integration.state()
-        sliders = self.begin.size - 4 * start.shape[1]
+        sliders = integration.z.size
         forces = integration.elements[0] @ integration.history.T
         size = [np.full(self.begin.size - sliders, abs(start).max()), abs(forces).max(axis=1)]
         self._difference = _DIFFERENCE * np.concatenate(size)

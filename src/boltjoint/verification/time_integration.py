@@ -10,6 +10,9 @@ with ``L = diag(w_r^2)``, friction force f and normal load n of the elements. Da
 viscous has no causal model in time: at the excitation frequency w it is the viscous damping
 ``C = H(w) / w``, which is the same for the first harmonic.
 
+Rigid-body modes, at 0 Hz, are moved by no contact. Of their motions, which need not return, the
+one with the period of the excitation and without a mean is known in closed form.
+
 References
 ----------
 D. A. Smith, W. F. Ford, A. Sidi: Extrapolation methods for vector sequences. SIAM Review 29 (1987)
@@ -89,9 +92,10 @@ def steady_state(
 ) -> SteadyState:
     """Integrate a joint in time to its steady state, with one step and then with half of it.
 
-    Where the transient decays slowly, as on resonance with light damping, the state is set to the
-    limit of the last periods by reduced rank extrapolation: a guess like any initial state, steady
-    only if the integration does not change it.
+    Rigid-body modes have their periodic motion without a mean from the first. Where the transient
+    decays slowly, as on resonance with light damping, the state is set to the limit of the last
+    periods by reduced rank extrapolation: a guess like any initial state, steady only if the
+    integration does not change it.
 
     Parameters
     ----------
@@ -151,7 +155,7 @@ def steady_state(
     return SteadyState(
         amplitude=complex(extrapolated),
         harmonics=output,
-        motion=fine.history.copy(),
+        motion=fine.motion(),
         steps=fine.steps,
         periods=coarse.periods + fine.periods + ramped,
         change=change,
@@ -170,8 +174,12 @@ class Integration:
     """Stiffness and damping of the modes, and the force on them, sine + i cosine."""
     elements: tuple[Array, ...]
     """Rows k_u R, k_v N, R and N, n0 and mu of the sliders, as of ``integrate_period``."""
+    elastic: NDArray[np.bool_]
+    """The modes that are integrated, shape (all modes,)."""
+    rigid: NDArray[np.complex128]
+    """Periodic motion of the others, sine + i cosine, shape (all modes,)."""
     q: Array
-    """Motion, and its change in the last step, shape (2, modes)."""
+    """Motion of the elastic modes, and its change in the last step, shape (2, modes)."""
     v: Array
     """Its velocity, in the same way."""
     z: Array
@@ -186,26 +194,33 @@ class Integration:
     ) -> "Integration":
         sliders = joint.law.sliders()
         on, k_u, k_v = sliders.point, sliders.tangential_stiffness, sliders.normal_stiffness
-        w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency) ** 2
+        elastic = ~joint.is_rigid
+        w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency[elastic]) ** 2
         lateral = sliders.lateral
-        R = np.ascontiguousarray(joint.rows[0][on])
+        R = np.ascontiguousarray(joint.rows[0][on][:, elastic])
         if lateral is not None:
-            R[lateral] = joint.rows[1][on[lateral]]
+            R[lateral] = joint.rows[1][on[lateral]][:, elastic]
         X = k_u[:, None] * R
         N, normal_load, mu = np.zeros((0, L.size)), np.zeros(0), sliders.friction_coefficient
         if k_v is None:
             elements = X, N, R, N, normal_load, mu * sliders.normal_load
         else:
-            N = np.ascontiguousarray(joint.normal_mode[on])
+            N = np.ascontiguousarray(joint.normal_mode[on][:, elastic])
             V = k_v[:, None] * N
             if lateral is not None:
                 # two sliders have a normal load in common, and it acts once
                 N[lateral] = 0.0
             elements = X, V, R, N, sliders.normal_load, mu
-        C = np.ascontiguousarray(damping.matrix(joint.structure()).at(w) / w)
-        structure = L, C, joint.excitation * (force + 0j)
+        H, pull = damping.matrix(joint.structure()).at(w), joint.excitation * (force + 0j)
+        structure = L, np.ascontiguousarray(H[np.ix_(elastic, elastic)] / w), pull[elastic]
+        # no damping model couples them with elastic modes
+        among = np.ix_(~elastic, ~elastic)
+        rigid = np.zeros(elastic.size, dtype=complex)
+        inertia = w**2 * np.eye(np.count_nonzero(~elastic))
+        rigid[~elastic] = np.linalg.solve(1j * H[among] - inertia, pull[~elastic])
         motion, z, history = np.zeros((2, 2, L.size)), np.zeros(on.size), np.zeros((steps, L.size))
-        return cls(frequency, steps, structure, elements, *motion, z, history)
+        of_modes = structure, elements, elastic, rigid
+        return cls(frequency, steps, *of_modes, *motion, z, history)
 
     def halved(self) -> "Integration":
         """The same state with half the step."""
@@ -215,9 +230,8 @@ class Integration:
         half, change = dq / 2 + h / 8 * dv, 1.5 * (v - dq / h) - dv / 4
         state = np.array([q, half]), np.array([v, change]), self.z.copy()
         history = np.zeros((2 * self.steps, q.size))
-        return Integration(
-            self.frequency, 2 * self.steps, self.structure, self.elements, *state, history
-        )
+        of_modes = self.structure, self.elements, self.elastic, self.rigid
+        return Integration(self.frequency, 2 * self.steps, *of_modes, *state, history)
 
     def advance(self, first_factor: float = 1.0, last_factor: float = 1.0) -> None:
         """Integrate a period over which the load factor changes linearly."""
@@ -229,8 +243,8 @@ class Integration:
         self.periods += 1
 
     def follow(self, motion: Array) -> None:
-        """Start from a period of motion; the sliders follow it for two periods from zero."""
-        motion = np.ascontiguousarray(resample(motion, self.steps))
+        """Start from a period of all modes; the sliders follow it for two periods from zero."""
+        motion = np.ascontiguousarray(resample(motion[:, self.elastic], self.steps))
         spectrum = np.fft.rfft(motion, axis=0)
         turned = 1j * np.arange(len(spectrum))[:, None] * spectrum
         velocity = 2 * np.pi * self.frequency * np.fft.irfft(turned, self.steps, axis=0)
@@ -251,10 +265,21 @@ class Integration:
         self.q, self.v = motion[:, 0].copy(), 2 * np.pi * self.frequency * motion[:, 1]
         self.z = sliders.copy()
 
+    def motion(self) -> Array:
+        """All modes at the begin of each step of the last period, shape (steps, all modes)."""
+        phase = 2j * np.pi * np.arange(self.steps) / self.steps
+        found = np.outer(np.exp(phase), self.rigid).imag
+        found[:, self.elastic] = self.history
+        return found
+
     def coefficients(self, harmonics: int) -> NDArray[np.complex128]:
-        """Sine + i cosine of the last period by harmonic from 0, shape (harmonics + 1, modes)."""
+        """Sine + i cosine of the last period by harmonic from 0, (harmonics + 1, all modes)."""
         spectrum = np.fft.rfft(self.history, axis=0)[: harmonics + 1] / self.steps
-        return np.concatenate([spectrum[:1], 2j * spectrum[1:]])
+        found = np.zeros((harmonics + 1, self.elastic.size), dtype=complex)
+        found[0, self.elastic] = spectrum[0]
+        found[1] = self.rigid
+        found[1:, self.elastic] = 2j * spectrum[1:]
+        return found
 
 
 def _reach_steady_state(integration: Integration, tolerance: float, maximum_periods: int) -> float:
