@@ -65,6 +65,10 @@ class ModalStructure:
         diagonal = np.diag(value)
         return diagonal if self.basis is None else self.basis.T @ diagonal @ self.basis
 
+    def stiffness_to_hold(self, vectors: NDArray[np.bool_]) -> Array:
+        """A stiffness of some vectors as high as the highest, shape (modes, modes)."""
+        return self.of_vectors(vectors * self.frequency.max() ** 2)
+
     @cached_property
     def free_modes(self) -> tuple[Array, Array]:
         """w_r of modes without contact [rad/s], and ``phi_r^T M V``, shape (free modes, modes)."""

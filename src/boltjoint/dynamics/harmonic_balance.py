@@ -92,9 +92,7 @@ class HarmonicBalance:
     @cached_property
     def stiffness_of_mean(self) -> NDArray[np.float64]:
         """L of the bias: the mean of rigid-body motion is zero, though any would do."""
-        # as stiff as the stiffest mode, so that rounding of its rows at the contact moves nothing
-        stiffest = (2 * np.pi * self.joint.natural_frequency.max()) ** 2
-        return self.stiffness + self._structure.of_vectors(self.joint.is_rigid * stiffest)
+        return self.stiffness + self._structure.stiffness_to_hold(self.joint.is_rigid)
 
     @cached_property
     def damping_matrix(self) -> DampingMatrix:
