@@ -128,14 +128,21 @@ def find_pod_modes(
     Raises
     ------
     ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, or there is no
-        condition.
+        If preload and assembly do not hold the same pairs, no pair carries load, there is no
+        condition, or the law of one needs motion along the second tangents of the contact.
     RuntimeError
         If the assembly is not held, or the candidates are lost in rounding.
     """
     conditions = list(dict.fromkeys(conditions))
     if not conditions:
         raise ValueError("conditions are empty: a basis is made for at least one contact")
+    for condition in conditions:
+        law = condition.contact.declaration
+        if "lateral" in law.directions:
+            raise ValueError(
+                f"the law {law.name} needs motion along the second tangents of the contact, which "
+                "contact-adapted bases do not hold: take free-N or all-N"
+            )
     structure = structure_of(assembly)
     candidates = find_candidates(structure, preload, options.free_modes)
     connections = [

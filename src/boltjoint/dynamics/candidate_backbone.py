@@ -264,7 +264,11 @@ def _joint_of_side(
             coords={"axis": ["x", "y", "z"]},
         )
     )
-    number = {tuple(point): pair for pair, point in enumerate(candidates.assembly_position)}
-    pair = candidates.pair_on_side[[number[tuple(point)] for point in whole.position]]
+    # points of two surfaces may lie at one position
+    surface = candidates.surface[candidates.pair_on_side]
+    points = zip(surface, map(tuple, candidates.assembly_position), strict=True)
+    number = {point: pair for pair, point in enumerate(points)}
+    on = zip(whole.surface_places.name, map(tuple, whole.position), strict=True)
+    pair = candidates.pair_on_side[[number[point] for point in on]]
     kept, region = np.unique(pair, return_inverse=True)
     return merge_points(whole, region), kept

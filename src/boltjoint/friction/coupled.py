@@ -1,9 +1,9 @@
 """Friction in both directions of the contact plane with a circular limit (Coulomb).
 
-A spring of the stiffness k along and across the bar in series with a slider that is a point in the
-contact plane: it sticks while the magnitude of the friction is below mu n, and else moves in the
-direction of the friction, whose magnitude is mu n. There is no closed form of the harmonics of an
-elliptic orbit: the forces are those of AFT (``coupled_kernels``).
+A spring of the stiffness k along both tangents of a point in series with a slider that is a point
+in the contact plane: it sticks while the magnitude of the friction is below mu n, and else moves in
+the direction of the friction, whose magnitude is mu n. There is no closed form of the harmonics of
+an elliptic orbit: the forces are those of AFT (``coupled_kernels``).
 
 On a circular orbit of radius A above mu n / k, under constant n, the slider follows on a circle of
 radius ``B = sqrt(A^2 - (mu n / k)^2)``: its velocity has the direction of the friction, which so is

@@ -20,7 +20,7 @@ _RETURN, _MOST_PERIODS = 1e-10, 1000
 def integrate_in_plane(
     point: NDArray[np.int64], quantities: Array, motion: Array, samples: int
 ) -> Array:
-    """Harmonic forces on points along x, y and across the contact, as ``forces_in_time``.
+    """Harmonic forces on points along t1, t2 and the normal, as ``forces_in_time``.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def integrate_in_plane(
     quantities
         k_u, k_v, n0 and mu of each, shape (4, elements).
     motion
-        Bias, sine and cosine of the displacements along x, y and across, shape (points, 9).
+        Bias, sine and cosine of the displacements along t1, t2 and the normal, shape (points, 9).
     samples
         Steps a period.
     """

@@ -1,5 +1,7 @@
 """A straight step of a slider in the plane with a circular limit of its friction, and its tangent.
 
+Here x and y are along the first and the second tangent of a contact point.
+
 Between two samples displacement x and slip limit r change linearly. The friction f sticks
 (``f' = x'``) until it meets the limit, and from there on has its magnitude r and the direction of
 the slip, ``x' - f' = l f``. With the angle a from the direction of x' to f this is ``a' = - |x'|

@@ -228,7 +228,7 @@ IWAN = LawDeclaration(
     relative_time=4.0,
 )
 
-_ALONG_AND_ACROSS = "along the bar and along its width"
+_ALONG_AND_ACROSS = "along both tangents (the bar and its width in a half lap)"
 UNCOUPLED_CONSTANT = replace(
     CONSTANT,
     name="uncoupled-constant",

@@ -202,7 +202,7 @@ class ElementLaw(FrictionLaw):
 
     @property
     def lateral_stiffness(self) -> Array:
-        """Stiffness of each element in stick along the width [N/m], of a law with it."""
+        """Stiffness of each element in stick along the second tangent [N/m], of a law with it."""
         return self.tangential_stiffness
 
     @classmethod

@@ -15,7 +15,7 @@ class Sliders:
     They follow any motion, so they are what AFT and time integration know of a law. Each belongs to
     an ``element``, acts on a ``point``, both counted from 0, and slips at the friction coefficient
     times the normal load [N], which is constant where ``normal_stiffness`` is None; all have the
-    shape (sliders,). Those that are ``lateral`` slide along the width of the bar, and have the
+    shape (sliders,). Those that are ``lateral`` slide along the second tangent, and have the
     normal spring in common with another slider of their element; None where all slide along it.
     """
 

@@ -1,10 +1,10 @@
 """Friction in both directions of the contact plane, uncoupled: an element along each axis.
 
-Motion along the bar and along its width each drive an element of their own (``friction.constant``,
-``friction.variable``), as if the limit of the friction force were a square in place of Coulomb's
-circle. The forces keep their closed forms; but along a diagonal of the axes the slip force is too
-large by a factor of sqrt(2), and a point on a circular orbit sticks twice in every period where it
-always slips.
+Motion along both tangents of a point, the bar and its width in a half lap, each drives an element
+of their own (``friction.constant``, ``friction.variable``), as if the limit of the friction force
+were a square in place of Coulomb's circle. The forces keep their closed forms; but along a diagonal
+of the axes the slip force is too large by a factor of sqrt(2), and a point on a circular orbit
+sticks twice in every period where it always slips.
 
 References
 ----------
@@ -30,7 +30,7 @@ from boltjoint.friction.variable import VariableLoad
 
 @dataclass(frozen=True)
 class UncoupledConstantLoad(ConstantLoad):
-    """Two friction elements under constant normal load, along x and along y, for each of these.
+    """Two friction elements under constant normal load, along t1 and along t2, for each of these.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class UncoupledConstantLoad(ConstantLoad):
         return np.tile(super().stuck_stiffness(points), 2)
 
     def sliders(self) -> Sliders:
-        """The elements along x, then those along y."""
+        """The elements along t1, then those along t2."""
         return _in_both_directions(super().sliders())
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
@@ -64,7 +64,7 @@ class UncoupledConstantLoad(ConstantLoad):
 
 @dataclass(frozen=True)
 class UncoupledVariableLoad(VariableLoad):
-    """Two friction elements, along x and along y, with one normal spring, for each of these.
+    """Two friction elements, along t1 and along t2, with one normal spring, for each of these.
 
     Both have the normal load of this spring, which acts on the structure once.
 
@@ -86,13 +86,13 @@ class UncoupledVariableLoad(VariableLoad):
         return super().stuck_stiffness(points)[:, [0, 0, 1]]
 
     def sliders(self) -> Sliders:
-        """The elements along x, then those along y."""
+        """The elements along t1, then those along t2."""
         return _in_both_directions(super().sliders())
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         # of a separation both know
-        along_x, along_y = (np.hstack([motion[:, at : at + 3], motion[:, 6:]]) for at in (0, 3))
-        return np.maximum(super()._states(along_x), super()._states(along_y))
+        along_t1, along_t2 = (np.hstack([motion[:, at : at + 3], motion[:, 6:]]) for at in (0, 3))
+        return np.maximum(super()._states(along_t1), super()._states(along_t2))
 
     @property
     def kernel(self) -> Callable:
@@ -101,7 +101,7 @@ class UncoupledVariableLoad(VariableLoad):
 
 
 def _in_both_directions(sliders: Sliders) -> Sliders:
-    """The same sliders along x and along y."""
+    """The same sliders along t1 and along t2."""
     twice = {
         name: None if values is None else np.tile(values, 2)
         for name, values in vars(sliders).items()

@@ -19,7 +19,8 @@ from boltjoint import checks
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
-#: difference of distances along the bar, or from its middle, below which pairs are at one place [m]
+#: difference of distances along a surface, or from its middle, below which pairs are at one place
+#: [m]
 _SAME_PLACE = 1e-9
 
 
@@ -89,7 +90,7 @@ def refuse_fewer_than_surfaces(count: int, surfaces: int) -> None:
 
 
 def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
-    """Bands along the bar that carry as equal a load as the mesh allows.
+    """Bands along a surface that carry as equal a load as the mesh allows.
 
     Pairs that mirror each other across the width stay together: a band is as symmetric as the mesh.
 
@@ -114,7 +115,7 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     """
     position, load = _profile(position, "load", load)
     count = checks.whole("count", count)
-    x, from_middle = ranks(position[:, 0]), ranks(np.abs(position[:, 1]))
+    x, from_middle = _ranks(position[:, 0]), _ranks(np.abs(position[:, 1]))
     _, place = np.unique(np.column_stack([x, from_middle]), axis=0, return_inverse=True)
     at_place = np.bincount(place, load)
     if not 1 <= count <= at_place.size:
@@ -132,7 +133,7 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
 
 
 def bands_of_equal_middle_load(position: Array, pressure: Array, count: int) -> Labels:
-    """Bands along the bar that hold equal shares of the pressure along the middle of the width.
+    """Bands along a surface that hold equal shares of the pressure along the middle of the width.
 
     The pressure is interpolated across holes, as in the thesis for variable normal load (sections
     3.2.1.1 and 3.2.2.1).
@@ -195,7 +196,7 @@ def inner_and_outer_bands(position: Array, load: Array, count: int) -> Labels:
     if checks.whole("count", count) % 2:
         raise ValueError(f"{count} regions are not an inner and an outer one in every band")
     region = 2 * bands_of_equal_load(position, load, count // 2)
-    from_middle = ranks(np.abs(position[:, 1]))
+    from_middle = _ranks(np.abs(position[:, 1]))
     for band in range(0, count, 2):
         mine = region == band
         at_place = np.bincount(from_middle[mine], load[mine])
@@ -221,7 +222,7 @@ def _profile(position: Array, name: str, load: Array) -> tuple[Array, Array]:
     return position, load
 
 
-def ranks(distance: Array) -> Labels:
+def _ranks(distance: Array) -> Labels:
     """Order of distances, the same for those that differ only by rounding."""
     order = np.argsort(distance, kind="stable")
     rank = np.empty(order.size, dtype=np.int64)

@@ -21,7 +21,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.cluster.vq import ClusterError, kmeans2
 
 from boltjoint import checks
-from boltjoint.joint.bands import ranks, refuse_fewer_than_surfaces
+from boltjoint.joint.bands import refuse_fewer_than_surfaces
 from boltjoint.joint.model import Joint
 from boltjoint.joint.slip_states import (
     SlipStateOptions,
@@ -104,8 +104,7 @@ class MotionClusters:
         with suppress(ClusterError):
             found = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
         centres = np.column_stack([self._surface, self._place])
-        # those at one place but for rounding are told apart across the surface
-        first = np.lexsort([ranks(column) for column in _centres(centres, found).T[::-1]])
+        first = np.lexsort(_centres(centres, found).T[::-1])
         rank = np.empty(count, dtype=np.int64)
         rank[first] = np.arange(count)
         return rank[found]

@@ -282,7 +282,7 @@ class _Partition:
 
 
 def _on_lines(joint: Joint, region: Labels) -> Joint:
-    """All points, each moving on the straight line along the bar nearest to its region."""
+    """All points, each moving on the straight line along its surface nearest to its region."""
 
     def on_lines(B: Array) -> Array:
         moved = np.empty_like(B)

@@ -92,6 +92,15 @@ class SurfacePlaces:
         """Number of the surface of each point, from 0 in the order of their names."""
         return np.unique(self.name, return_inverse=True)[1]
 
+    @property
+    def from_middle(self) -> Array:
+        """Places along the first tangent from the middle of each surface [m], shape (points,)."""
+        x, middle = self.place[:, 0], np.empty(len(self.place))
+        for each in np.unique(self.name):
+            mine = self.name == each
+            middle[mine] = (x[mine].min() + x[mine].max()) / 2
+        return x - middle
+
     def at(self, points: NDArray[np.int64]) -> Self:
         """Those of some of the points."""
         return type(self)(self.name[points], self.place[points])

@@ -25,7 +25,7 @@ def contact_force(
     Parameters
     ----------
     relative
-        Shape (pairs, 3): along x, y and the normal [m].
+        Shape (pairs, 3): along both tangents and the normal [m].
     stiffness
         k, shape (pairs,) [N/m].
     friction_coefficient

@@ -15,7 +15,6 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.surface_places import SurfacePlaces
-from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import Subspace, part_that_moves
@@ -60,7 +59,8 @@ def stuck_patterns(
     radii = bolt_radii(assembly) if radii is None else checks.numbers("radii", radii)
     structure = structure_of(assembly)
     contact = structure.contact
-    x = _from_middle(contact)
+    places = SurfacePlaces.in_planes(contact.position, contact.frame, contact.surface)
+    x = places.from_middle
     load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
     checks.array("normal_load of preload", load, x.shape)
     pressure = load / contact.area
@@ -85,17 +85,6 @@ def bolt_radii(assembly: xr.Dataset | Structure) -> tuple[float, ...]:
         for name in ("hole_diameter", "head_diameter")
     )
     return hole, head / 2
-
-
-def _from_middle(contact: ContactPoints) -> Array:
-    """Places of points along the first tangent, negative in the left half of their surface [m]."""
-    places = SurfacePlaces.in_planes(contact.position, contact.frame, contact.surface)
-    x = places.place[:, 0]
-    half = np.empty_like(x)
-    for name in np.unique(places.name):
-        mine = places.name == name
-        half[mine] = (x[mine].min() + x[mine].max()) / 2
-    return x - half
 
 
 def _distance_to_bolts(structure: Structure) -> Array | None:

@@ -58,8 +58,8 @@ class ContactEquilibrium:
     """Equilibrium of an elastic body with frictional contact, or the last iterate.
 
     ``unknown`` (unknowns,); ``relative`` (pairs, 3) [m] and ``force`` (pairs, 3) [N] of the contact
-    along x, y and the normal; ``residual`` (iterations + 1,): largest unbalanced force before each
-    iteration and after the last, relative to the largest applied one.
+    along both tangents and the normal; ``residual`` (iterations + 1,): largest unbalanced force
+    before each iteration and after the last, relative to the largest applied one.
     """
 
     unknown: Array
@@ -95,10 +95,11 @@ def apply_preload(
     -------
     Dataset
         ``normal_load`` (pair) [N], 0 where open; ``gap`` (pair) [m], 0 where closed;
-        ``friction_force`` (pair, plane) [N] on side B; ``position`` (pair, axis) [m]; ``area``
-        (pair) [m2]; ``shank_shortening`` (bolt) [m]; ``displacement`` (node, axis) [m];
-        ``residual`` (iterate) and ``iterations``; attribute ``preload_N``, of all bolts or of each;
-        ``initial_gap`` (pair) [m] where the assembly has one.
+        ``friction_force`` (pair, plane) [N] on side B along the first and the second tangent;
+        ``position`` (pair, axis) [m]; ``area`` (pair) [m2]; ``shank_shortening`` (bolt) [m];
+        ``displacement`` (node, axis) [m]; ``residual`` (iterate) and ``iterations``; attribute
+        ``preload_N``, of all bolts or of each; ``initial_gap`` (pair) [m] where the assembly has
+        one.
 
     Raises
     ------
@@ -243,8 +244,8 @@ def solve_contact(
     K
         Stiffness without contact, shape (unknowns, unknowns), positive definite.
     C
-        Relative displacements of the pairs along x, y and the normal (closing positive), pair by
-        pair, shape (3 * pairs, unknowns).
+        Relative displacements of the pairs along both tangents and the normal (closing positive),
+        pair by pair, shape (3 * pairs, unknowns).
     stiffness
         Penalty of the pairs, shape (pairs,) [N/m]; the same along the normal and in the plane.
     friction_coefficient

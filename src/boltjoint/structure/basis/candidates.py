@@ -4,7 +4,10 @@ Modes of the structure without contact cannot follow the compliance around a bol
 are such modes and the attachment modes of the contact: the static shapes of unit forces on every
 contact pair. Together they resolve whatever the contact does.
 
-Of a structure with a plane of symmetry only symmetric motion is held, as are forces and preload.
+Slip is held along the first tangent of every point, whatever its direction in space, and opening
+along the normal: that is all that laws of friction in one direction see. Laws in both directions
+are refused. Of a structure with a plane of symmetry only symmetric motion is held, as are forces
+and preload.
 
 References
 ----------
@@ -23,6 +26,7 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from boltjoint import checks
+from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.structure.makers.registry import families_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import part_that_moves
@@ -60,7 +64,7 @@ class Candidates:
     area, surface
         [m2], and name of the surface.
     along
-        Place along the first tangent of the first point [m], shape (pairs,).
+        Place along the first tangent from the middle of the surface [m], shape (pairs,).
     to_bolts
         Distance from the nearest bolt axis [m], shape (pairs,).
     assembly_position
@@ -235,7 +239,9 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
         gap=preload["gap"].to_numpy()[point],
         area=contact.area[point],
         surface=contact.surface[point],
-        along=np.einsum("i,pi->p", contact.frame[0, 0], contact.position[point]),
+        along=SurfacePlaces.in_planes(
+            contact.position[point], contact.frame[point], contact.surface[point]
+        ).from_middle,
         to_bolts=_distance_to_bolts(structure, point),
         assembly_position=contact.position,
         pair_on_side=number[np.maximum(own, image)],
@@ -257,7 +263,7 @@ def _distance_to_bolts(structure: Structure, point: NDArray[np.int64]) -> Array:
 
 
 def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: Array) -> Array:
-    """Springs on all loaded pairs along x, then along z [N/m], from those of all pairs."""
+    """Springs on all loaded pairs along t1, then along n [N/m], from those of all pairs."""
     return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
 
 

@@ -71,7 +71,7 @@ class EnergyCoordinates:
     vectors
         Shape (candidates, vectors); each counts alike, whatever its size.
     contact_stiffness
-        Of the springs along x and z, which all loaded pairs have [N/m], shape (pairs,).
+        Of the springs along t1 and normal, which all loaded pairs have [N/m], shape (pairs,).
     """
 
     def __init__(self, candidates: Candidates, vectors: Array, contact_stiffness: Array) -> None:

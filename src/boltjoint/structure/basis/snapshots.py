@@ -45,7 +45,7 @@ def initial_guess(candidates: Candidates) -> Array:
 
 
 def uniform_modes(candidates: Candidates, stiffness: Array, count: int) -> Array:
-    """Modes with the contact open, with all loaded pairs held along x, and along x and z.
+    """Modes with the contact open, with all loaded pairs held along t1, and along t1 and normal.
 
     Parameters
     ----------
@@ -78,9 +78,9 @@ def pattern_snapshots(
     """Modes while a part of the loaded pairs sticks and the others are released.
 
     All loaded pairs, those in either half along the first tangent, those nearest to the bolts,
-    those under the highest pressure, and those farthest from the bolts, with springs along x only
-    and along x and z. A resonance is an extremum of the energy, so its relative error is half of
-    the squared distance of the mode, which is its own adjoint.
+    those under the highest pressure, and those farthest from the bolts, with springs along t1 only
+    and along t1 and normal. A resonance is an extremum of the energy, so its relative error is half
+    of the squared distance of the mode, which is its own adjoint.
 
     Parameters
     ----------
@@ -96,14 +96,13 @@ def pattern_snapshots(
         As of ``PODOptions``.
     """
     start, x = initial_guess(candidates), candidates.along
-    middle = (x.min() + x.max()) / 2
     grades = candidates.to_bolts, -candidates.pressure
     inner = [
         grade <= load_quantile(candidates, grade, share)
         for grade in grades
         for share in load_shares
     ]
-    parts = np.ones(len(x), dtype=bool), x < middle, x > middle, *inner, ~inner[0]
+    parts = np.ones(len(x), dtype=bool), x < 0, x > 0, *inner, ~inner[0]
     for part in parts:
         spring = stiffness * (candidates.loaded & part)
         for normal in (np.zeros_like(spring), spring):
