@@ -17,7 +17,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
@@ -43,11 +43,11 @@ def block():
 def joint_of(block, law):
     """Each interface has its own stiffness and friction coefficient."""
     *_, modes, preload = block
-    is_variable = law is VariableLoad
-    joint = connect_nodes(modes, preload, TANGENTIAL, 1.0, NORMAL if is_variable else None)
-    load = preload["normal_load"].to_numpy()
-    own = {"friction_coefficient": FRICTION} if is_variable else {"slip_force": FRICTION * load}
-    return replace(joint, law=replace(joint.law, **own))
+    values = {"tangential_stiffness": TANGENTIAL, "friction_coefficient": FRICTION}
+    if law is VariableLoad:
+        values["normal_stiffness"] = NORMAL
+    level, tilted = ({name: each[i] for name, each in values.items()} for i in (0, 1))
+    return connect_pairs(modes, preload, law, surfaces={"tilted": tilted}, **level)
 
 
 class DenseBalance:

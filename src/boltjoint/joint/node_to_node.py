@@ -26,7 +26,7 @@ def connect_nodes(
     modes: xr.Dataset,
     preload: xr.Dataset,
     tangential_stiffness: float | NDArray[np.float64],
-    friction_coefficient: float,
+    friction_coefficient: float | NDArray[np.float64],
     normal_stiffness: float | NDArray[np.float64] | None = None,
 ) -> Joint:
     """Joint with one Coulomb friction element on each contact pair.
@@ -42,7 +42,7 @@ def connect_nodes(
     tangential_stiffness
         k_u of every pair [N/m], or of each, shape (pairs,): one per area times ``area(pair)``.
     friction_coefficient
-        mu [-].
+        mu of every pair [-], or of each, shape (pairs,).
     normal_stiffness
         k_v of every pair [N/m], or of each, shape (pairs,).
 
