@@ -7,10 +7,12 @@ import yaml
 from scipy import sparse
 
 from boltjoint.config.assembly import Assembly
+from boltjoint.structure.calculix.decks import faces_among_nodes
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.makers.half_lap.blocks import extrude
-from boltjoint.structure.makers.half_lap.plan import rectangle_plan
+from boltjoint.structure.makers.half_lap.mesh import HEXAHEDRON_FACES, tributary_area
+from boltjoint.structure.makers.half_lap.plan import Plan, rectangle_plan
 from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.subspaces import symmetric
 
@@ -124,3 +126,32 @@ def block_with_two_interfaces():
     # presses both interfaces together, and shears them
     bolt = bolt + 3e3 * (contact.relative.T @ np.array([0.02, 0, 1, 0.3, 0.1, 1]))
     return K, M, contact, bolt / 3e3
+
+
+def off_centre(assembly):
+    """The mesh of a half lap with its two bolts beside the centre line, on either side of it.
+
+    All nodes move across the bar, by at most 3 mm and smoothly; its sides stay where they are.
+    """
+    first, last = assembly["bolt_position"].to_numpy()[:, 0]
+    half_width = assembly["coordinate"].to_numpy()[:, 1].max()
+
+    def moved(coordinate):
+        x, y, z = np.moveaxis(coordinate, -1, 0)
+        shift = 3e-3 * np.cos(np.pi * (np.clip(x, first, last) - first) / (last - first))
+        return np.stack([x, y + shift * (1 - (y / half_width) ** 2), z], axis=-1)
+
+    changed = {
+        name: (assembly[name].dims, moved(assembly[name].to_numpy()), assembly[name].attrs)
+        for name in ("coordinate", "position", "bolt_position")
+    }
+    # consistent nodal areas of the faces of bar A
+    side_a = assembly["pair_node"].sel(side="A").to_numpy()
+    element, face = faces_among_nodes(assembly, side_a).T
+    quad = assembly["connectivity"].to_numpy()[element[:, None], HEXAHEDRON_FACES[face]]
+    place = np.zeros(assembly.sizes["node"], dtype=int)
+    place[side_a] = np.arange(len(side_a))
+    # seen from above corners turn the other way
+    plan = Plan(changed["position"][1][:, :2], place[quad])
+    changed["area"] = ("pair", tributary_area(plan), assembly["area"].attrs)
+    return assembly.assign(changed)
