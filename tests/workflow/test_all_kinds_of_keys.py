@@ -29,7 +29,7 @@ VARY = {
     "excitation.points[0].x_mm": [100, 182],
     "joint.elements": [2, 3],
     "preload_N": {"kind": "normal", "mean": 10000, "standard_deviation": 1000},
-    "contact.friction_coefficient": {"kind": "linear", "lowest": 0.1, "highest": 0.3},
+    "contact.surfaces[0].friction_coefficient": {"kind": "linear", "lowest": 0.1, "highest": 0.3},
     "contact.tangential_stiffness_N_per_m": {"kind": "log", "lowest": 1e8, "highest": 1e9},
     "loss_factor": {"kind": "triangular", "lowest": 0.004, "likeliest": 0.005, "highest": 0.01},
     "forces_N": [5, 20],
@@ -37,6 +37,11 @@ VARY = {
 EXCITATION = {
     "kind": "forces",
     "points": [{"x_mm": 182, "y_mm": 0, "z_mm": 10, "direction": "z"}],
+}
+#: the coefficient of all counts nowhere
+FORCED = CASE | {
+    "excitation": EXCITATION,
+    "contact": CASE["contact"] | {"surfaces": [{"name": "lap", "friction_coefficient": 0.2}]},
 }
 SWEEP = {
     "case": "forced",
@@ -53,7 +58,7 @@ SWEEP = {
 def sweep(project, tmp_path_factory):
     folder = tmp_path_factory.mktemp("kinds") / "study"
     shutil.copytree(project, folder)
-    write_config(folder, {"forced": CASE | {"excitation": EXCITATION}})
+    write_config(folder, {"forced": FORCED})
     write(folder / "config/sweeps/kinds.yaml", SWEEP)
     write(folder / "config/config.yaml", SETTINGS | {"cases": ["forced"], "sweeps": ["kinds"]})
     said = run(folder, "results/sweeps/kinds/sweep.nc")
@@ -78,7 +83,8 @@ def alone(design):
     tension = float(design["preload"]) * np.array([1.0, float(design["preload_ratio_1"])])
     preload = apply_preload(built, tension)
     coefficients = {
-        name: float(design[name]) for name in ("tangential_stiffness", "friction_coefficient")
+        "tangential_stiffness": float(design["tangential_stiffness"]),
+        "friction_coefficient": float(design["surface_0_friction_coefficient"]),
     }
     placed = place_excitation(built, modes, case.excitation, ())
     nodes = connect_pairs(placed, preload, LAWS["constant"], **coefficients)
