@@ -51,8 +51,13 @@ def test_a_stiffness_per_area_is_told_as_such(artefacts, page):
         "tangential_stiffness_N_per_m3": 6.8e13,
         "normal_stiffness_N_per_m": 5e7,
         "friction_coefficient": 0.2,
+        "surfaces": [
+            {"name": "lap", "friction_coefficient": 0.3, "normal_stiffness_N_per_m3": 1e13}
+        ],
     }
     facts = figure(write(artefacts, contact=contact), "case-table")
+    assert "lap: friction coefficient 0.3" in facts
+    assert "lap: normal stiffness per area (N/mm³) 10000" in facts
     assert "tangential stiffness per area (N/mm³) 68000 not given friction" in facts
     assert "normal stiffness of a pair (kN/mm) 50" in facts
 

@@ -7,6 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
+from boltjoint.config.contact import ContactEntry, SurfaceEntry
 from boltjoint.config.solver import Solver
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
@@ -75,13 +76,11 @@ def _quantities(
     yield "assembly", case.assembly, "assembly"
     yield "preload per bolt (N)", _of_bolts(case.preload), "preload_per_bolt_N"
     yield "contact", case.contact.declaration.label, _CONTACT["law"]
-    for each in case.contact.quantities:
-        words, value = each.words, getattr(case.contact, each.key)
-        if each.unit in _STIFFNESSES:
-            what, factor = _STIFFNESSES[each.unit]
-            yield f"{words} {what}", number(value * factor), _CONTACT.get(each.key)
-        else:
-            yield words, str(value), _CONTACT.get(each.key)
+    for key, words, value in _contact(case.contact):
+        yield words, value, _CONTACT.get(key)
+    for surface in case.contact.surfaces:
+        for _, words, value in _contact(surface):
+            yield f"{surface.name}: {words}", value, None
     if elements := content.friction_elements(name, case.bases[0]):
         yield "friction elements, node to node", str(elements), "contact_nodes"
     yield from _damping(case.structural_damping)
@@ -106,6 +105,17 @@ def _quantities(
     yield "motion of a region", _MOTIONS[case.regions.motion], None
     elements = _counts(joint.elements for joint in joints)
     yield "elements in a region", elements, "elements_per_region"
+
+
+def _contact(contact: ContactEntry | SurfaceEntry) -> Iterator[tuple[str, str, str]]:
+    """Keys, words and values of what is given of the contact of all surfaces, or of one."""
+    for each in contact.quantities:
+        words, value = each.words, getattr(contact, each.key)
+        if each.unit in _STIFFNESSES:
+            what, factor = _STIFFNESSES[each.unit]
+            yield each.key, f"{words} {what}", number(value * factor)
+        else:
+            yield each.key, words, str(value)
 
 
 def _damping(damping: Damping) -> Iterator[tuple[str, str, None]]:
