@@ -7,6 +7,7 @@ from pydantic import ValidationError
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts import conflicts_of_case
+from boltjoint.config.contact import ContactOfSurface
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study
 from boltjoint.config.varied_case import with_values
@@ -265,6 +266,12 @@ def test_each_surface_has_a_region_and_values_of_its_own():
     assert found == [
         (("solve", 0, "joints", 0), "must have at least 2 clusters, one on each surface")
     ]
+    stiff = {"name": "flange", "tangential_stiffness_N_per_m": 3e8}
+    own = case.contact.model_copy(update={"surfaces": (ContactOfSurface(**stiff),)})
+    stiffer = {"cases": {"one": case.model_copy(update={"contact": own})}, "base_cases": {}}
+    assert study.stuck_stiffness("three_bolt") == {"stiffness": 1e8}
+    changed = study.model_copy(update=stiffer)
+    assert changed.stuck_stiffness("three_bolt") == {"stiffness": 3e8}
     key = "contact.surfaces[0].friction_coefficient"
     assert rescaled_keys(case)[key].meaning.endswith("of surface flange")
     changed = Case.model_validate(with_values(case.model_dump(), {key: 0.4}))

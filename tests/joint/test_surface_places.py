@@ -115,6 +115,17 @@ def test_the_fewest_regions_within_a_tolerance_are_on_all_surfaces():
     assert choose_count(joint, preload, 10.0) == 2
 
 
+def test_surfaces_of_other_dimensions_are_refused():
+    joint, preload = on_two_surfaces()
+    with pytest.raises(
+        ValueError, match=r"surface of preload is over \(point\), expected \(pair\)"
+    ):
+        partition_regions(joint, preload.assign(surface=("point", ["lap"])), 4)
+    stored = joint_to_dataset(joint)
+    with pytest.raises(ValueError, match=r"surface of stored is over \(mode\), expected \(point\)"):
+        joint_from_dataset(stored.assign(surface=("mode", ["lap"] * 3)))
+
+
 def test_places_are_kept_in_files_and_with_points():
     joint, _ = on_two_surfaces()
     stored = joint_from_dataset(joint_to_dataset(joint))

@@ -297,7 +297,10 @@ class Case(Entry):
                 if basis.is_contact_adapted:
                     sentence = "must be all-N or free-N: contact-adapted bases hold no motion of "
                     path = (*self.place_of("modes", index), place)
-                    yield path, f"{sentence}the contact along its width, which {law.name} needs"
+                    yield (
+                        path,
+                        f"{sentence}the contact along second tangents, which {law.name} needs",
+                    )
 
 
 def _conflicts_between(blocks: Sequence[SolveBlock]) -> Problems:

@@ -15,7 +15,7 @@ from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import MODES, Joint
-from boltjoint.joint.surface_places import SurfacePlaces
+from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
 
 logger = logging.getLogger(__name__)
 
@@ -255,7 +255,7 @@ def _stored_places(stored: xr.Dataset) -> SurfacePlaces | None:
     if "place" not in stored:
         return None
     place = checks.variable("stored", stored, "place", ("point", "tangent"))
-    return SurfacePlaces(stored["surface"].to_numpy().astype(str), place)
+    return SurfacePlaces(surfaces_of("stored", stored, "point"), place)
 
 
 def optional_fields(name: str, stored: xr.Dataset) -> dict[str, Any]:

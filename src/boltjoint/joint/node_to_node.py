@@ -19,7 +19,7 @@ from boltjoint.friction.law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import MODES, Joint
-from boltjoint.joint.surface_places import SurfacePlaces, surface_of_pairs
+from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
 
 
 def connect_nodes(
@@ -107,7 +107,7 @@ def connect_pairs(
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
     if surfaces or any(map(is_per_area, keys)):
         area = checks.variable("preload", preload, "area", ("pair",), above=0)
-        keys = keys_of_pairs(keys, area, surface_of_pairs(preload), surfaces)
+        keys = keys_of_pairs(keys, area, surfaces_of("preload", preload, "pair"), surfaces)
     elements, pairs = law.from_contact(ContactPairs(normal_load, gap, position), **keys)
     return Joint(
         **{

@@ -62,7 +62,7 @@ class SurfacePlaces:
         """
         position = checks.variable(name, stored, "position", ("pair", "axis"))
         checks.array(f"position of {name}", position, ("pairs", 3))
-        surface, frame = surface_of_pairs(stored), np.eye(3)
+        surface, frame = surfaces_of(name, stored, "pair"), np.eye(3)
         if "frame" in stored:
             frame = checks.variable(name, stored, "frame", ("pair", "direction", "axis"))
         return cls.in_planes(position, np.broadcast_to(frame, (len(position), 3, 3)), surface)
@@ -123,11 +123,20 @@ class SurfacePlaces:
         return type(self)(self.name[first], mean @ self.place)
 
 
-def surface_of_pairs(stored: xr.Dataset) -> NDArray[np.str_]:
-    """Name of the surface of each contact pair of a dataset, shape (pairs,)."""
-    if "surface" in stored:
-        return stored["surface"].to_numpy().astype(str)
-    return np.full(stored.sizes["pair"], SURFACE)
+def surfaces_of(name: str, stored: xr.Dataset, of: str) -> NDArray[np.str_]:
+    """Names of surfaces that a dataset of this name has along a dimension, one where it has none.
+
+    Raises
+    ------
+    ValueError
+        If they lie along another dimension.
+    """
+    if "surface" not in stored:
+        return np.full(stored.sizes[of], SURFACE)
+    if stored["surface"].dims != (of,):
+        found = ", ".join(map(str, stored["surface"].dims))
+        raise ValueError(f"surface of {name} is over ({found}), expected ({of})")
+    return stored["surface"].to_numpy().astype(str)
 
 
 def _mean_tangents(frame: Array) -> tuple[Array, Array]:
