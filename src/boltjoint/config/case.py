@@ -295,12 +295,9 @@ class Case(Entry):
         if "lateral" in law.directions:
             for place, basis in enumerate(block.modes):
                 if basis.is_contact_adapted:
-                    sentence = "must be all-N or free-N: contact-adapted bases hold no motion of "
+                    sentence = "must be all-N or free-N: contact-adapted bases hold no motion "
                     path = (*self.place_of("modes", index), place)
-                    yield (
-                        path,
-                        f"{sentence}the contact along second tangents, which {law.name} needs",
-                    )
+                    yield path, f"{sentence}along second tangents, which {law.name} needs"
 
 
 def _conflicts_between(blocks: Sequence[SolveBlock]) -> Problems:
