@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 from scipy import sparse
+from scipy.sparse.linalg import eigsh, splu
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.structure.calculix.decks import faces_among_nodes
@@ -155,3 +156,24 @@ def off_centre(assembly):
     plan = Plan(changed["position"][1][:, :2], place[quad])
     changed["area"] = ("pair", tributary_area(plan), assembly["area"].attrs)
     return assembly.assign(changed)
+
+
+def craig_bampton(structure, number):
+    """Craig-Bampton vectors that keep the contact, the bolts and the excitation, (dofs, vectors).
+
+    Static modes of these degrees of freedom, and so many modes of the rest with them held.
+    """
+    excited = np.flatnonzero(structure.inputs["excitation"].row)
+    of_contact = structure.contact.relative.indices
+    kept = np.unique(np.concatenate([of_contact, structure.held, excited]))
+    rest = np.setdiff1d(np.arange(structure.dofs), kept)
+    K, M = structure.stiffness, structure.mass
+    inside = K[rest][:, rest].tocsc()
+    vectors = np.zeros((structure.dofs, kept.size + number))
+    vectors[kept, np.arange(kept.size)] = 1
+    vectors[rest, : kept.size] = -splu(inside).solve(K[rest][:, kept].toarray())
+    if number:
+        start = np.ones(rest.size)
+        _, modes = eigsh(inside, number, M[rest][:, rest], sigma=0, v0=start)
+        vectors[rest, kept.size :] = modes
+    return sparse.csc_array(vectors)

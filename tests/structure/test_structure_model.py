@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from examples import block_with_two_interfaces
+from examples import block_with_two_interfaces, craig_bampton
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.optimize import root
-from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
 from boltjoint.dynamics.converged_peaks import converge_peaks
@@ -137,26 +136,7 @@ def test_the_example_of_the_docs_runs(structure, tmp_path, monkeypatch, capsys):
 
 def test_a_reduced_model_that_keeps_the_contact_is_the_whole_in_statics(structure, loaded):
     """Craig-Bampton with all dofs of contact, bolts and excitation, and modes of the rest."""
-    kept = np.unique(
-        np.concatenate(
-            [
-                structure.contact.relative.indices,
-                structure.held,
-                np.flatnonzero(structure.inputs["excitation"].row),
-            ]
-        )
-    )
-    rest = np.setdiff1d(np.arange(structure.dofs), kept)
-    K, M = structure.stiffness, structure.mass
-    factors = splu(K[rest][:, rest].tocsc())
-    static = -factors.solve(K[rest][:, kept].toarray())
-    _, modes = sparse.linalg.eigsh(
-        K[rest][:, rest], 30, M[rest][:, rest], sigma=0, v0=np.ones(rest.size)
-    )
-    T = np.zeros((structure.dofs, kept.size + 30))
-    T[kept, np.arange(kept.size)] = 1
-    T[rest] = np.hstack([static, modes])
-    reduced = as_matrices(structure, sparse.csc_array(T))
+    reduced = as_matrices(structure, craig_bampton(structure, 30))
     preload = apply_preload(reduced, LOAD, tolerance=1e-12)
     np.testing.assert_allclose(
         preload["normal_load"], loaded["normal_load"], atol=1e-8 * loaded["normal_load"].max()
