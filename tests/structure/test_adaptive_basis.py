@@ -1,5 +1,6 @@
 """Adaptive bases: adjoint corrections, estimated errors and the number of vectors."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from examples import symmetric_part
 
+from boltjoint import solve_branch
 from boltjoint.config.contact import ContactOfSurface
 from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.study import load_study
@@ -169,3 +171,31 @@ def test_a_condition_has_the_law_of_its_case(assembly, preload):
     found = find_pod_modes(assembly, preload, [ContactCondition.of(contact, 1e-3)], OPTIONS)
     # an element of this law slips at any amplitude: the backbone must reach where all of it slips
     assert found["amplitude_error"][0] > 1e-6
+
+
+def test_a_basis_of_two_surfaces_has_the_errors_that_it_estimates(structure):
+    x = structure.contact.position[:, 0]
+    names = np.where(x < x.mean(), "left", "right")
+    two = replace(structure, contact=replace(structure.contact, surface=names))
+    preload = apply_preload(two, 8e3)
+    right = {
+        "name": "right",
+        "friction_coefficient": 0.3,
+        "tangential_stiffness_N_per_m3": 2e13,
+    }
+    contact = {
+        "law": "constant",
+        "tangential_stiffness_N_per_m": 1e8,
+        "friction_coefficient": 0.1,
+        "surfaces": [right],
+    }
+    condition = ContactCondition.of(contact, 2e-3)
+    pod_modes = find_pod_modes(two, preload, [condition], ContactAdaptedBasis(maximum_vectors=50))
+    few, many = (find_modes(two, f"enriched-{n}", pod_modes) for n in ("auto", 50))
+    peaks = []
+    for modes in (few, many):
+        branch = solve_branch(condition.connect(preload, modes), 50.0, loss_factor=2e-3)
+        peaks.append((branch.frequency[branch.peak], branch.amplitude[branch.peak]))
+    errors = abs(np.divide(*peaks) - 1)
+    for error, what in zip(errors, ("frequency", "amplitude"), strict=True):
+        assert error < few.attrs[f"estimated_{what}_error"]
