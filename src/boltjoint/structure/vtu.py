@@ -7,24 +7,36 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.structure.makers.half_lap.mesh import HEXAHEDRON_FACES
+from boltjoint.structure.elasticity import HEXAHEDRON_FACES
+
+Array = NDArray[np.float64]
+
+#: kinds of elements by their number of corners
+_KINDS = {
+    **{4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13"},
+    **{15: "wedge15", 20: "hexahedron20", 27: "hexahedron27"},
+}
 
 
 def write_mesh(assembly: xr.Dataset, path: str | Path) -> None:
-    """Write the hexahedra, coloured by ``part``: 0 and 1 the bars, then bolts and washers.
+    """Write the elements, coloured by ``part``, of half laps 0 and 1 the bars, then bolts, washers.
+
+    Of structures from matrices the contact points, as all that is known of their place.
 
     Parameters
     ----------
     assembly
-        As from ``build_assembly``.
+        As from ``build_assembly``, or ``assembly.nc``.
     path
         The file to write, ending in ``.vtu``; its folder is made.
     """
-    _write(path, assembly, point_data={})
+    _write(path, assembly, {})
 
 
 def write_modes(assembly: xr.Dataset, modes: xr.Dataset, path: str | Path) -> None:
     """Write mass-normalised modes [kg^-1/2] as displacements of the nodes, to warp the mesh by.
+
+    Where there are no nodes, relative displacements of the contact points.
 
     Parameters
     ----------
@@ -38,17 +50,22 @@ def write_modes(assembly: xr.Dataset, modes: xr.Dataset, path: str | Path) -> No
     ValueError
         If the modes are of another mesh.
     """
-    shape = _of_nodes(assembly, modes["mode_shape"].transpose("mode", "node", "axis"), 1)
+    if "mode_shape" in modes:
+        shape = _of(assembly, "node", modes["mode_shape"].transpose("mode", "node", "axis"), 1)
+    else:
+        relative = modes["relative_mode"].transpose("mode", "pair", "axis")
+        along = _of(assembly, "pair", relative, 1)
+        shape = np.einsum("mpd,pda->mpa", along, assembly["frame"].to_numpy())
     frequency = modes["natural_frequency"].to_numpy()
     names = [f"mode {i + 1}, {f:.1f} Hz" for i, f in enumerate(frequency)]
-    _write(path, assembly, point_data=dict(zip(names, shape, strict=True)))
+    _write(path, assembly, dict(zip(names, shape, strict=True)))
 
 
 def write_preload(assembly: xr.Dataset, preload: xr.Dataset, path: str | Path) -> None:
     """Write the preloaded assembly: displacement [m] of all nodes, and the state of the contact.
 
-    The contact is a separate surface, the ``part`` after the last other. On its nodes are
-    ``normal_load`` [N], ``pressure`` [Pa] and ``gap`` [m]; other nodes have NaN.
+    The contact is the ``part`` after the last other: faces of half laps, else its points. It has
+    ``normal_load`` [N], ``pressure`` [Pa] and ``gap`` [m]; elsewhere they are NaN.
 
     Parameters
     ----------
@@ -62,49 +79,70 @@ def write_preload(assembly: xr.Dataset, preload: xr.Dataset, path: str | Path) -
     ValueError
         If the preload is of another mesh.
     """
-    displacement = _of_nodes(assembly, preload["displacement"].transpose("node", "axis"), 0)
-    side_a = assembly["pair_node"].sel(side="A").to_numpy()
-    load = preload["normal_load"].to_numpy()
+    of_nodes = {}
+    if "displacement" in preload:
+        displacement = preload["displacement"].transpose("node", "axis")
+        of_nodes["displacement"] = _of(assembly, "node", displacement, 0)
+    load = _of(assembly, "pair", preload["normal_load"], 0)
     of_pairs = {
         "normal_load": load,
         "pressure": load / assembly["area"].to_numpy(),
         "gap": preload["gap"].to_numpy(),
     }
-    point_data = {"displacement": displacement}
-    for name, value in of_pairs.items():
-        point_data[name] = np.full(assembly.sizes["node"], np.nan)
-        point_data[name][side_a] = value
-    _write(path, assembly, point_data, surface=_faces_on(assembly, side_a))
+    _write(path, assembly, of_nodes, of_pairs)
 
 
 def _write(
     path: str | Path,
     assembly: xr.Dataset,
-    point_data: dict[str, NDArray],
-    surface: NDArray[np.int64] | None = None,
+    of_points: dict[str, Array],
+    of_pairs: dict[str, Array] | None = None,
 ) -> None:
-    part = assembly["part"].to_numpy()
-    cells = [("hexahedron", assembly["connectivity"].to_numpy())]
-    parts = [part]
-    if surface is not None:
-        cells.append(("quad", surface))
-        parts.append(np.full(len(surface), int(part.max()) + 1, dtype=part.dtype))
-    mesh = meshio.Mesh(
-        assembly["coordinate"].to_numpy(),
-        cells,
-        point_data={name: np.ascontiguousarray(value) for name, value in point_data.items()},
-        cell_data={"part": parts},
-    )
+    """Write quantities of the nodes, where there are any, else of the pairs; of pairs others."""
+    point, cells, pair = np.zeros((0, 3)), [], np.arange(assembly.sizes["pair"])
+    parts: list[NDArray] = []
+    if has_nodes := "coordinate" in assembly:
+        point, part = assembly["coordinate"].to_numpy(), assembly["part"].to_numpy()
+        corner = assembly["connectivity"].to_numpy()
+        corners = (corner >= 0).sum(axis=1)
+        for count in np.unique(corners):
+            cells.append((_KINDS[count], corner[corners == count, :count]))
+            parts.append(part[corners == count])
+    if "pair_node" not in assembly:
+        pair = len(point) + pair
+        point = np.concatenate([point, assembly["position"].to_numpy()])
+    elif of_pairs is not None:
+        pair = assembly["pair_node"].sel(side="A").to_numpy()
+    if "pair_node" not in assembly or of_pairs is not None:
+        is_face = "pair_node" in assembly
+        contact = _faces_on(assembly, pair) if is_face else pair[:, None]
+        cells.append(("quad" if is_face else "vertex", contact))
+        last = max((int(part.max()) for part in parts), default=-1)
+        kind = parts[0].dtype if parts else np.dtype(np.int8)
+        parts.append(np.full(len(contact), last + 1, dtype=kind))
+    nodes = np.arange(assembly.sizes["node"]) if has_nodes else pair
+    point_data = {
+        name: _spread(value, place, len(point))
+        for values, place in ((of_points, nodes), (of_pairs or {}, pair))
+        for name, value in values.items()
+    }
+    mesh = meshio.Mesh(point, cells, point_data=point_data, cell_data={"part": parts})
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     mesh.write(path, file_format="vtu")
 
 
-def _of_nodes(assembly: xr.Dataset, values: xr.DataArray, node_axis: int) -> NDArray[np.float64]:
-    if values.shape[node_axis] != assembly.sizes["node"]:
-        raise ValueError(
-            f"{values.name} has {values.shape[node_axis]} nodes, "
-            f"the assembly {assembly.sizes['node']}"
-        )
+def _spread(value: Array, place: NDArray[np.int64], points: int) -> Array:
+    """A quantity at all points, of some of them; NaN at others."""
+    whole = np.full((points, *value.shape[1:]), np.nan)
+    whole[place] = value
+    return whole
+
+
+def _of(assembly: xr.Dataset, what: str, values: xr.DataArray, axis: int) -> Array:
+    """Quantities of the nodes or pairs of an assembly, which has as many."""
+    there = assembly.sizes.get(what, 0)
+    if values.shape[axis] != there:
+        raise ValueError(f"{values.name} has {values.shape[axis]} {what}s, the assembly {there}")
     return values.to_numpy()
 
 

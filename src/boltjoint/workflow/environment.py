@@ -16,7 +16,9 @@ def record() -> dict[str, object]:
         "python": sys.version.split()[0],
         "packages": {
             found.metadata["Name"]: found.version
-            for found in sorted(distributions(), key=lambda found: found.metadata["Name"].lower())
+            for found in sorted(distributions(), key=lambda found: str(found.name).lower())
+            # one that is not quite installed has none
+            if found.name is not None
         },
     }
 

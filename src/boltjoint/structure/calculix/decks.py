@@ -20,9 +20,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.structure.elasticity import HEXAHEDRON_FACES
 from boltjoint.structure.makers.half_lap.constraints import mesh_of
 from boltjoint.structure.makers.half_lap.materials import element_materials
-from boltjoint.structure.makers.half_lap.mesh import HEXAHEDRON_FACES
 
 #: CalculiX needs some tension [Pa] between open surfaces, which smooths its law where they meet
 _TENSION = 1e3

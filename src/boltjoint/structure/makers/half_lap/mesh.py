@@ -38,11 +38,6 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: corners of the six faces of a hexahedron in the order of VTK, seen from outside
-HEXAHEDRON_FACES = np.array(
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-)
-
 _MM = 1e-3
 
 
