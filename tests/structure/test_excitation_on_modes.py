@@ -9,8 +9,9 @@ from boltjoint.config.points import Sensor
 from boltjoint.damping import RayleighDamping
 from boltjoint.dynamics.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.excitation import _load_on_surface, place_excitation
+from boltjoint.structure.excitation import place_excitation
 from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
+from boltjoint.structure.makers.half_lap.loads import load_on_surface
 
 TIP = {"y_mm": 0, "z_mm": 10, "direction": "z"}
 
@@ -70,7 +71,7 @@ def test_sensors_are_nodes_of_the_bars_and_the_first_is_the_output_point(assembl
 @pytest.mark.parametrize("surface", ["top", "bottom", "free-end", "left", "right"])
 def test_an_even_load_does_the_work_of_its_mean(assembly, coarse, surface):
     """Consistent forces are exact for linear fields: their work is that at the centroid."""
-    force = _load_on_surface(assembly, surface)
+    force = load_on_surface(assembly, surface)
     assert force.sum() == pytest.approx(1, rel=1e-12)
     assert force.min() >= 0
     coordinate = assembly["coordinate"].to_numpy()[force > 0]
@@ -148,5 +149,5 @@ def test_forces_on_what_does_not_move_are_refused(assembly, modes, tip, given, p
 
 
 def test_a_base_that_moves_across_excites_nothing(assembly, modes):
-    with pytest.raises(ValueError, match="the acceleration of the clamp has no part in the modes"):
+    with pytest.raises(ValueError, match="acceleration of the supports has no part in the modes"):
         place_excitation(assembly, modes, excited(kind="base", direction="y"))

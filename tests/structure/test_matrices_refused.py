@@ -257,7 +257,7 @@ def test_kinds_of_matlab_that_are_no_matrices_are_told(tmp_path):
         ("stiffness", "has no file", {"file": None, "files": [{"variable": "M", "file": "M.mtx"}]}),
         ("contact", "with relative", with_contact(relative="C")),
         ("contact", "side_a and side_b, or relative", {"contact": {"side_a": "a"}}),
-        ("contact", "without relative", with_contact(relative_by="point")),
+        ("contact", "without relative", with_contact(relative_by="direction")),
         ("contact", "parallel", with_contact(normal=[2, 0, 0])),
         ("contact", "must not be zero", with_contact(normal=[0, 0, 0])),
         ("contact", "with frame", with_contact(normal=[0, 0, 1], frame="Q")),

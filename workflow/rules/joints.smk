@@ -17,7 +17,7 @@ rule connect_nodes:
         library=library("connect_nodes.py"),
         contact=lambda w: study.case(w.case).contact.options,
         excitation=lambda w: study.case(w.case).excitation,
-        sensors=lambda w: study.case(w.case).sensors,
+        sensors=lambda w: (*study.case(w.case).sensors, *study.case(w.case).outputs),
         of_sweep=lambda w: is_of_sweep(w.case, w.basis, REFERENCE[0]),
     script:
         "../scripts/connect_nodes.py"

@@ -1,6 +1,6 @@
 rule build_assembly:
     input:
-        gap=lambda w: study.assembly(w.assembly).gap_file or [],
+        files=lambda w: study.assembly(w.assembly).named_files,
     output:
         assembly=layout.PATHS["assembly"],
         structure=layout.PATHS["structure"],
@@ -14,9 +14,11 @@ rule build_assembly:
     resources:
         **SMALL,
     params:
-        library=library("build_assembly.py"),
+        library=lambda w: library("build_assembly.py", [maker_of(w)]),
         assembly=lambda w: study.assembly(w.assembly).model_dump(exclude={"preload_N"}),
-        gap=lambda w: hash_of_table(study.assembly(w.assembly).gap_file),
+        files=lambda w: [
+            study.hashes[file] for file in study.assembly(w.assembly).named_files
+        ],
     script:
         "../scripts/build_assembly.py"
 
@@ -38,7 +40,7 @@ rule apply_preload:
         mem_mb=lambda w: resources_of("preload", w.assembly)["mem_mb"],
         runtime=lambda w: resources_of("preload", w.assembly)["runtime"],
     params:
-        library=library("apply_preload.py"),
+        library=lambda w: library("apply_preload.py", [maker_of(w)]),
         preload=lambda w: Preload(w.preload_N).of_bolts,
     script:
         "../scripts/apply_preload.py"
@@ -60,7 +62,7 @@ rule find_pod_modes:
         mem_mb=lambda w: resources_of("pod_modes", w.assembly)["mem_mb"],
         runtime=lambda w: resources_of("pod_modes", w.assembly)["runtime"],
     params:
-        library=library("find_pod_modes.py"),
+        library=lambda w: library("find_pod_modes.py", [maker_of(w)]),
         conditions=lambda w: study.contact_conditions(w.assembly),
         contact_adapted_basis=study.contact_adapted_basis.model_dump(),
     script:
@@ -89,7 +91,7 @@ rule find_modes:
         mem_mb=lambda w: resources_of(w.basis, w.assembly)["mem_mb"],
         runtime=lambda w: resources_of(w.basis, w.assembly)["runtime"],
     params:
-        library=library("find_modes.py"),
+        library=lambda w: library("find_modes.py", [maker_of(w)]),
         family="{basis}",
     script:
         "../scripts/find_modes.py"
@@ -112,7 +114,7 @@ rule find_patterns:
         mem_mb=lambda w: resources_of("patterns", w.assembly)["mem_mb"],
         runtime=lambda w: resources_of("patterns", w.assembly)["runtime"],
     params:
-        library=library("find_patterns.py"),
+        library=lambda w: library("find_patterns.py", [maker_of(w)]),
         options=lambda w: {
             **study.stuck_stiffness(w.assembly),
             "number": COMPARED_RESONANCES,

@@ -11,6 +11,7 @@ from pathlib import Path
 from snakemake.logging import logger
 from snakemake.sourcecache import LocalSourceFile
 
+from boltjoint.config import makers
 from boltjoint.config.convergence import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
@@ -107,6 +108,11 @@ def library(script, modules=()):
     files = [own_file(f"workflow/scripts/{script}")]
     files += [sys.modules[name].__file__ for name in modules]
     return [hash_of(file) for file in files]
+
+
+def maker_of(wildcards):
+    """Module of the maker of an assembly, whose code no script names."""
+    return makers.maker(study.assembly(wildcards.assembly).type).__name__
 
 
 def table_of(sweep):

@@ -1,6 +1,6 @@
 """Write the page of the assemblies."""
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.makers import description_of
 from boltjoint.report.pages.document import save_page
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.results import Results
@@ -8,7 +8,7 @@ from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
-assemblies = {name: Assembly.model_validate(one) for name, one in params.assemblies.items()}
+assemblies = {name: description_of(content) for name, content in params.assemblies.items()}
 source = results.published()
 page = structure_page(assemblies, params.artefacts, results, source, params.cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -3,15 +3,21 @@
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field
 
 from boltjoint.config.bolts import Bolts, Material
 from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry, EntryWithLaterKeys
+from boltjoint.config.excitation import Surface
 from boltjoint.config.gap import ELEMENTS_IN_WAVE, Gap, GapShape
-from boltjoint.config.mesh_size import MeshSize, mesh_size
+from boltjoint.config.mesh_size import (
+    MeshSize,
+    longest_element_of_lap_mm,
+    mesh_size,
+    pairs_of_one_side,
+)
 from boltjoint.config.points import Point
 from boltjoint.config.types import (
     INTEGRAL,
@@ -107,6 +113,11 @@ class Assembly(Described):
     from the plane of contact.
     """
 
+    HAS_MESH: ClassVar[bool] = True
+    LOADED_SURFACES: ClassVar[tuple[str, ...]] = get_args(Surface)
+
+    type: Literal["half_lap"] = "half_lap"
+    """Kind of structure: half laps need not name it."""
     description: Description = ""
     """Description of the assembly in one line; no result depends on it."""
     bar: Bar
@@ -132,6 +143,26 @@ class Assembly(Described):
     def surface_names(self) -> tuple[str, ...]:
         """The one surface of the lap."""
         return ("lap",)
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """The middle of the free end's top edge, along z."""
+        return ("excitation",)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """The same place."""
+        return ("output",)
+
+    @property
+    def has_support(self) -> bool:
+        """Whether it is held: it is clamped."""
+        return True
+
+    @property
+    def named_files(self) -> tuple[str, ...]:
+        """The map of the initial gap, if there is one."""
+        return () if self.gap_file is None else (self.gap_file,)
 
     @property
     def has_initial_gap(self) -> bool:
@@ -210,48 +241,9 @@ class Assembly(Described):
         return max(1.0, round(as_head, 0))
 
     @property
-    def contact_pairs(self) -> int:
-        """Coincident node pairs of the plane of contact, by counting the mesh divisions."""
-        mesh = self.mesh
-        around = 2 * (mesh.ring_cells_across_width + mesh.ring_cells_along_bar)
-        return around * self._rings_of_pairs + (mesh.ring_cells_across_width + 1) * self._columns
-
-    @property
     def pairs_of_one_side(self) -> int:
         """Contact pairs on the centre line and on one side; the others are mirror images."""
-        on_centre_line = 2 * self._rings_of_pairs + self._columns
-        return (self.contact_pairs + on_centre_line) // 2
-
-    @property
-    def _rings_of_pairs(self) -> int:
-        rings = self.mesh.rings_under_head + self.mesh.rings_head_to_cell_edge
-        return len(self.bolt_positions_mm) * (rings + 1)
-
-    @property
-    def _columns(self) -> int:
-        """Columns of contact pairs across the bar that belong to no ring."""
-        mesh, bolts = self.mesh, len(self.bolt_positions_mm)
-        between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
-        return between + 2 * mesh.columns_at_each_lap_end
-
-    @property
-    def _longest_element_of_lap_mm(self) -> float:
-        """Longest element of the contact along the bar: of the columns and rings of the mesh."""
-        mesh, bolts, positions = self.mesh, self.bolts, self.bolt_positions_mm
-        cell, seat = mesh.bolt_cell_length_mm, bolts.seat_diameter_mm
-        in_washer = self.rings_head_to_washer_edge
-        # contradictions, as of a washer with no ring beyond it, are reported on their own
-        beyond = max(1, mesh.rings_head_to_cell_edge - in_washer)
-        pitches = (right - left for left, right in pairwise(positions))
-        return max(
-            cell / mesh.ring_cells_along_bar,
-            (bolts.head_diameter_mm - bolts.hole_diameter_mm) / 2 / mesh.rings_under_head,
-            (seat - bolts.head_diameter_mm) / 2 / max(1, in_washer),
-            (cell - seat) / 2 / beyond,
-            (positions[0] - cell / 2) / mesh.columns_at_each_lap_end,
-            (self.bar.lap_mm - positions[-1] - cell / 2) / mesh.columns_at_each_lap_end,
-            *((pitch - cell) / mesh.columns_between_bolt_cells for pitch in pitches),
-        )
+        return pairs_of_one_side(self)
 
     def conflicts(self) -> Problems:
         yield from self._conflicts_of_head()
@@ -290,7 +282,7 @@ class Assembly(Described):
             yield ("mesh", "rings_head_to_washer_edge"), sentence
 
     def _conflicts_of_waviness(self) -> Problems:
-        gap, shortest = self.contact.gap_um, ELEMENTS_IN_WAVE * self._longest_element_of_lap_mm
+        gap, shortest = self.contact.gap_um, ELEMENTS_IN_WAVE * longest_element_of_lap_mm(self)
         if isinstance(gap, GapShape) and gap.wavelength_mm is not None:
             if round(gap.wavelength_mm - shortest, 6) < 0:
                 yield (

@@ -7,6 +7,13 @@ from pydantic import Field
 from boltjoint.config.entries import Entry, EntryWithLaterKeys
 from boltjoint.config.types import INTEGRAL, Number, Positive, Problems, Several
 
+#: what the keys of a material are called
+MATERIAL_WORDS = {
+    "youngs_modulus_GPa": "Young's modulus (GPa)",
+    "poissons_ratio": "Poisson's ratio",
+    "density_kg_per_m3": "density (kg/m³)",
+}
+
 
 class Material(Entry):
     """Linear elastic material."""

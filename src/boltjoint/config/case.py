@@ -98,16 +98,19 @@ class Case(Entry):
     """Another model of structural damping, in place of ``loss_factor``. Viscous ratios of
     ``model: modal`` are those of the bending modes without contact, in ``enriched-N`` too."""
     excitation: Excitation | None = None
-    """What excites the structure: forces at points, a load on a surface, or an acceleration of the
-    clamp; by default a force at the middle of the free end's top edge, along z."""
+    """What excites the structure: forces at points or at inputs that the assembly names, a load on
+    a surface, or an acceleration of the supports; by default a force at the first input, of a half
+    lap the middle of the free end's top edge, along z."""
     sensors: tuple[Sensor, ...] = ()
     """Points where the displacement is read, the first being the output point; by default the
-    middle of the free end's top edge, along z."""
+    outputs of the assembly, of a half lap the middle of the free end's top edge, along z."""
+    outputs: Distinct[tuple[Name, ...]] = ()
+    """Outputs that the assembly names and where the displacement is read, after ``sensors``."""
     forces_N: Several[Positive] | None = None
     """Amplitudes of the harmonic excitation, in N; one frequency response for each. Required but
     with ``kind: base``."""
     accelerations_m_per_s2: Several[Positive] | None = None
-    """Amplitudes of the acceleration of the clamp, which stand in place of ``forces_N`` with
+    """Amplitudes of the acceleration of the supports, which stand in place of ``forces_N`` with
     ``kind: base``."""
     verification_forces_N: Distinct[tuple[Positive, ...]] = ()
     """Forces of ``forces_N``, or accelerations of ``accelerations_m_per_s2``, at which the peak of
@@ -143,12 +146,12 @@ class Case(Entry):
 
     @property
     def is_base_excited(self) -> bool:
-        """Whether the clamp moves, and levels are accelerations."""
+        """Whether the supports move, and levels are accelerations."""
         return self.excitation is not None and self.excitation.kind == "base"
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Excitation levels: forces [N], or accelerations of the clamp [m/s2]."""
+        """Excitation levels: forces [N], or accelerations of the supports [m/s2]."""
         return (self.accelerations_m_per_s2 if self.is_base_excited else self.forces_N) or ()
 
     @property
@@ -157,6 +160,14 @@ class Case(Entry):
         of_excitation = getattr(self.excitation, "points", ())
         return {("excitation", "points", i): each for i, each in enumerate(of_excitation)} | {
             ("sensors", i): each for i, each in enumerate(self.sensors)
+        }
+
+    @property
+    def named_places(self) -> dict[KeyPath, str]:
+        """Names of inputs and outputs of the assembly, by their key path."""
+        inputs = getattr(self.excitation, "inputs", ())
+        return {("excitation", "inputs", i, "name"): each.name for i, each in enumerate(inputs)} | {
+            ("outputs", i): name for i, name in enumerate(self.outputs)
         }
 
     @property
@@ -253,7 +264,7 @@ class Case(Entry):
         if self.is_base_excited:
             level, other = other, level
         if getattr(self, level) is None:
-            kind = " of the clamp" if self.is_base_excited else ""
+            kind = " of the supports" if self.is_base_excited else ""
             yield (level,), f"is missing: amplitudes of the excitation{kind}"
         if getattr(self, other) is not None:
             yield (other,), f"must not be given with this excitation: its levels are {level}"
@@ -267,7 +278,7 @@ class Case(Entry):
         for index, force in enumerate(self.verification_forces_N):
             if levels and force not in levels:
                 yield ("verification_forces_N", index), f"must be one of {level}: {there}"
-        names: set[str] = set()
+        names = set(self.outputs)
         for index, sensor in enumerate(self.sensors):
             if sensor.name in names:
                 yield ("sensors", index, "name"), "must not appear twice"

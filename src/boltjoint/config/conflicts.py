@@ -25,7 +25,7 @@ def conflicts_of_case(
         yield from _conflicts_of_joints(case, assembly)
         yield from conflicts_of_preload(case, assembly)
         yield from conflicts_of_surfaces(case, assembly)
-        yield from conflicts_of_points(case, assembly)
+        yield from conflicts_of_places(case, assembly)
     if settings is not None:
         yield from _conflicts_of_options(case, settings)
         yield from _conflicts_of_bases(case, assembly, settings.contact_adapted_basis)
@@ -51,11 +51,28 @@ def conflicts_of_surfaces(case: Case, assembly: Described | None) -> Problems:
         yield from case.contact.conflicts_of_surfaces(case.assembly, assembly.surface_names)
 
 
-def conflicts_of_points(case: Case, assembly: Described | None) -> Problems:
-    """Points of the excitation and the sensors that the assembly does not have."""
+def conflicts_of_places(case: Case, assembly: Described | None) -> Problems:
+    """Places of the excitation and the sensors that the assembly does not have."""
+    if assembly is None:
+        return
     for path, point in case.points.items():
-        if assembly is not None:
-            yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
+        yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
+    for path, name in case.named_places.items():
+        known = assembly.output_names if path[0] == "outputs" else assembly.input_names
+        if name not in known:
+            what = "output" if path[0] == "outputs" else "input"
+            yield path, f"is no {what} of {case.assembly}{choice(name, known)}"
+    excitation = case.excitation
+    if excitation is None and not assembly.input_names:
+        yield ("excitation",), f"is missing: {case.assembly} names no inputs"
+    elif case.is_base_excited and not assembly.has_support:
+        yield ("excitation", "kind"), f"must not be base: nothing is said to hold {case.assembly}"
+    elif excitation is not None and excitation.kind == "distributed":
+        if excitation.surface not in (known := assembly.LOADED_SURFACES):
+            sentence = f"is no surface of {case.assembly}{choice(excitation.surface, known)}"
+            yield ("excitation", "surface"), sentence
+    if not (case.sensors or case.outputs or assembly.output_names):
+        yield ("sensors",), f"is missing: {case.assembly} names no outputs"
 
 
 def conflicts_of_preload_with_gap(

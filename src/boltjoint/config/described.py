@@ -2,7 +2,8 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from boltjoint.config.entries import Entry
 from boltjoint.config.mesh_size import MeshSize
@@ -16,20 +17,61 @@ if TYPE_CHECKING:
 class Described(Entry):
     """A description of a structure in a YAML file."""
 
+    type: str
+    """Kind of structure, by which the rest is read."""
+
+    #: whether there is a mesh that figures show
+    HAS_MESH: ClassVar[bool] = False
+    #: surfaces on which a load may be distributed
+    LOADED_SURFACES: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def named_files(self) -> tuple[str, ...]:
+        """Files that it names, seen from the folder of the study."""
+        return ()
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the study, in which the files lie."""
+        return Path()
+
+    def in_folder(self, folder: Path) -> Self:
+        """The same description, whose files lie in a folder; itself where there are none."""
+        return self
+
+    def conflicts_of_files(self) -> Problems:
+        """What is wrong with its files, as far as it is told without reading all of them."""
+        yield from ()
+
     @property
     @abstractmethod
     def bolt_count(self) -> int:
         """Number of bolts."""
 
     @property
-    @abstractmethod
-    def contact_pairs(self) -> int:
-        """Number of contact points."""
+    def input_names(self) -> tuple[str, ...]:
+        """Places by name where forces may act, the first one by default."""
+        return ()
 
     @property
-    @abstractmethod
+    def output_names(self) -> tuple[str, ...]:
+        """Places by name where motion may be read, the first one being the output point."""
+        return ()
+
+    @property
+    def has_support(self) -> bool:
+        """Whether it is held, so that its supports may be shaken."""
+        return False
+
+    @property
+    def contact_pairs(self) -> int:
+        """Number of contact points."""
+        return self.size.pairs
+
+    @property
     def pairs_of_one_side(self) -> int:
         """Contact points of which the others are mirror images; all where there are none."""
+        return self.contact_pairs
 
     @property
     @abstractmethod

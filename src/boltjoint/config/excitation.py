@@ -1,11 +1,12 @@
-"""Excitation of a case: forces at points, a load on a surface, or a motion of the clamp."""
+"""Excitation of a case: forces, a load on a surface, or a motion of the supports."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.points import Direction, ForcePoint
+from boltjoint.config.points import Direction, Force, ForcePoint
+from boltjoint.config.types import Name
 
 Surface = Literal["top", "bottom", "free-end", "left", "right"]
 
@@ -22,6 +23,25 @@ class PointForces(Entry):
     """Points where the forces of ``forces_N`` act."""
 
 
+class ForceAtInput(Force):
+    """A force at an input of the structure."""
+
+    name: Name
+    """Name of the input, in the file of the assembly."""
+
+
+class InputForces(Entry):
+    """Forces at inputs that the assembly names, in phase or not.
+
+    For example ``{kind: inputs, inputs: [{name: shaker}]}``.
+    """
+
+    kind: Literal["inputs"]
+    """The kind of excitation."""
+    inputs: Annotated[tuple[ForceAtInput, ...], Field(min_length=1)]
+    """Inputs where the forces of ``forces_N`` act."""
+
+
 class SurfaceLoad(Entry):
     """A load distributed evenly over a surface of the bars; ``forces_N`` are its totals."""
 
@@ -35,9 +55,9 @@ class SurfaceLoad(Entry):
 
 
 class BaseExcitation(Entry):
-    """A harmonic acceleration of the clamp, given by ``accelerations_m_per_s2``.
+    """A harmonic acceleration of the supports, given by ``accelerations_m_per_s2``.
 
-    All displacements are then relative to the clamp.
+    All displacements are then relative to them.
     """
 
     kind: Literal["base"]
@@ -46,4 +66,6 @@ class BaseExcitation(Entry):
     """Direction of the acceleration."""
 
 
-Excitation = Annotated[PointForces | SurfaceLoad | BaseExcitation, Field(discriminator="kind")]
+Excitation = Annotated[
+    PointForces | InputForces | SurfaceLoad | BaseExcitation, Field(discriminator="kind")
+]

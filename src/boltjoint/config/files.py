@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from hashlib import blake2b
+from functools import partial
+from hashlib import blake2b, file_digest
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,6 +26,8 @@ from boltjoint.config.types import (
     KeyPath,
     refusing_exceptions,
 )
+from boltjoint.machine import machine_memory
+from boltjoint.regular_file import require_regular
 
 EntryT = TypeVar("EntryT", bound=Entry)
 
@@ -61,25 +64,25 @@ def _paths(content: Any, path: KeyPath = ()) -> Iterator[KeyPath]:  # noqa: ANN4
             yield from _paths(value, (*path, key))
 
 
-class TableHashes(dict[str, str]):
-    """Hashes of the tables of a study by their files: one that is not there is read first."""
+class FileHashes(dict[str, str]):
+    """Hashes of the files that a study names: of one that is not there it is found first."""
 
-    def __init__(self, read: Callable[[str], str]) -> None:
+    def __init__(self, find: Callable[[str], str]) -> None:
         super().__init__()
-        self._read = read
+        self._find = find
 
     def __missing__(self, file: str) -> str:
-        self._read(file)
+        self[file] = self._find(file)
         return self[file]
 
 
 class StudyFiles:
-    """The files of one study, every problem found in them, and hashes of its tables."""
+    """The files of one study, every problem found in them, and hashes of those it names."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.problems: list[str] = []
-        self.hashes = TableHashes(self.table)
+        self.hashes = FileHashes(self._hash_of)
         self._contents: dict[str, Mapping[str, Any] | None] = {}
 
     def refuse_problems(self) -> None:
@@ -136,6 +139,16 @@ class StudyFiles:
         text = read_file(self.folder / file, self.folder)
         self.hashes[file] = blake2b(text.encode(), digest_size=8).hexdigest()
         return text
+
+    def _hash_of(self, file: str) -> str:
+        """Hash of the content of a file in the folder of the study."""
+        if file.endswith(".csv"):
+            self.table(file)
+            return self.hashes[file]
+        path = self.folder / file
+        require_regular(path, int(machine_memory()), self.folder)
+        with open(path, "rb") as content:
+            return file_digest(content, partial(blake2b, digest_size=8)).hexdigest()
 
     def find(
         self, folder: str, name: str, place: str | Layers, path: KeyPath

@@ -1,12 +1,17 @@
 """A structure from the matrices of another program: files, names of variables, contact, bolts."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Literal
+from math import pi
+from pathlib import Path
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
+from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry
-from boltjoint.config.points import Direction
+from boltjoint.config.makers import maker
+from boltjoint.config.mesh_size import MeshSize
+from boltjoint.config.points import Direction, Point
 from boltjoint.config.types import (
     INTEGRAL,
     Description,
@@ -111,7 +116,7 @@ class MatrixContact(Plane):
             yield (missing,), "is missing: give side_a and side_b, or relative"
         if self.relative is None:
             for key in ("relative_along", "relative_by"):
-                if key in self.model_fields_set:
+                if getattr(self, key) != type(self).model_fields[key].default:
                     yield (key,), "must not be given without relative"
         if len(self.surfaces) > 1 and self.surface is None:
             yield ("surface",), "is missing: variable of the number of each point's surface"
@@ -196,7 +201,7 @@ class MatrixRow(Entry):
             yield ("column",), "must not be given without row"
 
 
-class Matrices(Entry):
+class Matrices(Described):
     """A structure from stiffness and mass matrices of another program, free or held.
 
     Degrees of freedom are those that are left by constraints, of nodes or of a reduced model that
@@ -236,6 +241,77 @@ class Matrices(Entry):
     """Places where motion may be read; the first is the output point."""
     preload_N: Positive | None = None
     """Preload of each bolt, to tabulate the contact while no case uses the structure."""
+    _folder: Path = PrivateAttr(Path())
+    _size: MeshSize | None = PrivateAttr(None)
+
+    @property
+    def bolt_count(self) -> int:
+        """Number of bolts."""
+        return len(self.bolts)
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of ``inputs``."""
+        return tuple(each.name for each in self.inputs)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of ``outputs``."""
+        return tuple(each.name for each in self.outputs)
+
+    @property
+    def has_support(self) -> bool:
+        """Whether forces of shaken supports are given."""
+        return self.support is not None
+
+    @property
+    def named_files(self) -> tuple[str, ...]:
+        """All files that are read, once each."""
+        return tuple(dict.fromkeys(map(self.file_of, self.variables.values())))
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the study, in which the files lie."""
+        return self._folder
+
+    def in_folder(self, folder: Path) -> Self:
+        """The same description, whose files lie in a folder."""
+        found = self.model_copy()
+        found._folder = folder
+        return found
+
+    @property
+    def size(self) -> MeshSize:
+        """Size by the heads of the files; a ``ValueError`` if they do not tell it."""
+        if self._size is None:
+            self._size = maker(self.type).size_of(self, self._folder)
+        return self._size
+
+    @property
+    def has_initial_gap(self) -> bool:
+        """Whether the surfaces stand apart before the bolts are tightened."""
+        return self.contact.gap is not None
+
+    @property
+    def shank(self) -> tuple[float, float] | None:
+        """Cross-section [m2] and Young's modulus [Pa] of the thinnest shank that is known."""
+        known = (
+            (pi / 4 * (1e-3 * bolt.shank_diameter_mm) ** 2, 1e9 * bolt.youngs_modulus_GPa)
+            for bolt in self.bolts
+            if bolt.shank_diameter_mm is not None and bolt.youngs_modulus_GPa is not None
+        )
+        return min(known, default=None)
+
+    def conflicts_of_files(self) -> Problems:
+        """What the heads of the files do not hold."""
+        try:
+            _ = self.size
+        except ValueError as error:
+            yield (), str(error)
+
+    def conflicts_of_point(self, point: Point) -> Problems:
+        """A point: matrices know degrees of freedom alone."""
+        yield (), "must be the name of an input or output: matrices have no nodes at points"
 
     def conflicts(self) -> Problems:
         if self.file is None and not self.files:
@@ -274,11 +350,6 @@ class Matrices(Entry):
         """File that holds a variable."""
         own = {each.variable: each.file for each in self.files}
         return own.get(variable) or str(self.file)
-
-    @property
-    def matrix_files(self) -> tuple[str, ...]:
-        """All files that are read, each once."""
-        return tuple(dict.fromkeys(map(self.file_of, self.variables.values())))
 
 
 def _value(entry: object, path: KeyPath) -> str | None:

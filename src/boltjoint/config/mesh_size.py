@@ -1,5 +1,6 @@
 """Size of the mesh of an assembly, by counting its divisions: nothing is built."""
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ def mesh_size(assembly: "Assembly") -> MeshSize:
     )
     bolts = assembly.bolt_count
     around = 2 * (across + along)
-    pairs = assembly.contact_pairs
+    rings_of_pairs, columns_of_pairs = _rings_and_columns_of_pairs(assembly)
+    pairs = around * rings_of_pairs + (across + 1) * columns_of_pairs
     free = sum(int(min(count, COUNTLESS)) for count in assembly.elements_outside_lap)
     columns = (bolts - 1) * mesh.columns_between_bolt_cells + 2 * mesh.columns_at_each_lap_end
     rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
@@ -58,3 +60,36 @@ def mesh_size(assembly: "Assembly") -> MeshSize:
         + bolts * in_washers * washer_quads,
         pairs=pairs,
     )
+
+
+def pairs_of_one_side(assembly: "Assembly") -> int:
+    """Coincident node pairs on the centre line and on one side of it."""
+    rings, columns = _rings_and_columns_of_pairs(assembly)
+    return (mesh_size(assembly).pairs + 2 * rings + columns) // 2
+
+
+def longest_element_of_lap_mm(assembly: "Assembly") -> float:
+    """Longest element of the contact along the bar: of the columns and rings of the mesh."""
+    mesh, bolts, positions = assembly.mesh, assembly.bolts, assembly.bolt_positions_mm
+    cell, seat = mesh.bolt_cell_length_mm, bolts.seat_diameter_mm
+    in_washer = assembly.rings_head_to_washer_edge
+    # contradictions, as of a washer with no ring beyond it, are reported on their own
+    beyond = max(1, mesh.rings_head_to_cell_edge - in_washer)
+    pitches = (right - left for left, right in pairwise(positions))
+    return max(
+        cell / mesh.ring_cells_along_bar,
+        (bolts.head_diameter_mm - bolts.hole_diameter_mm) / 2 / mesh.rings_under_head,
+        (seat - bolts.head_diameter_mm) / 2 / max(1, in_washer),
+        (cell - seat) / 2 / beyond,
+        (positions[0] - cell / 2) / mesh.columns_at_each_lap_end,
+        (assembly.bar.lap_mm - positions[-1] - cell / 2) / mesh.columns_at_each_lap_end,
+        *((pitch - cell) / mesh.columns_between_bolt_cells for pitch in pitches),
+    )
+
+
+def _rings_and_columns_of_pairs(assembly: "Assembly") -> tuple[int, int]:
+    """Rings of contact pairs around all holes, and columns across the bar that are in no ring."""
+    mesh, bolts = assembly.mesh, assembly.bolt_count
+    rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge + 1
+    between = (bolts - 1) * (mesh.columns_between_bolt_cells - 1)
+    return bolts * rings, between + 2 * mesh.columns_at_each_lap_end

@@ -24,13 +24,17 @@ class Point(Entry):
     """Direction of the force or of the displacement."""
 
 
-class ForcePoint(Point):
-    """A point where a force acts."""
+class Force(Entry):
+    """A force by its share of the force level."""
 
     relative_amplitude: Positive = 1.0
     """Amplitude of the force here over the force level."""
     phase_deg: Annotated[Number, Field(ge=-360, le=360)] = 0.0
     """Angle by which the force here leads the sine of the force level."""
+
+
+class ForcePoint(Force, Point):
+    """A point where a force acts."""
 
 
 class Sensor(Point):

@@ -17,6 +17,7 @@ BEGIN, END = "<!-- keys: made by `make reference` -->\n", "<!-- end of keys -->\
 _FILES = {
     "config": "config.yaml",
     "assembly": "assemblies/*.yaml",
+    "matrices": "assemblies/*.yaml, type: matrices",
     "case": "cases/*.yaml",
     "sweep": "sweeps/*.yaml",
 }

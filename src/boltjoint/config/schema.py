@@ -6,12 +6,14 @@ from pathlib import Path
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.entries import Entry
+from boltjoint.config.matrices import Matrices
 from boltjoint.config.settings import Settings
 from boltjoint.config.sweep import Sweep
 
 SCHEMAS: dict[str, type[Entry]] = {
     "config": Settings,
     "assembly": Assembly,
+    "matrices": Matrices,
     "case": Case,
     "sweep": Sweep,
 }

@@ -4,17 +4,16 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, InstanceOf
+from pydantic import BeforeValidator, Field, InstanceOf, SerializeAsAny
 
 from boltjoint import checks, names
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts import (
     conflicts_of_case,
     conflicts_of_convergence,
-    conflicts_of_points,
+    conflicts_of_places,
     conflicts_of_preload,
     conflicts_of_preload_with_gap,
     conflicts_of_surfaces,
@@ -24,9 +23,11 @@ from boltjoint.config.conflicts import (
     other_preloads,
 )
 from boltjoint.config.csv_table import TableError
+from boltjoint.config.described import Described
 from boltjoint.config.entries import choice, with_value
-from boltjoint.config.files import StudyFiles, TableHashes
+from boltjoint.config.files import FileHashes, StudyFiles
 from boltjoint.config.gap_map import GapMap, read_gap_map
+from boltjoint.config.makers import description_of, maker, maker_names, type_of
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.sweep import Sweep, Table
@@ -49,6 +50,14 @@ from boltjoint.config.varied_keys import Quantity, keys_that_vary
 from boltjoint.regular_file import UnsuitableFile
 
 
+def _as_description(given: object) -> object:
+    """A description, or that of the content of its file."""
+    return description_of(given) if isinstance(given, Mapping) else given
+
+
+_Description = Annotated[SerializeAsAny[InstanceOf[Described]], BeforeValidator(_as_description)]
+
+
 class Study(Settings):
     """All that is computed: the settings, with cases and assemblies in place of their names."""
 
@@ -56,14 +65,14 @@ class Study(Settings):
     """The cases that run, by name, in the order of config.yaml."""
     base_cases: dict[str, Case]
     """The cases of sweeps that do not run themselves, by name."""
-    assemblies: dict[str, Assembly]
+    assemblies: dict[str, _Description]
     """The assemblies that config.yaml names and those that its cases use, by name."""
     sweeps: dict[str, Sweep]
     """The sweeps that run, by name, in the order of config.yaml."""
     swept: dict[str, InstanceOf[SweptDesigns]] = Field({}, exclude=True)
     """Designs of each sweep: they follow from the rest and from the tables of designs."""
-    hashes: InstanceOf[TableHashes] | dict[str, str] = Field({}, exclude=True)
-    """Hash of the content of each table of designs and map of a gap, by its file."""
+    hashes: InstanceOf[FileHashes] | dict[str, str] = Field({}, exclude=True)
+    """Hash of the content of each file that sweeps and assemblies name."""
 
     @property
     def designs(self) -> dict[str, int]:
@@ -109,7 +118,7 @@ class Study(Settings):
             return variant.case
         raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, known)}")
 
-    def assembly(self, name: str) -> Assembly:
+    def assembly(self, name: str) -> Described:
         """The assembly of this name, be it a file of the study or a variant in a sweep."""
         if name in self.assemblies:
             return self.assemblies[name]
@@ -220,11 +229,11 @@ def load_study(
         cases[name], contents[name] = files.check(Case, file, content), content
         if content is not None and _is_name(content.get("assembly")):
             named.append((file, ("assembly",), content["assembly"]))
-    assemblies: dict[str, Assembly | None] = {}
+    assemblies: dict[str, Described | None] = {}
     for place, path, name in named:
         content = files.find(ASSEMBLY_FOLDER, name, place, path)
         if name not in assemblies:
-            assemblies[name] = files.check(Assembly, _assembly_file(name), content)
+            assemblies[name] = _described(name, content, files, before=before)
 
     gap_maps = cache(partial(_read_gap_maps, assemblies, files))
     for name, assembly in assemblies.items():
@@ -244,7 +253,7 @@ def load_study(
                     problems = [
                         *conflicts_of_preload(case, assembly),
                         *conflicts_of_surfaces(case, assembly),
-                        *conflicts_of_points(case, assembly),
+                        *conflicts_of_places(case, assembly),
                     ]
                 found = (
                     with_value(contents[name], *problem) for problem in dict.fromkeys(problems)
@@ -308,6 +317,28 @@ def _assembly_file(name: str) -> str:
     return f"{ASSEMBLY_FOLDER}/{name}.yaml"
 
 
+def _described(
+    name: str, content: Mapping[str, Any] | None, files: StudyFiles, *, before: bool
+) -> Described | None:
+    """The description of an assembly; None, with the problems noted, if it is none."""
+    if content is None:
+        return None
+    kind, allowed = type_of(content), maker_names()
+    if kind not in allowed:
+        problem = with_value(content, ("type",), f"must be {' or '.join(allowed)}")
+        files.note(_assembly_file(name), [problem])
+        return None
+    described = files.check(maker(str(kind)).Description, _assembly_file(name), content)
+    if described is None:
+        return None
+    described = described.in_folder(files.folder)
+    with files.checking(_assembly_file(name)):
+        if problems := [] if before else list(described.conflicts_of_files()):
+            files.note(_assembly_file(name), problems)
+            return None
+    return described
+
+
 def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]]:
     """The well-formed names in the list under a key, each with its key path."""
     listed = content.get(key)
@@ -334,7 +365,7 @@ def _check_table(designs: SweptDesigns, files: StudyFiles) -> None:
 
 
 def _read_gap_maps(
-    assemblies: Mapping[str, Assembly | None], files: StudyFiles
+    assemblies: Mapping[str, Described | None], files: StudyFiles
 ) -> dict[str, GapMap]:
     """The maps of gaps by their files; those that cannot be read are noted."""
     found = {}
@@ -357,7 +388,7 @@ def _read_gap_maps(
 
 def _conflicts_of_variant(
     solved: SolvedCase,
-    assembly: Assembly,
+    assembly: Described,
     settings: Settings,
     gap_maps: Callable[[], Mapping[str, GapMap]],
 ) -> Problems:

@@ -96,7 +96,8 @@ class BaseOfVariants:
                 content = with_value_at(content, path_of(key), value)
             found, lines = read_content(content, type(assembly))
             reasons += [f"{ASSEMBLY}{line}" for line in lines]
-            assembly = found or assembly
+            if found is not None:
+                assembly = found.in_folder(assembly.folder)
         own = tuple(each for each in of_case.items() if not each[0].startswith(ASSEMBLY))
         bolts = assembly.bolt_count
         case, lines = self._case(own, bolts)

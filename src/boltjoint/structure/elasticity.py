@@ -15,29 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from boltjoint import checks
+from boltjoint.structure.hexahedron import CORNERS
 
 Array = NDArray[np.float64]
 
-#: corners of the six faces of a hexahedron in the order of VTK, seen from outside
-HEXAHEDRON_FACES = np.array(
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-)
-#: corners of the parent element in the order of VTK
-_CORNER = np.array(
-    [
-        [-1, -1, -1],
-        [1, -1, -1],
-        [1, 1, -1],
-        [-1, 1, -1],
-        [-1, -1, 1],
-        [1, -1, 1],
-        [1, 1, 1],
-        [-1, 1, 1],
-    ],
-    dtype=float,
-)
 #: 2 x 2 x 2 Gauss points, all of weight one
-_GAUSS = _CORNER / np.sqrt(3)
+_GAUSS = CORNERS / np.sqrt(3)
 
 #: elements whose matrices are in memory together
 _CHUNK = 4096
@@ -220,7 +203,7 @@ def smallest_jacobian(coordinate: Array, connectivity: NDArray[np.integer]) -> A
 
 
 def _smallest_jacobian(corners: Array) -> Array:
-    points = np.concatenate([_CORNER, _GAUSS])
+    points = np.concatenate([CORNERS, _GAUSS])
     return np.min([np.linalg.det(_jacobian(corners, point)) for point in points], axis=0)
 
 
@@ -279,14 +262,14 @@ def _of_elements(name: str, value: ArrayLike, *shape: int, **limits: float) -> A
 
 
 def _shape(point: Array) -> Array:
-    return np.prod(1 + _CORNER * point, axis=1) / 8
+    return np.prod(1 + CORNERS * point, axis=1) / 8
 
 
 def _slopes(point: Array) -> Array:
     """Derivatives of the shape functions by the parent coordinates, shape (3, 8)."""
-    factor = 1 + _CORNER * point
+    factor = 1 + CORNERS * point
     others = np.stack([np.prod(np.delete(factor, axis, 1), axis=1) for axis in range(3)])
-    return _CORNER.T * others / 8
+    return CORNERS.T * others / 8
 
 
 def _jacobian(corners: Array, point: Array) -> Array:

@@ -1,9 +1,9 @@
-"""Modes at the excitation and the sensors of a case, from the mode shapes of its structure.
+"""Modes at the excitation and the sensors of a case, from the modes of its structure.
 
-Mesh, modes and preload know neither: a moved shaker or sensor needs only the mode shapes again.
+Mesh, modes and preload know neither: a moved shaker or sensor needs only the modes again.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,13 +11,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.config.entries import choice
 from boltjoint.dataset import quantity
-from boltjoint.structure.makers.half_lap.constraints import mesh_of
-from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT
+from boltjoint.structure.makers import registry
 
 if TYPE_CHECKING:
-    from boltjoint.config.excitation import BaseExcitation, PointForces, SurfaceLoad
-    from boltjoint.config.points import Point, Sensor
+    from boltjoint.config.excitation import Excitation, ForceAtInput
+    from boltjoint.config.points import ForcePoint, Point, Sensor
 
 Array = NDArray[np.float64]
 
@@ -25,64 +25,61 @@ _MM = 1e-3
 
 _AXES = ("x", "y", "z")
 
-#: outer surfaces of the bars: axis along which they lie at the end, and which end
-_SURFACES = {"top": (2, 1), "bottom": (2, -1), "free-end": (0, 1), "left": (1, 1), "right": (1, -1)}
-
-#: corners of the faces of a hexahedron in the order of VTK, in turn around each face
-_FACES = np.array(
-    [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-)
-
 
 def place_excitation(
     assembly: xr.Dataset,
     modes: xr.Dataset,
-    excitation: "PointForces | SurfaceLoad | BaseExcitation | None" = None,
-    sensors: "Sequence[Sensor]" = (),
+    excitation: "Excitation | None" = None,
+    sensors: "Sequence[Sensor | str]" = (),
 ) -> xr.Dataset:
     """Modes with the excitation and the sensors of a case.
 
     Parameters
     ----------
     assembly, modes
-        As from ``build_assembly`` and ``find_modes``.
+        As from ``build_assembly``, or ``assembly.nc``, and from ``find_modes``.
     excitation
-        Of the case; by default at the middle of the free end's top edge, along z.
+        Of the case; by default at the first input of the structure, of a half lap the middle of
+        the free end's top edge, along z.
     sensors
-        Of the case, the first one being the output point; by default at the same place.
+        Of the case, points or names of outputs, the first one being the output point; by default
+        all outputs of the structure, of a half lap at the same place.
 
     Returns
     -------
     Dataset
         The modes with ``excitation_mode`` (mode), ``excitation_mode_cos`` (mode) where points are
         not in phase, ``response_mode`` (mode) and ``sensor_mode`` (sensor, mode). Under base
-        excitation ``excitation_mode`` is ``-Phi^T M r`` of a unit acceleration r of the clamp
+        excitation ``excitation_mode`` is ``-Phi^T M r`` of a unit acceleration r of the supports
         [kg^1/2]. Its attribute ``level_units`` is the unit of the excitation level.
 
     Raises
     ------
     ValueError
-        If the excitation or a sensor has no part in the modes, as in the clamp, or across the width
-        of a symmetric assembly.
+        If there is no such input or output, a point is given without a mesh, or the excitation or
+        a sensor has no part in the modes, as in the clamp, or across the width of a symmetric
+        assembly.
     """
-    shape = checks.variable("modes", modes, "mode_shape", ("node", "axis", "mode"))
+    per_mode = checks.variable("modes", modes, "relative_mode", ("pair", "axis", "mode"))
+    places = _Places(assembly, modes)
+    largest = abs(places.shape if "mode_shape" in modes else per_mode).max()
     sin, cos, unit = modes["excitation_mode"].to_numpy(), None, "N"
     if excitation is not None and excitation.kind == "base":
+        if "base_excitation_mode" not in modes:
+            raise ValueError("nothing holds the structure: there is no support to accelerate")
         rows = checks.variable("modes", modes, "base_excitation_mode", ("axis", "mode"))
         sin, unit = rows[_AXES.index(excitation.direction)], "m/s2"
-        _check_moves("the acceleration of the clamp", sin, np.linalg.norm(rows))
+        _check_moves("the acceleration of the supports", sin, np.linalg.norm(rows))
     elif excitation is not None:
         if excitation.kind == "distributed":
             axis = _AXES.index(excitation.direction)
-            force = _load_on_surface(assembly, excitation.surface) @ shape[:, axis] + 0j
+            load = registry.load_on_surface(assembly, excitation.surface)
+            force = load @ places.shape[:, axis] + 0j
+        elif excitation.kind == "inputs":
+            force = _sum_of(excitation.inputs, lambda each: places.named("input", each.name))
         else:
-            force = sum(
-                point.relative_amplitude
-                * np.exp(1j * np.deg2rad(point.phase_deg))
-                * _mode_at(assembly, shape, point)
-                for point in excitation.points
-            )
-        _check_moves("the excitation", force, abs(shape).max())
+            force = _sum_of(excitation.points, places.at)
+        _check_moves("the excitation", force, largest)
         sin, cos = force.real.copy(), force.imag.copy()
     found = {"excitation_mode": sin}
     # a phase of 180 degrees leaves rounding only
@@ -94,54 +91,60 @@ def place_excitation(
         for name, mode in found.items()
     }
     variables["excitation_mode"].attrs["level_units"] = unit
-    names, at_sensors = ["output"], modes["response_mode"].to_numpy()[None]
-    if sensors:
-        names = [sensor.name for sensor in sensors]
-        at_sensors = np.array([_mode_at(assembly, shape, sensor) for sensor in sensors])
-        for name, mode in zip(names, at_sensors, strict=True):
-            _check_moves(f"sensor {name}", mode, abs(shape).max())
+    at_sensors = {}
+    for sensor in sensors or modes["output"].to_numpy().tolist():
+        name = sensor if isinstance(sensor, str) else sensor.name
+        mode = places.named("output", name) if isinstance(sensor, str) else places.at(sensor)
+        if sensors:
+            _check_moves(f"sensor {name}", mode, largest)
+        at_sensors[name] = mode
     per_mass = "kg^-1/2", "mode at the sensor"
-    variables["response_mode"] = quantity("mode", at_sensors[0], *per_mass)
-    variables["sensor_mode"] = quantity(("sensor", "mode"), at_sensors, *per_mass)
-    return modes.assign(variables).assign_coords(sensor=names)
+    sensor_mode = np.array(list(at_sensors.values()))
+    variables["response_mode"] = quantity("mode", sensor_mode[0], *per_mass)
+    variables["sensor_mode"] = quantity(("sensor", "mode"), sensor_mode, *per_mass)
+    placed = modes.drop_dims(["input", "output"]).assign(variables)
+    return placed.assign_coords(sensor=list(at_sensors))
 
 
-def _mode_at(assembly: xr.Dataset, shape: Array, point: "Point") -> Array:
-    """Mode shapes at the node of the bars that is nearest to a point, in its direction."""
-    nodes = np.unique(assembly["connectivity"].to_numpy()[_of_bars(assembly)])
-    coordinate = assembly["coordinate"].to_numpy()[nodes]
-    wanted = _MM * np.array([point.x_mm, point.y_mm, point.z_mm])
-    nearest = nodes[np.argmin(np.linalg.norm(coordinate - wanted, axis=1))]
-    return shape[nearest, _AXES.index(point.direction)]
+class _Places:
+    """Modes of an assembly at its nodes, inputs and outputs."""
+
+    def __init__(self, assembly: xr.Dataset, modes: xr.Dataset) -> None:
+        self._assembly, self._modes = assembly, modes
+
+    @property
+    def shape(self) -> Array:
+        """Mode shapes of the nodes, shape (nodes, 3, modes)."""
+        if "mode_shape" not in self._modes:
+            raise ValueError("the structure has no nodes: name its inputs and outputs")
+        return checks.variable("modes", self._modes, "mode_shape", ("node", "axis", "mode"))
+
+    def at(self, point: "Point") -> Array:
+        """Modes at the node that is nearest to a point, in its direction, shape (modes,)."""
+        shape = self.shape
+        nodes = registry.loaded_nodes(self._assembly)
+        coordinate = self._assembly["coordinate"].to_numpy()[nodes]
+        wanted = _MM * np.array([point.x_mm, point.y_mm, point.z_mm])
+        nearest = nodes[np.argmin(np.linalg.norm(coordinate - wanted, axis=1))]
+        return shape[nearest, _AXES.index(point.direction)]
+
+    def named(self, kind: str, name: str) -> Array:
+        """Modes at an input or output of this name, shape (modes,)."""
+        names = self._modes[kind].to_numpy().tolist()
+        if name not in names:
+            raise ValueError(f"{name} is no {kind} of the structure{choice(name, names)}")
+        rows = checks.variable("modes", self._modes, f"{kind}_mode", (kind, "mode"))
+        return rows[names.index(name)]
 
 
-def _load_on_surface(assembly: xr.Dataset, surface: str) -> Array:
-    """Consistent nodal forces of an even load of one newton on an outer surface of the bars."""
-    coordinate, connectivity = mesh_of(assembly)
-    faces = connectivity[:, _FACES].reshape(-1, 4)
-    _, first, count = np.unique(
-        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+def _sum_of(
+    points: "Sequence[ForcePoint | ForceAtInput]", mode_at: Callable[..., Array]
+) -> NDArray[np.complex128]:
+    """Modes at forces of several amplitudes and phases together, shape (modes,)."""
+    return sum(
+        point.relative_amplitude * np.exp(1j * np.deg2rad(point.phase_deg)) * mode_at(point)
+        for point in points
     )
-    outer = faces[np.sort(first[(count == 1) & np.repeat(_of_bars(assembly), 6)[first]])]
-    axis, end = _SURFACES[surface]
-    of_bars = coordinate[np.unique(connectivity[_of_bars(assembly)])]
-    level = (end * of_bars[:, axis]).max()
-    on = end * coordinate[outer][:, :, axis] > level - 1e-9 * np.ptp(of_bars[:, 0])
-    outer = outer[on.all(axis=1)]
-    force = np.zeros(len(coordinate))
-    for point in np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(3):
-        s, t = point
-        N = np.array([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
-        by_s = np.array([t - 1, 1 - t, 1 + t, -1 - t]) / 4
-        by_t = np.array([s - 1, -1 - s, 1 + s, 1 - s]) / 4
-        along = (np.einsum("c,fca->fa", by, coordinate[outer]) for by in (by_s, by_t))
-        area = np.linalg.norm(np.cross(*along), axis=1)
-        np.add.at(force, outer, area[:, None] * N / 4)
-    return force / force.sum()
-
-
-def _of_bars(assembly: xr.Dataset) -> NDArray[np.bool_]:
-    return assembly["part"].to_numpy() < FIRST_BOLT
 
 
 def _check_moves(what: str, mode: NDArray, largest: float) -> None:

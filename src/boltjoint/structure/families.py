@@ -5,6 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+#: family of modes of which nothing else is told
+ELASTIC = "elastic"
+
 
 class Families(NamedTuple):
     """Families of modes and the kinetic energies that decided them.

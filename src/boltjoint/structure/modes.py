@@ -20,7 +20,7 @@ from boltjoint.dataset import quantity
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
 from boltjoint.structure.families import Families
-from boltjoint.structure.makers.registry import families_of, structure_of
+from boltjoint.structure.makers.registry import families_of, structure_of, that_respond
 from boltjoint.structure.model import Row, Structure
 from boltjoint.structure.subspaces import Subspace, antisymmetric, symmetric, whole
 
@@ -69,7 +69,8 @@ def find_modes(
         ``natural_frequency`` (mode) [Hz]; mass-normalised [kg^-1/2]: ``mode_shape`` (node, axis,
         mode), ``relative_mode`` (pair, axis, mode) of side A minus side B, ``response_mode``
         (mode), positive where it does not vanish, ``excitation_mode`` (mode), both where a
-        case gives no point; ``base_excitation_mode`` (axis, mode) [kg^1/2]; ``position`` (pair,
+        case gives no point; ``input_mode`` (input, mode) and ``output_mode`` (output, mode);
+        ``base_excitation_mode`` (axis, mode) [kg^1/2] where it is held; ``position`` (pair,
         axis) [m]; ``area`` (pair) [m2]. With ``free-N`` and ``all-N``, of every mode that was
         solved for, for large N of ``free-N`` symmetric ones only: ``candidate_frequency``
         (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
@@ -137,10 +138,16 @@ def find_modes(
                 "mode", excitation * sign, per_mass, "mode where the force acts"
             ),
             **_base_excitation(structure, q),
+            **_at_rows("input", structure.inputs, q),
+            **_at_rows("output", structure.outputs, q),
             **structure.contact.variables(),
             **of_family,
         },
-        coords={"axis": ["x", "y", "z"]},
+        coords={
+            "axis": ["x", "y", "z"],
+            "input": np.array(list(structure.inputs), dtype=object),
+            "output": np.array(list(structure.outputs), dtype=object),
+        },
         attrs=attributes,
     )
 
@@ -169,20 +176,13 @@ def _free(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]
     Of bending modes where the maker tells families apart, else of those that the input and the
     output take part in.
     """
-
-    def is_chosen(squared: Array, q: Array) -> NDArray[np.bool_]:
-        family = families_of(structure, q).family
-        if np.any(family == "elastic"):
-            return _take_part(structure, q)
-        return family == "bending"
-
     # in a slender bar most symmetric modes bend in the plane
     squared, q = _modes_until(
         symmetric(structure),
         number + 2,
-        lambda *found: np.count_nonzero(is_chosen(*found)) >= number,
+        lambda _, found: np.count_nonzero(that_respond(structure, found)) >= number,
     )
-    if np.count_nonzero(is_chosen(squared, q)) < number:
+    if np.count_nonzero(that_respond(structure, q)) < number:
         raise ValueError(f"free-{number}: the mesh has not as many bending modes")
     other_half = antisymmetric(structure) if number <= _MOST_BESIDE_OTHERS else None
     if other_half is not None:
@@ -193,7 +193,7 @@ def _free(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]
         order = np.argsort(squared)
         squared, q = squared[order], q[:, order]
     modes = _Modes(np.sqrt(squared) / (2 * np.pi), q, families_of(structure, q))
-    return modes, np.flatnonzero(is_chosen(squared, q))[:number]
+    return modes, np.flatnonzero(that_respond(structure, q))[:number]
 
 
 def _of_any_family(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]:
@@ -279,23 +279,19 @@ def _default(rows: Mapping[str, Row], q: Array, largest: Array, problem: str, fa
     return found
 
 
-def _take_part(structure: Structure, q: Array) -> NDArray[np.bool_]:
-    """The modes in which an input and an output move, where there are any, (modes,)."""
-    taking_part = np.ones(q.shape[1], dtype=bool)
-    largest = abs(q).max(axis=0)
-    for rows in (structure.inputs, structure.outputs):
-        if rows:
-            moved = abs(np.array([each.row @ q for each in rows.values()])).max(axis=0)
-            taking_part &= moved > checks.ROUNDING_OF_MODES * largest
-    return taking_part
-
-
 def _mode_shape(structure: Structure, q: Array) -> dict[str, xr.Variable]:
     if structure.geometry is None:
         return {}
     shape = structure.geometry.shape(q)
     dims = ("node", "axis", "mode")
     return {"mode_shape": quantity(dims, shape, "kg^-1/2", "mass-normalised mode")}
+
+
+def _at_rows(kind: str, rows: Mapping[str, Row], q: Array) -> dict[str, xr.Variable]:
+    """Modes at the inputs or outputs."""
+    at_rows = np.array([each.row @ q for each in rows.values()]).reshape(len(rows), q.shape[1])
+    what = f"mode at the {kind}"
+    return {f"{kind}_mode": quantity((kind, "mode"), at_rows, "kg^-1/2", what)}
 
 
 def _base_excitation(structure: Structure, q: Array) -> dict[str, xr.Variable]:

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.surface_places import SurfacePlaces
-from boltjoint.structure.makers.registry import families_of, structure_of
+from boltjoint.structure.makers.registry import move_in, structure_of, that_respond
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import Subspace, part_that_moves
 
@@ -23,6 +23,8 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
+#: modes among which each one that responds is sought, at most
+_MOST_SOUGHT = 16
 #: names of the springs' directions: along the first tangent of a point, under constant load, and
 #: along its normal too
 SPRINGS = ("x", "xz")
@@ -113,10 +115,9 @@ def resonances(
     number: int = 2,
     stiffness_per_area: float = 0.0,
 ) -> xr.Dataset:
-    """First bending resonances of the full model for each pattern of sticking pairs.
+    """First resonances of the full model for each pattern of sticking pairs.
 
-    They are the modes symmetric about the width with more than half of their kinetic energy along
-    z, as bending modes of ``mode_families.classify``.
+    They are those of modes that respond (``registry.that_respond``), of a half lap bending ones.
 
     Parameters
     ----------
@@ -143,8 +144,8 @@ def resonances(
     Raises
     ------
     ValueError
-        If a pattern has too few bending modes among the first ones, or if a stiffness is negative
-        or the number of resonances not positive.
+        If a pattern has too few modes that respond among the first ones, or if a stiffness is
+        negative or the number of resonances not positive.
     """
     stiffness = checks.number("stiffness", stiffness, at_least=0)
     per_area = checks.number("stiffness_per_area", stiffness_per_area, at_least=0)
@@ -168,7 +169,7 @@ def resonances(
         for j, springs in enumerate(SPRINGS):
             acting = np.outer(springs_of_pairs.to_numpy() * stuck, [1.0, 0.0, springs == "xz"])
             springs_of_part = C.T @ sparse.diags_array(acting.ravel()) @ C
-            frequency[i, j] = _bending((half.stiffness + springs_of_part).tocsc(), half, number)
+            frequency[i, j] = _resonances((half.stiffness + springs_of_part).tocsc(), half, number)
             found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
             logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
     return xr.Dataset(
@@ -177,7 +178,7 @@ def resonances(
                 ("pattern", "springs", "resonance"),
                 frequency,
                 "Hz",
-                "bending resonance of the full model",
+                "resonance of the full model",
             ),
             "stuck": quantity(
                 ("pattern", "pair"),
@@ -199,9 +200,10 @@ def resonances(
 def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     """The resonances of the same patterns in a modal basis, and their errors.
 
-    The n-th frequency of the basis is compared with the n-th bending one of the full model. This
-    holds as long as no axial mode, which a basis may or may not have, comes between: those of a
-    slender bar lie far above its first two bending modes.
+    The n-th frequency of the basis, of motion in which excitation and output point take part, is
+    compared with the n-th one of the full model. This holds as long as no axial mode of a half lap,
+    which a basis may or may not have, comes between: those of a slender bar lie far above its first
+    two bending modes.
 
     Parameters
     ----------
@@ -252,22 +254,39 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
         for j, springs in enumerate(patterns["springs"].to_numpy()):
             rows = [(root * relative.sel(axis=axis).to_numpy())[stuck] for axis in springs]
             matrix = free + largest * sum(B.T @ B for B in rows)
-            squared = np.linalg.eigvalsh(matrix)[: reference.shape[-1]]
-            frequency[i, j] = np.sqrt(squared) / (2 * np.pi)
+            frequency[i, j] = _resonances_in(matrix, modes, reference.shape[-1])
     dims = ("pattern", "springs", "resonance")
     return xr.Dataset(
         {
-            "frequency": quantity(dims, frequency, "Hz", "bending resonance in the basis"),
+            "frequency": quantity(dims, frequency, "Hz", "resonance in the basis"),
             "error": quantity(dims, frequency / reference - 1, "1", "relative to the full model"),
         },
         coords={"pattern": patterns["pattern"], "springs": patterns["springs"]},
     )
 
 
-def _bending(stiffness: sparse.csc_array, half: Subspace, number: int) -> Array:
-    """Frequencies of the first bending modes among twice as many symmetric ones [Hz]."""
-    squared, x = half.modes(half.factors(stiffness), stiffness, 2 * number)
-    bending = families_of(half.structure, half.basis @ x).family == "bending"
-    if np.count_nonzero(bending) < number:
-        raise ValueError(f"fewer than {number} of the first {2 * number} modes are bending modes")
-    return np.sqrt(squared[bending][:number]) / (2 * np.pi)
+def _resonances(stiffness: sparse.csc_array, part: Subspace, number: int) -> Array:
+    """Frequencies of the first modes that respond [Hz]."""
+    factors, count = part.factors(stiffness), 2 * number
+    most = min(_MOST_SOUGHT * number, stiffness.shape[0] - 2)
+    while True:
+        squared, x = part.modes(factors, stiffness, min(count, most))
+        responds = that_respond(part.structure, part.basis @ x)
+        if np.count_nonzero(responds) >= number:
+            return np.sqrt(squared[responds][:number]) / (2 * np.pi)
+        if count >= most:
+            raise ValueError(f"fewer than {number} of the first {most} modes respond")
+        count *= 2
+
+
+def _resonances_in(matrix: Array, modes: xr.Dataset, number: int) -> Array:
+    """Frequencies of the first motions of a basis that respond [Hz]."""
+    squared, x = np.linalg.eigh(matrix)
+    kinds = (kind for kind in ("input", "output") if f"{kind}_mode" in modes)
+    places = [modes[f"{kind}_mode"].transpose(kind, "mode").to_numpy() @ x for kind in kinds]
+    # of masses of one the largest motion of all vectors together
+    largest = np.full(len(squared), max((abs(at).max() for at in places if at.size), default=0.0))
+    responds = move_in(largest, *places)
+    if np.count_nonzero(responds) < number:
+        raise ValueError(f"{len(squared)} modes cannot show {number} resonances")
+    return np.sqrt(squared[responds][:number]) / (2 * np.pi)

@@ -96,6 +96,26 @@ def structure_to_dataset(structure: Structure) -> xr.Dataset:
     )
 
 
+def contact_to_dataset(structure: Structure) -> xr.Dataset:
+    """A structure without a mesh of its maker, as ``assembly.nc`` holds it.
+
+    ``position``, ``area`` and ``frame`` of the contact points (pair), and where the geometry is
+    known its ``coordinate`` (node, axis) [m], ``connectivity`` (element, corner) and ``part``.
+    """
+    geometry, variables = structure.geometry, structure.contact.variables()
+    if geometry is not None:
+        variables |= {
+            "coordinate": quantity(("node", "axis"), geometry.node, "m", "position of the node"),
+            "connectivity": quantity(
+                ("element", "corner"), geometry.cell, "1", "nodes of the element, order of VTK"
+            ),
+            "part": quantity("element", geometry.part, "1", "part of the element"),
+        }
+    coordinates = {"axis": ["x", "y", "z"]}
+    attributes = {"maker": structure.maker, "degrees_of_freedom": structure.dofs}
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
 def structure_from_dataset(stored: xr.Dataset) -> Structure:
     """The structure that ``structure_to_dataset`` has stored.
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.structure.elasticity import HEXAHEDRON_FACES
+from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """The contents of a study: one list of all files that it makes."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -173,6 +173,11 @@ class Contents(Responses):
         yield Artefact("designs", sweep=name)
         yield Artefact("sweep", sweep=name)
         yield Artefact("sweep_page", sweep=name)
+
+    def has_mesh(self, which: Mapping[str, object]) -> bool:
+        """Whether an assembly, or that of a case, has a mesh that figures show."""
+        name = which.get("assembly") or self.study.case(str(which["case"])).assembly
+        return self.study.assembly(str(name)).HAS_MESH
 
     def _chunks(self, name: str) -> Iterator[Artefact]:
         """Designs of a sweep that a job solves."""

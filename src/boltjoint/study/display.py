@@ -49,6 +49,8 @@ class Display:
         Further arguments of the function: values of the configuration.
     is_compared
         Whether it shows published values too, where a case asks for them.
+    shows_mesh
+        Whether it needs a mesh, which not all assemblies have.
     printed_by
         Fields by which the same figure is found among the published ones.
     stage
@@ -69,12 +71,15 @@ class Display:
     order: int = 0
     options: Callable[["Contents", Artefact], Mapping[str, object]] = lambda *_: {}
     is_compared: bool = False
+    shows_mesh: bool = False
     printed_by: tuple[str, ...] = ()
     stage: str = ""
 
     def artefacts(self, contents: "Contents") -> Iterator[Artefact]:
         """All of this kind that a study has."""
         for which in self.of(contents):
+            if self.shows_mesh and not contents.has_mesh(which):
+                continue
             yield Artefact(self.kind, self.form, **which)
 
     def title_of(self, artefact: Artefact) -> str:

@@ -56,6 +56,7 @@ _MODES = {
     "job": "structure_{assembly}",
     "page": "structure",
     "section": "modes",
+    "shows_mesh": True,
     "printed_by": ("assembly",),
 }
 
@@ -70,6 +71,7 @@ _MODES = {
     title="Mesh of {assembly}",
     caption="From above at an angle, the contact surface from above, and a cut along the middle of "
     "the width. The bolts are tied to the bars under head and nut, or to washers that are.",
+    shows_mesh=True,
     printed_by=("assembly",),
 )
 def mesh(artefact: Artefact, results: "Results") -> "Figure":
@@ -100,6 +102,7 @@ def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
     title="Initial gap of {assembly}",
     caption="Form error of both surfaces together: their distance as they touch, before the bolts "
     "are tightened.",
+    shows_mesh=True,
     printed_by=("assembly",),
 )
 def initial_gap(artefact: Artefact, results: "Results") -> "Figure":
@@ -143,6 +146,7 @@ _OF_PRELOAD = {
     "job": "structure_{assembly}",
     "page": "structure",
     "section": "contact",
+    "shows_mesh": True,
     "printed_by": ("assembly", "preload_N"),
 }
 

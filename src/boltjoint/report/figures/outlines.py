@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.report.figures.style import MM
-from boltjoint.structure.elasticity import HEXAHEDRON_FACES
+from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 
 #: points closer than this [m] are one
 SAME_POINT = 1e-9

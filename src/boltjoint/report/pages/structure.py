@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.config.assembly import Assembly
-from boltjoint.config.bolts import Bolts
+from boltjoint.config.bolts import MATERIAL_WORDS
+from boltjoint.config.described import Described
+from boltjoint.config.makers import maker
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
@@ -17,15 +18,12 @@ from boltjoint.study.tables.html import number
 
 _TEXT = prose("structure")
 
-_MATERIAL = {
-    "youngs_modulus_GPa": "Young's modulus (GPa)",
-    "poissons_ratio": "Poisson's ratio",
-    "density_kg_per_m3": "density (kg/m³)",
-}
+#: rows for the size of a mesh, by the dimensions of ``assembly.nc``
+_SIZES = {"node": "nodes", "element": "elements", "pair": "contact pairs"}
 
 
 def structure_page(
-    assemblies: Mapping[str, Assembly],
+    assemblies: Mapping[str, Described],
     artefacts: Sequence[Artefact],
     results: Results,
     published: Published,
@@ -47,39 +45,28 @@ def structure_page(
         Names of the study's cases, to which the page links.
     """
     content = PageContent(artefacts, results, published)
+    kinds = dict.fromkeys(maker(assembly.type).MEANING for assembly in assemblies.values())
     sections = [
         Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, content)),
-        Section("modes", "Bending modes without contact", _modes(content)),
+        Section("modes", "Modes without contact", _modes(content)),
         Section("contact", "Contact under bolt preload", _contact(content)),
         *content.remainder(),
     ]
-    return render_page("Structure", "Assemblies", _TEXT.lead(), sections, cases, "structure.html")
+    lead = _TEXT.lead(" ".join(kinds))
+    return render_page("Structure", "Assemblies", lead, sections, cases, "structure.html")
 
 
-def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Markup:
+def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Markup:
     columns = {}
     for name, assembly in assemblies.items():
-        bar, bolts = assembly.bar, assembly.bolts
-        diameters = (bolts.shank_diameter_mm, bolts.hole_diameter_mm, bolts.head_diameter_mm)
-        columns[name] = {
-            "width of the bars (mm)": number(bar.width_mm),
-            "height outside the lap (mm)": number(bar.height_mm),
-            "clamp to lap (mm)": number(bar.free_length_mm[0]),
-            "lap (mm)": number(bar.lap_mm),
-            "lap to free end (mm)": number(bar.free_length_mm[1]),
-            "bolts": str(len(assembly.bolt_positions_mm)),
-            "bolts, from the start of the lap (mm)": _listed(assembly.bolt_positions_mm),
-            "diameters of shank, hole and head (mm)": _listed(diameters),
-            **_washers(bolts),
-            **_materials(assembly),
-        }
+        facts = maker(assembly.type).facts_of(assembly)
+        columns[name] = {words: _as_text(fact) for words, fact in facts.items()}
         if content.results.has("assembly", assembly=name):
             mesh = content.results.dataset("assembly", assembly=name)
-            columns[name] |= {
-                "nodes": str(mesh.sizes["node"]),
-                "elements": str(mesh.sizes["element"]),
-                "contact pairs": str(mesh.sizes["pair"]),
-            }
+            if dofs := mesh.attrs.get("degrees_of_freedom"):
+                columns[name]["degrees of freedom"] = str(dofs)
+            sizes = ((words, mesh.sizes.get(size)) for size, words in _SIZES.items())
+            columns[name] |= {words: str(size) for words, size in sizes if size is not None}
             if "initial_gap" in mesh:
                 largest = 1e6 * mesh["initial_gap"].max().item()
                 columns[name]["largest initial gap (μm)"] = number(largest)
@@ -87,46 +74,20 @@ def _dimensions(assemblies: Mapping[str, Assembly], content: PageContent) -> Mar
     notes = []
     if in_source:
         columns["in the source"] = {
-            _MATERIAL[key]: number(value) for key, value in content.published.material().items()
+            MATERIAL_WORDS[key]: number(value)
+            for key, value in content.published.material().items()
         }
         notes = [
             _TEXT.dimensions_of_source(" and ".join(in_source)),
             source_reference("Table", ["3.1"]),
         ]
-    frame = pd.DataFrame(columns).rename_axis("quantity").reset_index()
+    if without := [name for name, assembly in assemblies.items() if not assembly.HAS_MESH]:
+        notes.append(_TEXT.without_mesh(" and ".join(without)))
+    frame = pd.DataFrame(columns).fillna("–").rename_axis("quantity").reset_index()
     described = table_with_caption(
         frame, "Dimensions, material and mesh", notes, anchor="dimensions-table", verbatim=True
     )
     return described + content.section("dimensions")
-
-
-def _washers(bolts: Bolts) -> dict[str, str]:
-    """Dimensions of the washers, where there are any."""
-    washer = bolts.washer
-    if washer is None:
-        return {}
-    hole = washer.hole_diameter_mm if bolts.has_narrow_washers else bolts.hole_diameter_mm
-    return {
-        "washers under": " and ".join(washer.under),
-        "thickness of a washer, diameters of its hole and edge (mm)": _listed(
-            (washer.thickness_mm, hole, washer.diameter_mm)
-        ),
-    }
-
-
-def _materials(assembly: Assembly) -> dict[str, str]:
-    """Material of the bars, and of bolts and washers where it is another."""
-    others = {"of the bolts": assembly.bolt_material}
-    if assembly.bolts.washer is not None:
-        others["of the washers"] = assembly.washer_material
-    rows = {words: number(getattr(assembly.material, key)) for key, words in _MATERIAL.items()}
-    for which, material in others.items():
-        if material != assembly.material:
-            for key, words in _MATERIAL.items():
-                quantity, _, unit = words.partition(" (")
-                label = f"{quantity} {which}" + (f" ({unit}" if unit else "")
-                rows[label] = number(getattr(material, key))
-    return rows
 
 
 def _modes(content: PageContent) -> Markup:
@@ -148,5 +109,8 @@ def _contact(content: PageContent) -> Markup:
     return body + content.section("contact")
 
 
-def _listed(values: Sequence[float]) -> str:
-    return ", ".join(map(number, values))
+def _as_text(fact: float | str | Sequence[float]) -> str:
+    """A number, numbers or words of a maker."""
+    if isinstance(fact, str):
+        return fact
+    return number(fact) if isinstance(fact, int | float) else ", ".join(map(number, fact))

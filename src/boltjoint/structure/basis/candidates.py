@@ -27,6 +27,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from boltjoint import checks
 from boltjoint.joint.surface_places import SurfacePlaces
+from boltjoint.structure.families import ELASTIC
 from boltjoint.structure.makers.registry import families_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import part_that_moves
@@ -220,7 +221,7 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     stiffness, mass = _symmetric(stiffness), _projected(M, vector)
     frequency = np.sqrt(squared) / (2 * np.pi)
     family = families_of(structure, part.basis @ mode).family
-    kept = np.flatnonzero((family == "bending") | (family == "elastic"))
+    kept = np.flatnonzero((family == "bending") | (family == ELASTIC))
     scale = 1 / np.sqrt(np.diag(stiffness))
     share, turn = eigh(scale[:, None] * stiffness * scale)
     independent = share > DEPENDENT_SHARE * share[-1]

@@ -20,7 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.structure.elasticity import HEXAHEDRON_FACES
+from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 from boltjoint.structure.makers.half_lap.constraints import mesh_of
 from boltjoint.structure.makers.half_lap.materials import element_materials
 

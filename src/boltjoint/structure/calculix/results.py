@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from boltjoint.dataset import quantity
 from boltjoint.structure.calculix.decks import faces_among_nodes
-from boltjoint.structure.elasticity import HEXAHEDRON_FACES
+from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 
 Array = NDArray[np.float64]
 

@@ -1,16 +1,37 @@
-"""The makers of structures by name."""
+"""What the makers of structures make, by their names."""
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from boltjoint import checks
-from boltjoint.structure.families import Families
-from boltjoint.structure.makers.half_lap import families as half_lap_families
-from boltjoint.structure.makers.half_lap import structure as half_lap
+from boltjoint.config.described import Described
+from boltjoint.config.makers import DEFAULT, maker
+from boltjoint.structure.families import ELASTIC, Families
 from boltjoint.structure.model import Structure
+from boltjoint.structure.structure_file import contact_to_dataset
 
-#: by the name of a maker, how it tells families of modes apart
-_FAMILIES = {half_lap.NAME: half_lap_families.families_of}
+
+def make(description: Described, folder: Path) -> tuple[xr.Dataset, Structure]:
+    """The assembly as ``assembly.nc`` holds it, and its structure.
+
+    Parameters
+    ----------
+    description
+        Of the assembly.
+    folder
+        Of the study, in which the files of the description lie.
+
+    Raises
+    ------
+    ValueError
+        If it is no structure.
+    """
+    made = maker(description.type).make(description, folder)
+    structure = structure_of(made)
+    return made if isinstance(made, xr.Dataset) else contact_to_dataset(structure), structure
 
 
 def structure_of(assembly: xr.Dataset | Structure) -> Structure:
@@ -22,10 +43,67 @@ def structure_of(assembly: xr.Dataset | Structure) -> Structure:
         If it is neither, or as for ``structure_of`` of the maker.
     """
     checks.instance("assembly", assembly, xr.Dataset, Structure)
-    return assembly if isinstance(assembly, Structure) else half_lap.structure_of(assembly)
+    if isinstance(assembly, Structure):
+        return assembly
+    name = assembly.attrs.get("maker", DEFAULT)
+    of_mesh = getattr(maker(name), "structure_of", None)
+    if of_mesh is None:
+        raise ValueError(f"assembly of type {name} has no mesh: give its structure")
+    return of_mesh(assembly)
+
+
+def loaded_nodes(assembly: xr.Dataset) -> np.ndarray:
+    """Numbers of the nodes where forces may act: all where the maker says nothing."""
+    known = getattr(maker(assembly.attrs.get("maker", DEFAULT)), "loaded_nodes", None)
+    return known(assembly) if known else np.arange(assembly.sizes["node"])
+
+
+def load_on_surface(assembly: xr.Dataset, surface: str) -> np.ndarray:
+    """Nodal forces of an even load of one newton on a surface, shape (nodes,).
+
+    Raises
+    ------
+    ValueError
+        If the maker of the assembly knows no such surface.
+    """
+    name = assembly.attrs.get("maker", DEFAULT)
+    known = getattr(maker(name), "load_on_surface", None)
+    if known is None:
+        raise ValueError(f"assembly of type {name} has no surface called {surface}")
+    return known(assembly, surface)
 
 
 def families_of(structure: Structure, q: np.ndarray) -> Families:
     """Families of elastic modes q, shape (dofs, modes)."""
-    known = _FAMILIES.get(structure.maker)
-    return known(structure, q) if known else Families(np.full(q.shape[1], "elastic"))
+    known = getattr(maker(structure.maker), "families_of", None) if structure.maker else None
+    return known(structure, q) if known else Families(np.full(q.shape[1], ELASTIC))
+
+
+def that_respond(structure: Structure, q: np.ndarray) -> np.ndarray:
+    """Which of some elastic modes q (dofs, modes) resonances of a case are, shape (modes,).
+
+    Bending modes where the maker tells families apart, else those in which an input and an output
+    move, where there are any.
+    """
+    family = families_of(structure, q).family
+    if not np.any(family == ELASTIC):
+        return family == "bending"
+    rows = (structure.inputs, structure.outputs)
+    return move_in(abs(q).max(axis=0), *([each.row @ q for each in of.values()] for of in rows))
+
+
+def move_in(largest: np.ndarray, *places: Sequence[np.ndarray]) -> np.ndarray:
+    """Modes in which one of each group of places moves at least, shape (modes,).
+
+    Parameters
+    ----------
+    largest
+        Motion of each mode where it is largest, shape (modes,).
+    places
+        Of each group, the modes at its places, shape (places, modes); without places all do.
+    """
+    found = np.ones(largest.shape, dtype=bool)
+    for group in places:
+        if len(group):
+            found &= abs(np.asarray(group)).max(axis=0) > checks.ROUNDING_OF_MODES * largest
+    return found

@@ -85,11 +85,11 @@ def _quantities(
         yield "friction elements, node to node", str(elements), "contact_nodes"
     yield from _damping(case.structural_damping)
     if case.is_base_excited:
-        yield "accelerations of the clamp (m/s²)", ", ".join(map(number, case.levels)), None
+        yield "accelerations of the supports (m/s²)", ", ".join(map(number, case.levels)), None
     else:
         yield "forces (N)", ", ".join(map(number, case.levels)), "forces_N"
-    if case.sensors:
-        yield "sensors", ", ".join(sensor.name for sensor in case.sensors), None
+    if sensors := (*(sensor.name for sensor in case.sensors), *case.outputs):
+        yield "sensors", ", ".join(sensors), None
     friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
     yield "friction forces", friction, None
     chosen = f"as many as change a peak by less than {100 * solver.harmonic_tolerance:g} %"

@@ -1,1 +1,75 @@
-"""Plan and mesh of half-lap assemblies."""
+"""Half laps: two bars, each cut to half its height, clamped at one end and held by bolts."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from boltjoint.config.assembly import Assembly as Description
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from boltjoint.structure.families import Families
+    from boltjoint.structure.model import Structure
+
+__all__ = [
+    "MEANING",
+    "Description",
+    "facts_of",
+    "families_of",
+    "load_on_surface",
+    "loaded_nodes",
+    "make",
+    "structure_of",
+]
+
+
+MEANING = (
+    "Two bars, each cut to half its height over the lap, clamped at one end and held by a row of "
+    "bolts."
+)
+
+
+def make(description: Description, folder: Path) -> "xr.Dataset":
+    """The mesh."""
+    from boltjoint.config.gap_map import load_gap_map
+    from boltjoint.structure.makers.half_lap import mesh
+
+    file = description.gap_file
+    gap_map = None if file is None else load_gap_map(folder / file)
+    return mesh.build_assembly(description, gap_map)
+
+
+def structure_of(assembly: "xr.Dataset") -> "Structure":
+    """The structure of a mesh."""
+    from boltjoint.structure.makers.half_lap import structure
+
+    return structure.structure_of(assembly)
+
+
+def families_of(structure: "Structure", q: "np.ndarray") -> "Families":
+    """Families of elastic modes q, shape (dofs, modes)."""
+    from boltjoint.structure.makers.half_lap import families
+
+    return families.families_of(structure, q)
+
+
+def loaded_nodes(assembly: "xr.Dataset") -> "np.ndarray":
+    """Numbers of the nodes where forces may act and motion may be read."""
+    from boltjoint.structure.makers.half_lap import loads
+
+    return loads.nodes_of_bars(assembly)
+
+
+def load_on_surface(assembly: "xr.Dataset", surface: str) -> "np.ndarray":
+    """Nodal forces of an even load of one newton on a surface, shape (nodes,)."""
+    from boltjoint.structure.makers.half_lap import loads
+
+    return loads.load_on_surface(assembly, surface)
+
+
+def facts_of(description: Description) -> dict[str, float | str | tuple[float, ...]]:
+    """What pages state of it, by what it is called."""
+    from boltjoint.structure.makers.half_lap import facts
+
+    return facts.facts_of(description)

@@ -62,7 +62,7 @@ def structure_of(assembly: xr.Dataset) -> Structure:
         contact=_contact(assembly, relative.tocsr()),
         bolts=_bolts(assembly, T.shape[1]),
         inputs={"excitation": _row(assembly, "excitation", T)},
-        outputs={"response": _row(assembly, "response", T)},
+        outputs={"output": _row(assembly, "response", T)},
         support=support if is_held else None,
         symmetry=reflection,
         geometry=Geometry(

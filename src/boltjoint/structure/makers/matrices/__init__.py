@@ -1,1 +1,39 @@
-"""Structures from stiffness and mass matrices of another program."""
+"""Structures from stiffness and mass matrices of other programs."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from boltjoint.config.matrices import Matrices as Description
+from boltjoint.config.mesh_size import MeshSize
+
+if TYPE_CHECKING:
+    from boltjoint.structure.model import Structure
+
+__all__ = ["MEANING", "Description", "facts_of", "make", "size_of"]
+
+
+MEANING = (
+    "Stiffness and mass matrices of another program, with the contact points and bolts they have."
+)
+
+
+def make(description: Description, folder: Path) -> "Structure":
+    """The structure."""
+    from boltjoint.structure.makers.matrices.structure import structure_of_matrices
+
+    return structure_of_matrices(description, folder)
+
+
+def size_of(description: Description, folder: Path) -> MeshSize:
+    """Size of the structure; as many nodes as have all degrees of freedom."""
+    from boltjoint.structure.makers.matrices.structure import sizes_of_matrices
+
+    sizes = sizes_of_matrices(description, folder)
+    return MeshSize(nodes=-(-sizes.dofs // 3), elements=0, pairs=sizes.points)
+
+
+def facts_of(description: Description) -> dict[str, float | str | tuple[float, ...]]:
+    """What pages state of it, by what it is called."""
+    from boltjoint.structure.makers.matrices import facts
+
+    return facts.facts_of(description)

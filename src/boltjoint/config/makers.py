@@ -1,0 +1,58 @@
+"""Makers of structures by the ``type`` of an assembly.
+
+A maker is a module; what takes long to import is imported by its functions. It has
+
+- ``Description``, the class of its YAML files, a ``Described``;
+- ``make(description, folder)``, which turns one into a ``Structure``, or into a mesh, a dataset
+  that ``structure_of(mesh)`` turns into one; ``folder`` is that of the study;
+
+- ``MEANING``, a sentence on what its structures are, and ``facts_of(description)``, numbers and
+  words of one by what pages call them;
+
+and may have
+
+- ``size_of(description, folder)``, its ``MeshSize`` where files tell it;
+- ``families_of(structure, q)``, ``Families`` of elastic modes q, shape (dofs, modes);
+- ``loaded_nodes(mesh)``, numbers of the nodes where forces may act, by default all;
+- ``load_on_surface(mesh, surface)``, nodal forces (nodes,) of one newton on a surface.
+"""
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from boltjoint.config.described import Described
+
+#: of an assembly that names no other
+DEFAULT = "half_lap"
+_MODULES = {
+    "half_lap": "boltjoint.structure.makers.half_lap",
+    "matrices": "boltjoint.structure.makers.matrices",
+}
+#: entry points by which other packages have makers
+GROUP = "boltjoint.makers"
+
+
+def maker_names() -> tuple[str, ...]:
+    """Names of all makers, those of this package first."""
+    return (*_MODULES, *(each.name for each in entry_points(group=GROUP)))
+
+
+def maker(name: str) -> ModuleType:
+    """The maker of this name; a ``KeyError`` if there is none."""
+    if name in _MODULES:
+        return import_module(_MODULES[name])
+    return {each.name: each for each in entry_points(group=GROUP)}[name].load()
+
+
+def type_of(content: Mapping[str, Any]) -> object:
+    """The ``type`` of the content of a YAML file of an assembly."""
+    return content.get("type", DEFAULT)
+
+
+def description_of(content: Mapping[str, Any]) -> "Described":
+    """The description with the content of a YAML file that was checked before."""
+    return maker(str(type_of(content))).Description.model_validate(content)

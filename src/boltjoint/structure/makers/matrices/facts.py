@@ -1,0 +1,13 @@
+"""What pages state of a structure from matrices."""
+
+from boltjoint.config.matrices import Matrices
+
+
+def facts_of(described: Matrices) -> dict[str, float | str | tuple[float, ...]]:
+    """Files, bolts, inputs and outputs, by what they are called."""
+    names = {"inputs": described.input_names, "outputs": described.output_names}
+    return {
+        "matrices from": ", ".join(described.named_files),
+        "bolts": described.bolt_count,
+        **{kind: ", ".join(found) or "none" for kind, found in names.items()},
+    }

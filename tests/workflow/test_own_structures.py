@@ -1,0 +1,133 @@
+"""Studies of structures that are no half laps: matrices, and a maker of another package."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from matrix_files import exported, keys, write_npz
+from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, run, snakemake, write
+
+from boltjoint import dataset
+from boltjoint.config.assembly import Assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.registry import structure_of
+
+JOINTS = ["node-to-node", "regions=2/elements=2"]
+OF_CASE = {
+    "assembly": "two_bolt",
+    "outputs": ["tip"],
+    "excitation": {"kind": "inputs", "inputs": [{"name": "shaker"}]},
+    "solve": [{"resonance": 1, "joints": JOINTS}],
+}
+SWEEP = {
+    "case": "small",
+    "vary": {"assembly.contact.penalty_N_per_m3": [1e14, 1e15], "preload_N": [10000, 12000]},
+    "design": {"kind": "grid"},
+    "basis": "free-2",
+    "joint": "regions=2",
+}
+LINEAR = "results/cases/small/free-2/{joint}/linear/resonance=1/response.nc"
+
+
+@pytest.fixture
+def of_matrices(tmp_path):
+    """A study of the structure of the small one, which another program has written."""
+    folder = tmp_path / "study"
+    structure = structure_of(build_assembly(Assembly.model_validate(ASSEMBLY)))
+    (folder / "config/matrices").mkdir(parents=True)
+    write_npz(folder / "config/matrices/joint.npz", exported(structure))
+    tip = [{"name": "tip", "row": "tip", "direction": "z"}]
+    described = keys(structure, file="config/matrices/joint.npz", outputs=tip)
+    write(folder / "config/assemblies/two_bolt.yaml", described)
+    write(folder / "config/cases/small.yaml", {**CASE, **OF_CASE})
+    write(folder / "config/sweeps/penalty.yaml", SWEEP)
+    used = {"cases": ["small"], "sweeps": ["penalty"], "omit": ["timing"]}
+    write(folder / "config/config.yaml", {**SETTINGS, **used, "convergence": {}})
+    for name in ("workflow", "Snakefile"):
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finished):
+    run(of_matrices)
+    for joint in JOINTS:
+        mine, of_mesh = (
+            dataset.load(folder / LINEAR.format(joint=joint)) for folder in (of_matrices, finished)
+        )
+        for name in ("peak_frequency", "peak_amplitude", "harmonic_peak_amplitude"):
+            np.testing.assert_allclose(mine[name], of_mesh[name], rtol=1e-8, err_msg=name)
+        assert mine["sensor"].to_numpy().tolist() == ["tip"]
+    preload = "results/assemblies/two_bolt/preload=10000/preload.nc"
+    loads = [dataset.load(folder / preload)["normal_load"] for folder in (of_matrices, finished)]
+    np.testing.assert_allclose(*loads, atol=1e-9 * loads[1].max())
+    sweep = dataset.load(of_matrices / "results/sweeps/penalty/sweep.nc")
+    assert sweep["complete"].to_numpy().all()
+    # softer contact, lower frequency; higher preload, less slip
+    assert np.all(np.isfinite(sweep["peak_frequency"]))
+    page = (of_matrices / "results/report/structure.html").read_text(encoding="utf-8")
+    assert "no mesh is known" in page
+    assert "half" not in page
+    assert not list(of_matrices.glob("results/figures/mesh*"))
+    view = of_matrices / "results/assemblies/two_bolt/preload=10000/preload.vtu"
+    assert b"normal_load" in view.read_bytes()
+    assert "Nothing to be done" in run(of_matrices, "--dry-run")
+    # the content of the files counts, whatever their dates
+    other = exported(structure_of(build_assembly(Assembly.model_validate(ASSEMBLY))))
+    other["M"] = 1.01 * other["M"]
+    write_npz(of_matrices / "config/matrices/joint.npz", other)
+    assert "build_assembly" in run(of_matrices, "--dry-run")
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"type": "matrix"}, 'type: "matrix" must be half_lap or matrices'),
+        ({"stiffness": "KK"}, "config/matrices/joint.npz: KK is not there; did you mean K?"),
+        ({"file": "config/none.npz"}, "config/none.npz: there is no such file"),
+    ],
+)
+def test_what_is_no_structure_is_said_in_one_line(of_matrices, changes, line):
+    path = of_matrices / "config/assemblies/two_bolt.yaml"
+    write(path, yaml.safe_load(path.read_text()) | changes)
+    ran = snakemake(of_matrices, "--dry-run")
+    assert ran.returncode != 0
+    said = ran.stdout + ran.stderr
+    lines = [each for each in said.splitlines() if "config/assemblies/two_bolt.yaml: " in each]
+    assert len(lines) == 1, said
+    assert line in lines[0]
+    assert "Traceback" not in said
+
+
+CUBES = {
+    "type": "cubes",
+    "edge_mm": 40,
+    "elements": 3,
+    "bolt_stiffness": 1e8,
+}
+
+
+def test_a_maker_of_another_package_is_used_as_those_of_this_one(tmp_path, monkeypatch):
+    """Two files: the module of the maker and the entry point that names it."""
+    package = Path(__file__).with_name("maker_of_cubes")
+    monkeypatch.setenv("PYTHONPATH", f"{package}:{ROOT / 'src'}")
+    folder = tmp_path / "study"
+    case = {**CASE, **OF_CASE, "assembly": "cubes", "outputs": ["top"], "preload_N": 2000}
+    case["excitation"] = {"kind": "inputs", "inputs": [{"name": "top"}]}
+    write(folder / "config/assemblies/cubes.yaml", CUBES)
+    write(folder / "config/cases/small.yaml", case)
+    used = {"cases": ["small"], "omit": ["timing"], "convergence": {}}
+    write(folder / "config/config.yaml", {**SETTINGS, **used})
+    for name in ("workflow", "Snakefile"):
+        (folder / name).symlink_to(ROOT / name)
+    ran = subprocess.run(COMMAND, cwd=folder, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    preload = dataset.load(folder / "results/assemblies/cubes/preload=2000/preload.nc")
+    # the bolts are tightened against the ground: the contact carries what their springs do not
+    carried = preload["normal_load"].sum().item()
+    assert 0 < carried < 8000
+    response = dataset.load(folder / LINEAR.format(joint="node-to-node"))
+    assert response["complete"].all()
+    page = (folder / "results/report/structure.html").read_text(encoding="utf-8")
+    assert "edge of the cubes (mm)" in page
