@@ -56,6 +56,31 @@ def test_files_and_classes_are_short_and_open_with_a_statement(file):
     assert "?" not in (ast.get_docstring(TREES[file]) or "").split("\n")[0]
 
 
+#: words of the half lap alone
+OF_HALF_LAP = re.compile(r"half_lap|FIRST_BOLT|bar_A|BAR_A|clamp|\by = 0(?![.\d])")
+#: its maker, its description and its figures, and what names these
+ROOM_OF_HALF_LAP = (
+    *("src/boltjoint/structure/makers/half_lap/", "src/boltjoint/config/makers.py"),
+    *(f"src/boltjoint/config/{name}.py" for name in ("assembly", "bolts", "gap", "gap_map")),
+    *(f"src/boltjoint/report/{name}.py" for name in ("figures/half_lap", "displays/structure")),
+    # CalculiX gets its decks from the mesh
+    *(f"workflow/scripts/{name}.py" for name in ("write_decks", "run_calculix")),
+    "workflow/scripts/compare_calculix.py",
+)
+
+
+def test_words_of_the_half_lap_stand_in_its_room():
+    root = PACKAGE.parents[1]
+    files = [*PACKAGE.rglob("*.*"), *(root / "workflow").rglob("*.*"), root / "Snakefile"]
+    elsewhere = {
+        name: OF_HALF_LAP.findall(path.read_text(encoding="utf-8"))
+        for path in files
+        if path.suffix in (".py", ".j2", ".smk", ".rst", "") and path.is_file()
+        if not (name := path.relative_to(root).as_posix()).startswith(ROOM_OF_HALF_LAP)
+    }
+    assert {name: words for name, words in elsewhere.items() if words} == {}
+
+
 def test_machine_code_is_kept_in_one_way():
     # where it cannot be, numba's own cache is an error
     for file, tree in TREES.items():

@@ -8,11 +8,11 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh, splu
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.structure.calculix.decks import faces_among_nodes
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 from boltjoint.structure.makers.half_lap.blocks import extrude
+from boltjoint.structure.makers.half_lap.calculix.decks import faces_among_nodes
 from boltjoint.structure.makers.half_lap.mesh import tributary_area
 from boltjoint.structure.makers.half_lap.plan import Plan, rectangle_plan
 from boltjoint.structure.makers.half_lap.structure import structure_of

@@ -10,10 +10,14 @@ from examples import COARSE, brick_bar
 from small_study import CASE, ROOT, SETTINGS, snakemake, write
 from test_bolts import ALUMINIUM, BRASS, STEEL, WIDE, bolted
 
-from boltjoint.structure.calculix.comparison import compare_with_calculix
-from boltjoint.structure.calculix.decks import run, write_modes_deck, write_preload_deck
-from boltjoint.structure.calculix.results import read_modes, read_preload
 from boltjoint.structure.elasticity import assemble, smallest_jacobian
+from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
+from boltjoint.structure.makers.half_lap.calculix.decks import (
+    run,
+    write_modes_deck,
+    write_preload_deck,
+)
+from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
 from boltjoint.structure.makers.half_lap.materials import element_materials
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes

@@ -11,8 +11,8 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.config.gap_map import GapMap
 from boltjoint.dataset import load, quantity, save
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.calculix.decks import write_preload_deck
 from boltjoint.structure.contact_law import contact_force
+from boltjoint.structure.makers.half_lap.calculix.decks import write_preload_deck
 from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
     free_displacements,

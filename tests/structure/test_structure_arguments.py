@@ -12,9 +12,9 @@ from scipy import sparse
 from boltjoint.structure import contact_law, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.basis.pod import basis_of_pod_modes
-from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck
 from boltjoint.structure.makers.half_lap import constraints
 from boltjoint.structure.makers.half_lap.blocks import extrude
+from boltjoint.structure.makers.half_lap.calculix.decks import write_modes_deck, write_preload_deck
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
 from boltjoint.structure.makers.half_lap.mesh import tributary_area
 from boltjoint.structure.makers.half_lap.plan import (

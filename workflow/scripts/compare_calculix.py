@@ -3,8 +3,8 @@
 import pandas as pd
 
 from boltjoint import dataset
-from boltjoint.structure.calculix.comparison import compare_with_calculix
-from boltjoint.structure.calculix.results import read_modes, read_preload
+from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
+from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
 from boltjoint.study.tables import files as tables
 from boltjoint.workflow import logs
 

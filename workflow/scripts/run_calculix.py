@@ -1,6 +1,6 @@
 """Run CalculiX on an input deck."""
 
-from boltjoint.structure.calculix.decks import run
+from boltjoint.structure.makers.half_lap.calculix.decks import run
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log.job)

@@ -1,7 +1,7 @@
 """Write the CalculiX input decks of the modes and the preload of an assembly."""
 
 from boltjoint import dataset
-from boltjoint.structure.calculix.decks import write_modes_deck, write_preload_deck
+from boltjoint.structure.makers.half_lap.calculix.decks import write_modes_deck, write_preload_deck
 from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])

@@ -86,8 +86,8 @@ class Case(Entry):
     """Preload of each bolt. A warning is given where it strains the shanks beyond 0.31 %, at
     which bolts of class 8.8 yield: the model stays elastic."""
     preload_ratios: Annotated[tuple[NotNegative, ...], Field(min_length=1)] | None = None
-    """Preload of each bolt over ``preload_N``, from the clamped side; by default 1 for all. Head
-    and nut of a bolt without preload stay tied to the bars: only the contact opens."""
+    """Preload of each bolt over ``preload_N``, in the order of the assembly; by default 1 for all.
+    Head and nut of a bolt without preload stay tied to the bars: only the contact opens."""
     contact: Contact
     """Friction law of the contact pairs, and its coefficients."""
     regions: Regions = Regions()

@@ -14,7 +14,7 @@ class Point(Entry):
     """A point in the assembly and a direction; the node nearest to the point is taken."""
 
     x_mm: Number
-    """Distance from the clamp along the bar, more than half an element: nodes in the clamp do not
+    """Distance from the held end along the bar, more than half an element: held nodes do not
     move."""
     y_mm: Number
     """Distance from the centre line across the width, at most half the width to each side."""

@@ -48,7 +48,7 @@ class HarmonicBalance:
     damping
         Of the structure; a number is a loss factor.
     excitation_force
-        F [N], or the acceleration of the clamp [m/s2].
+        F [N], or the acceleration of the supports [m/s2].
     basis
         V, orthonormal combinations of the linear modes, (linear modes, modes); these by default.
 

@@ -107,8 +107,8 @@ def weigh_pairs(
     joint
         Node to node, or any other.
     forces
-        Amplitudes of the excitation [N], or accelerations of the clamp [m/s2]: the peaks are held
-        under all from the smallest to the largest.
+        Amplitudes of the excitation [N], or accelerations of the supports [m/s2]: the peaks are
+        held under all from the smallest to the largest.
     damping
         Of the structure; a number is a loss factor.
     count

@@ -106,7 +106,7 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     Returns
     -------
     ndarray
-        Band of every pair, from 0 at the clamped end, shape (pairs,).
+        Band of every pair, from 0 along the first tangent, shape (pairs,).
 
     Raises
     ------
@@ -150,7 +150,7 @@ def bands_of_equal_middle_load(position: Array, pressure: Array, count: int) -> 
     Returns
     -------
     ndarray
-        Band of every pair, from 0 at the clamped end, shape (pairs,).
+        Band of every pair, from 0 along the first tangent, shape (pairs,).
 
     Raises
     ------

@@ -58,7 +58,7 @@ def cluster_by_motion(
     -------
     ndarray
         Cluster of every pair, shape (pairs,), numbered surface by surface by their centres along
-        the first tangent: from the clamped end in a half lap. A cluster lies on one surface.
+        the first tangent. A cluster lies on one surface.
 
     Raises
     ------

@@ -24,7 +24,7 @@ from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
 
 Array = NDArray[np.float64]
 
-#: of the excitation level: a force, or an acceleration of the clamp
+#: of the excitation level: a force, or an acceleration of the supports
 EXCITATION_UNITS = ("N", "m/s2")
 
 #: field with the relative modes in each direction that a law may need
@@ -66,8 +66,8 @@ class Joint:
         As ``excitation_mode``, of the part of the excitation that goes with the cosine, where its
         points are not in phase: ``level (excitation_mode sin(wt) + excitation_mode_cos cos(wt))``.
     excitation_unit
-        Unit of the excitation level: ``N``, or ``m/s2`` for an acceleration of the clamp, under
-        which the excitation modes are in kg^1/2 and motion is relative to the clamp.
+        Unit of the excitation level: ``N``, or ``m/s2`` for an acceleration of the supports, under
+        which the excitation modes are in kg^1/2 and motion is relative to them.
     sensor_mode
         As ``response_mode``, of each sensor, shape (sensors, modes); by default the output point
         alone.
@@ -252,8 +252,8 @@ class Joint:
 
         The participation ``phi . excitation`` of the stuck mode phi is compared with the modes at
         the excitation and the output point, whichever are larger: across the width of a symmetric
-        structure, or in its clamp, it is rounding error only. Under an acceleration of the clamp
-        the two have different units, and it is compared with the excitation alone.
+        structure, or where that is held, it is rounding error only. Accelerations of supports have
+        another unit, and are compared with the excitation alone.
 
         Parameters
         ----------

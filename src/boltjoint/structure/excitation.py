@@ -57,7 +57,7 @@ def place_excitation(
     ------
     ValueError
         If there is no such input or output, a point is given without a mesh, or the excitation or
-        a sensor has no part in the modes, as in the clamp, or across the width of a symmetric
+        a sensor has no part in the modes, as where it is held, or across the width of a symmetric
         assembly.
     """
     per_mode = checks.variable("modes", modes, "relative_mode", ("pair", "axis", "mode"))
@@ -150,6 +150,6 @@ def _sum_of(
 def _check_moves(what: str, mode: NDArray, largest: float) -> None:
     if np.all(abs(mode) <= checks.ROUNDING_OF_MODES * largest):
         raise ValueError(
-            f"{what} has no part in the modes: it is in the clamp, or where the modes do not move, "
-            "as across the width of a symmetric assembly"
+            f"{what} has no part in the modes: it is where the structure is held, or where modes do "
+            "not move, as across the width of a symmetric assembly"
         )

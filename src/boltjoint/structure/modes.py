@@ -86,7 +86,7 @@ def find_modes(
     ValueError
         If there is no such family, or the mesh has not as many modes; if ``enriched-N`` gets no POD
         modes, too few, or those of another mesh; or if the force excites none of the modes, or the
-        output point moves in none, as in the clamp, or across the width.
+        output point moves in none, as where it is held, or across a plane of symmetry.
     RuntimeError
         If a natural frequency is no number or zero within rounding: the assembly is not held.
     """
@@ -298,7 +298,7 @@ def _base_excitation(structure: Structure, q: Array) -> dict[str, xr.Variable]:
     """Modal forces of a unit acceleration of the supports along each axis."""
     if structure.support is None:
         return {}
-    what = "modal force of a unit acceleration of the clamp along the axis"
+    what = "modal force of a unit acceleration of the supports along the axis"
     rows = structure.support @ q
     return {"base_excitation_mode": quantity(("axis", "mode"), rows, "kg^1/2", what)}
 

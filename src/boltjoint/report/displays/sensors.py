@@ -38,7 +38,7 @@ _DECLARED = {
     order=1,
     title="Sensors around resonance {resonance} in {basis}",
     caption="First-harmonic amplitude of each sensor over the excitation level, node to node in "
-    "linear modes; under base excitation it is relative to the clamp.",
+    "linear modes; under base excitation it is relative to the supports.",
 )
 def sensors(artefact: Artefact, results: "Results") -> "Figure":
     """Amplitude of each sensor over frequency."""

@@ -76,13 +76,13 @@ _MODES = {
 )
 def mesh(artefact: Artefact, results: "Results") -> "Figure":
     """The mesh of an assembly."""
-    from boltjoint.report.figures.structure import plot_mesh
+    from boltjoint.report.figures.half_lap import plot_mesh
 
     return plot_mesh(results.dataset("assembly", **artefact.which))
 
 
 def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
-    from boltjoint.report.figures.structure import plot_modes
+    from boltjoint.report.figures.half_lap import plot_modes
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
     return plot_modes(assembly, results.dataset("modes", **artefact.which))
@@ -176,7 +176,7 @@ def contact(artefact: Artefact, results: "Results") -> "Figure":
 )
 def deformation(artefact: Artefact, results: "Results") -> "Figure":
     """The shape of an assembly under preload."""
-    from boltjoint.report.figures.structure import plot_deformation
+    from boltjoint.report.figures.half_lap import plot_deformation
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
     return plot_deformation(assembly, results.dataset("preload", **artefact.which))

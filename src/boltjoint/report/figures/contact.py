@@ -286,7 +286,7 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     regions
         The joint of regions that it was fitted to.
     region
-        Which region, from 1 at the clamped end.
+        Which region, from 1.
 
     Raises
     ------

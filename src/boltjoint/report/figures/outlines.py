@@ -46,7 +46,7 @@ def faces_among_nodes(
 def section_outlines(
     assembly: xr.Dataset, view: NDArray[np.float64], across: str = "y"
 ) -> dict[int, list[NDArray[np.int64]]]:
-    """Outlines, as loops of nodes, of every part where the plane y = 0, or z = 0, cuts it."""
+    """Outlines, as loops of nodes, of every part where a plane of two axes cuts it."""
     on_plane = np.abs(assembly["coordinate"].sel(axis=across).to_numpy()) < SAME_POINT
     faces, part = faces_among_nodes(assembly, on_plane)
     if len(faces) == 0:

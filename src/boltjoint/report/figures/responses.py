@@ -25,7 +25,7 @@ from boltjoint.report.figures.style import (
 #: response over the excitation level, by the unit of the level
 _RATIOS = {
     "N": "response / force (mm/N)",
-    "m/s2": "response / acceleration of the clamp (mm per m/s²)",
+    "m/s2": "response / acceleration of the supports (mm per m/s²)",
 }
 _PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
 _CONVERGED_MARK = {"marker": "D", "mfc": "white", "mew": 1.0, "linestyle": "none"}

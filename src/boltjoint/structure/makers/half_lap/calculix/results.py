@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint.dataset import quantity
-from boltjoint.structure.calculix.decks import faces_among_nodes
 from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
+from boltjoint.structure.makers.half_lap.calculix.decks import faces_among_nodes
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from small_study import ASSEMBLY
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.report.figures.structure import (
+from boltjoint.report.figures.half_lap import (
     _VIEW,
     PART_COLOURS,
     plot_deformation,
