@@ -150,6 +150,6 @@ def _sum_of(
 def _check_moves(what: str, mode: NDArray, largest: float) -> None:
     if np.all(abs(mode) <= checks.ROUNDING_OF_MODES * largest):
         raise ValueError(
-            f"{what} has no part in the modes: it is where the structure is held, or where modes do "
-            "not move, as across the width of a symmetric assembly"
+            f"{what} has no part in the modes: it is where the structure is held, or where modes "
+            "do not move, as across the width of a symmetric assembly"
         )
