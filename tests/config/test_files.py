@@ -263,6 +263,32 @@ def test_a_point_in_the_clamp_is_refused(study, place, made):
     load_study(study)
 
 
+def test_a_half_lap_that_nothing_holds_has_points_everywhere_and_no_support(study):
+    write(study / ASSEMBLY_FILE, ASSEMBLY | {"support": "none"})
+    point = {"x_mm": 0, "y_mm": 0, "z_mm": 10, "direction": "z"}
+    write(study / CASE_FILE, CASE | {"sensors": [point | {"name": "end"}]})
+    load_study(study)
+    shaken = {"excitation": {"kind": "base", "direction": "z"}, "accelerations_m_per_s2": [1.0]}
+    content = {key: value for key, value in CASE.items() if "forces" not in key} | shaken
+    write(study / CASE_FILE, content)
+    sentence = "must not be base: nothing is said to hold two_bolt"
+    assert problem_of(study) == f'{CASE_FILE}: excitation.kind: "base" {sentence}'
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"outputs": ["tp"]}, 'outputs[0]: "tp" is no output of two_bolt; there are: output'),
+        (
+            {"excitation": {"kind": "inputs", "inputs": [{"name": "shaker"}]}},
+            'excitation.inputs[0].name: "shaker" is no input of two_bolt; there are: excitation',
+        ),
+    ],
+)
+def test_places_that_the_assembly_does_not_name_are_refused(study, changes, problem):
+    assert refused(study, CASE_FILE, CASE | changes) == problem
+
+
 # ---- through the workflow
 
 

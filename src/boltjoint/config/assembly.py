@@ -107,7 +107,7 @@ class StaticContact(EntryWithLaterKeys):
 
 
 class Assembly(Described):
-    """Two bars with a half-lap joint, clamped at one end and held by a row of bolts.
+    """Two bars with a half-lap joint, clamped at one end or free, and held by a row of bolts.
 
     x runs along the bars from the clamp, y across the width from the centre line, and z upwards
     from the plane of contact.
@@ -121,6 +121,9 @@ class Assembly(Described):
     description: Description = ""
     """Description of the assembly in one line; no result depends on it."""
     bar: Bar
+    support: Literal["clamp", "none"] = "clamp"
+    """How it is held: clamped at the end of the lower bar, or not at all. Six rigid-body modes, at
+    0 Hz, then come before those that ``free-N`` counts."""
     material: Material
     """Linear elastic material of the bars, and of bolts and washers that are given no other."""
     bolts: Bolts
@@ -156,8 +159,8 @@ class Assembly(Described):
 
     @property
     def has_support(self) -> bool:
-        """Whether it is held: it is clamped."""
-        return True
+        """Whether it is clamped."""
+        return self.support == "clamp"
 
     @property
     def named_files(self) -> tuple[str, ...]:
@@ -337,6 +340,8 @@ class Assembly(Described):
         ):
             if not low <= round(getattr(point, name), 6) <= round(high, 6):
                 yield (name,), f"must lie in the assembly, from {low:g} to {high:g} mm"
+        if not self.has_support:
+            return
         # half an element from the clamp the nearest node is as far in it as beyond it
         free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
         if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):

@@ -216,9 +216,10 @@ def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
     from scipy.spatial import ConvexHull  # takes long to import
 
     clamped = drawn[assembly["clamped_node"]]
-    hull = clamped[ConvexHull(clamped).vertices]
-    axes.add_patch(Polygon(hull, hatch="xxxxx", fill=False, linewidth=0.8))
-    axes.text(clamped[:, 0].max(), clamped[:, 1].min(), "  clamped", va="top")
+    if clamped.size:
+        hull = clamped[ConvexHull(clamped).vertices]
+        axes.add_patch(Polygon(hull, hatch="xxxxx", fill=False, linewidth=0.8))
+        axes.text(clamped[:, 0].max(), clamped[:, 1].min(), "  clamped", va="top")
     excited, observed = (assembly[f"{name}_node"] for name in ("excitation", "response"))
     tip = drawn[int(excited)]
     tail = tip + _ARROW * onto_paper["xyz".index(excited.attrs["direction"])]

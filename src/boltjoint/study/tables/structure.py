@@ -13,6 +13,8 @@ from boltjoint.study.published import Published
 def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) -> pd.DataFrame:
     """Natural frequencies of the bending modes without contact, by assembly.
 
+    Rigid-body modes, at 0 Hz, are counted alone, in a column where there are any.
+
     Parameters
     ----------
     modes
@@ -20,16 +22,17 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
     published
         The source's tables; without any there are no columns for them.
     """
-    ours = pd.concat(
-        pd.DataFrame(
-            {
-                "assembly": name,
-                "bending_mode": np.arange(1, dataset.sizes["mode"] + 1),
-                "frequency_Hz": dataset["natural_frequency"].to_numpy(),
-            }
-        )
-        for name, dataset in modes.items()
-    )
+    tables, rigid = [], {}
+    for name, dataset in modes.items():
+        frequency = dataset["natural_frequency"].to_numpy()
+        elastic = frequency[frequency > 0]
+        rigid[name] = frequency.size - elastic.size
+        number = np.arange(1, elastic.size + 1)
+        columns = {"assembly": name, "bending_mode": number, "frequency_Hz": elastic}
+        tables.append(pd.DataFrame(columns))
+    ours = pd.concat(tables)
+    if any(rigid.values()):
+        ours["rigid_body_modes"] = ours["assembly"].map(rigid)
     if published.is_empty:
         return ours
     printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
@@ -46,17 +49,16 @@ def tabulate_families(modes: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     modes
         ``modes.nc`` of a basis ``all-N`` of each assembly by its name.
     """
-    return pd.concat(
-        pd.DataFrame(
-            {
-                "assembly": name,
-                "mode": np.arange(1, dataset.sizes["mode"] + 1),
-                "family": dataset["candidate_family"].to_numpy(),
-                "frequency_Hz": dataset["natural_frequency"].to_numpy(),
-            }
+    tables = []
+    for name, dataset in modes.items():
+        frequency, family = (
+            dataset[each].to_numpy() for each in ("natural_frequency", "candidate_family")
         )
-        for name, dataset in modes.items()
-    )
+        number = np.arange(1, frequency.size + 1)
+        family = ["rigid body"] * (frequency.size - family.size) + family.tolist()
+        columns = {"assembly": name, "mode": number, "family": family, "frequency_Hz": frequency}
+        tables.append(pd.DataFrame(columns))
+    return pd.concat(tables)
 
 
 def tabulate_contact(

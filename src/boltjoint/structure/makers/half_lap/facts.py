@@ -11,7 +11,9 @@ def facts_of(assembly: Assembly) -> dict[str, Fact]:
     """What is told of an assembly, by what it is called."""
     bar, bolts = assembly.bar, assembly.bolts
     diameters = (bolts.shank_diameter_mm, bolts.hole_diameter_mm, bolts.head_diameter_mm)
+    support = {} if assembly.has_support else {"support": "none: free at both ends"}
     return {
+        **support,
         "width of the bars (mm)": bar.width_mm,
         "height outside the lap (mm)": bar.height_mm,
         "clamp to lap (mm)": bar.free_length_mm[0],

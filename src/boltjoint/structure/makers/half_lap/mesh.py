@@ -104,6 +104,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
     order = np.lexsort([across, along])
     pair = pair[order]
     section = label[np.concatenate(sections)]
+    clamped = bars.clamped if assembly.has_support else bars.clamped[:0]
     bolt_position = np.zeros((len(axes), 3))
     bolt_position[:, 0] = _MM * bar.free_length_mm[0] + axes
     gap = initial_gap(assembly, coordinate[pair[:, 0]], gap_map)
@@ -123,7 +124,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
                 "pair", tributary_area(lap.plan)[order], "m2", "tributary area of the contact pair"
             ),
             "clamped_node": quantity(
-                "clamped", np.sort(label[bars.clamped]), "1", "nodes that are held"
+                "clamped", np.sort(label[clamped]), "1", "nodes that are held"
             ),
             "section_node": quantity(
                 ("section_pair", "section_side"), section, "1", "nodes of the pretension sections"
