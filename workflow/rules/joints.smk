@@ -14,7 +14,9 @@ rule connect_nodes:
     resources:
         **SMALL,
     params:
-        library=library("connect_nodes.py"),
+        library=lambda w: library(
+            "connect_nodes.py", [maker_of(study.case(w.case).assembly)]
+        ),
         contact=lambda w: study.case(w.case).contact.options,
         excitation=lambda w: study.case(w.case).excitation,
         sensors=lambda w: (*study.case(w.case).sensors, *study.case(w.case).outputs),

@@ -73,7 +73,18 @@ rule write_page_of_structure:
     resources:
         **SMALL,
     params:
-        library=library("write_page_of_structure.py", CAPTIONS),
+        library=library(
+            "write_page_of_structure.py",
+            [
+                *CAPTIONS,
+                *sorted(
+                    {
+                        makers.page_of(each.type).__name__
+                        for each in study.assemblies.values()
+                    }
+                ),
+            ],
+        ),
         artefacts=DISPLAYS.on_page(contents, "structure"),
         assemblies={
             name: found.model_dump() for name, found in study.assemblies.items()

@@ -12,9 +12,10 @@ rule build_assembly:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        **SMALL,
+        mem_mb=lambda w: resources_of("build", w.assembly)["mem_mb"],
+        runtime=lambda w: resources_of("build", w.assembly)["runtime"],
     params:
-        library=lambda w: library("build_assembly.py", [maker_of(w)]),
+        library=lambda w: library("build_assembly.py", [maker_of(w.assembly)]),
         assembly=lambda w: study.assembly(w.assembly).model_dump(exclude={"preload_N"}),
         files=lambda w: [
             study.hashes[file] for file in study.assembly(w.assembly).named_files
@@ -40,7 +41,7 @@ rule apply_preload:
         mem_mb=lambda w: resources_of("preload", w.assembly)["mem_mb"],
         runtime=lambda w: resources_of("preload", w.assembly)["runtime"],
     params:
-        library=lambda w: library("apply_preload.py", [maker_of(w)]),
+        library=lambda w: library("apply_preload.py", [maker_of(w.assembly)]),
         preload=lambda w: Preload(w.preload_N).of_bolts,
     script:
         "../scripts/apply_preload.py"
@@ -62,7 +63,7 @@ rule find_pod_modes:
         mem_mb=lambda w: resources_of("pod_modes", w.assembly)["mem_mb"],
         runtime=lambda w: resources_of("pod_modes", w.assembly)["runtime"],
     params:
-        library=lambda w: library("find_pod_modes.py", [maker_of(w)]),
+        library=lambda w: library("find_pod_modes.py", [maker_of(w.assembly)]),
         conditions=lambda w: study.contact_conditions(w.assembly),
         contact_adapted_basis=study.contact_adapted_basis.model_dump(),
     script:
@@ -91,7 +92,7 @@ rule find_modes:
         mem_mb=lambda w: resources_of(w.basis, w.assembly)["mem_mb"],
         runtime=lambda w: resources_of(w.basis, w.assembly)["runtime"],
     params:
-        library=lambda w: library("find_modes.py", [maker_of(w)]),
+        library=lambda w: library("find_modes.py", [maker_of(w.assembly)]),
         family="{basis}",
     script:
         "../scripts/find_modes.py"
@@ -114,7 +115,7 @@ rule find_patterns:
         mem_mb=lambda w: resources_of("patterns", w.assembly)["mem_mb"],
         runtime=lambda w: resources_of("patterns", w.assembly)["runtime"],
     params:
-        library=lambda w: library("find_patterns.py", [maker_of(w)]),
+        library=lambda w: library("find_patterns.py", [maker_of(w.assembly)]),
         options=lambda w: {
             **study.stuck_stiffness(w.assembly),
             "number": COMPARED_RESONANCES,

@@ -106,13 +106,24 @@ def library(script, modules=()):
     Another content makes what the script wrote stale.
     """
     files = [own_file(f"workflow/scripts/{script}")]
-    files += [sys.modules[name].__file__ for name in modules]
+    files += [file for name in modules for file in files_of_module(name)]
     return [hash_of(file) for file in files]
 
 
-def maker_of(wildcards):
+def files_of_module(name):
+    """The file of a module; all of another package, whose imports are not followed."""
+    file = Path(sys.modules[name].__file__)
+    is_own = name.partition(".")[0] == "boltjoint"
+    return (
+        [file]
+        if is_own or file.name != "__init__.py"
+        else sorted(file.parent.rglob("*.py"))
+    )
+
+
+def maker_of(assembly):
     """Module of the maker of an assembly, whose code no script names."""
-    return makers.maker(study.assembly(wildcards.assembly).type).__name__
+    return makers.maker(study.assembly(assembly).type).__name__
 
 
 def table_of(sweep):

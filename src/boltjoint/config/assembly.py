@@ -129,8 +129,6 @@ class Assembly(Described):
     bolts: Bolts
     mesh: Mesh
     contact: StaticContact = StaticContact()
-    preload_N: Positive | None = None
-    """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
 
     @property
     def bolt_count(self) -> int:

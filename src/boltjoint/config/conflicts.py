@@ -81,8 +81,8 @@ def conflicts_of_preload_with_gap(
     """A preload that varies, with the keys of all designs, though loads do not grow with it."""
     if assembly.has_initial_gap and "preload_N" in keys:
         reason = (
-            f"with contact.gap_um of {case.assembly}: loads of a joint with an initial gap do not "
-            "grow with the preload, and another preload is another case"
+            f"with {assembly.GAP_KEY} of {case.assembly}: loads of a joint with an initial gap do "
+            "not grow with the preload, and another preload is another case"
         )
         if "preload_N" in sweep.vary:
             yield ("vary", "preload_N"), f"must not vary {reason}"
@@ -123,7 +123,7 @@ def _conflicts_of_joints(case: Case, assembly: Described) -> Problems:
     """
     surfaces = len(assembly.surface_names)
     pairs = assembly.contact_pairs, f"the contact pairs of {case.assembly}"
-    of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly)
+    of_one_side = assembly.pairs_of_one_side, _pairs_of_one_side(case.assembly, assembly)
     for block_index, block in enumerate(case.solve):
         for index, joint in enumerate(block.joints):
             regions = 1 if joint.count == "auto" else joint.count or 0
@@ -193,7 +193,9 @@ def other_preloads(
         if basis.is_contact_adapted
     }
     for assembly in enriched:
-        loads = "one preload, with contact.gap_um" if assembly in gapped else "loads of one ratio"
+        loads = "loads of one ratio"
+        if assembly in gapped:
+            loads = f"one preload, with {assemblies[assembly].GAP_KEY}"
         alike = {
             name: Preload.of(case.preload_N if assembly in gapped else 1, case.preload_ratios)
             for name, case in cases.items()
@@ -240,7 +242,7 @@ def conflicts_of_convergence(
     for index, count in enumerate(settings.convergence.regions):
         for name, assembly in assemblies.items():
             if name in divided and assembly and count > (most := assembly.pairs_of_one_side):
-                sentence = f"must be at most {most}, {_pairs_of_one_side(name)}"
+                sentence = f"must be at most {most}, {_pairs_of_one_side(name, assembly)}"
                 yield ("convergence", "regions", index), sentence
                 break
 
@@ -264,10 +266,12 @@ def _too_large(
         ):
             return (
                 f"must have at most {candidates} vectors: contact_adapted_basis.free_modes, "
-                f"and two for each of {_pairs_of_one_side(name)}"
+                f"and two for each of {_pairs_of_one_side(name, assembly)}"
             )
     return None
 
 
-def _pairs_of_one_side(assembly: str) -> str:
-    return f"the contact pairs of {assembly} on one side of the centre line and on it"
+def _pairs_of_one_side(name: str, assembly: Described) -> str:
+    if not assembly.has_mirror_images:
+        return f"the contact points of {name}"
+    return f"the contact pairs of {name} on one side of the centre line and on it"

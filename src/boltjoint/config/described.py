@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 from boltjoint.config.entries import Entry
 from boltjoint.config.mesh_size import MeshSize
 from boltjoint.config.points import Point
-from boltjoint.config.types import Problems
+from boltjoint.config.types import Positive, Problems
 
 if TYPE_CHECKING:
     from boltjoint.config.gap_map import GapMap
@@ -19,9 +19,15 @@ class Described(Entry):
 
     type: str
     """Kind of structure, by which the rest is read."""
+    preload_N: Positive | None = None
+    """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
 
-    #: whether there is a mesh that figures show
+    #: whether there is a mesh of a half lap, which figures show
     HAS_MESH: ClassVar[bool] = False
+    #: key of the initial gap
+    GAP_KEY: ClassVar[str] = "contact.gap_um"
+    #: whole numbers that name something, which do not vary in sweeps
+    NAMING_KEYS: ClassVar[frozenset[str]] = frozenset()
     #: surfaces on which a load may be distributed
     LOADED_SURFACES: ClassVar[tuple[str, ...]] = ()
 
@@ -72,6 +78,11 @@ class Described(Entry):
     def pairs_of_one_side(self) -> int:
         """Contact points of which the others are mirror images; all where there are none."""
         return self.contact_pairs
+
+    @property
+    def has_mirror_images(self) -> bool:
+        """Whether a plane of symmetry halves what is solved."""
+        return self.pairs_of_one_side < self.contact_pairs
 
     @property
     @abstractmethod

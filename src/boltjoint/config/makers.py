@@ -4,10 +4,12 @@ A maker is a module; what takes long to import is imported by its functions. It 
 
 - ``Description``, the class of its YAML files, a ``Described``;
 - ``make(description, folder)``, which turns one into a ``Structure``, or into a mesh, a dataset
-  that ``structure_of(mesh)`` turns into one; ``folder`` is that of the study;
+  that ``structure_of(mesh)`` turns into one; ``folder`` is that of the study; a mesh has
+  ``position`` (pair, axis), ``area`` and ``frame`` (pair, direction, axis) of the contact points,
+  and may have ``coordinate`` (node, axis), ``connectivity`` (element, corner) and ``part``;
 
-- ``MEANING``, a sentence on what its structures are, and ``facts_of(description)``, numbers and
-  words of one by what pages call them;
+- ``PAGE``, the name of the module that tells pages of its structures by ``MEANING``, a sentence,
+  and ``facts_of(description)``, numbers and words of one by what they are called;
 
 and may have
 
@@ -46,6 +48,11 @@ def maker(name: str) -> ModuleType:
     if name in _MODULES:
         return import_module(_MODULES[name])
     return {each.name: each for each in entry_points(group=GROUP)}[name].load()
+
+
+def page_of(name: str) -> ModuleType:
+    """The module that tells pages of the structures of this maker."""
+    return import_module(maker(name).PAGE)
 
 
 def type_of(content: Mapping[str, Any]) -> object:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from math import pi
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
@@ -211,6 +211,9 @@ class Matrices(Described):
     ``.mat`` files of MATLAB, version 5 or 7.3, or in ``.mtx`` files (Matrix Market).
     """
 
+    NAMING_KEYS: ClassVar[frozenset[str]] = frozenset({"numbered_from", "locked", "dof", "column"})
+    GAP_KEY: ClassVar[str] = "contact.gap"
+
     type: Literal["matrices"]
     """Kind of structure."""
     description: Description = ""
@@ -239,8 +242,6 @@ class Matrices(Described):
     """Places where forces may act."""
     outputs: tuple[MatrixRow, ...] = ()
     """Places where motion may be read; the first is the output point."""
-    preload_N: Positive | None = None
-    """Preload of each bolt, to tabulate the contact while no case uses the structure."""
     _folder: Path = PrivateAttr(Path())
     _size: MeshSize | None = PrivateAttr(None)
 
@@ -311,7 +312,7 @@ class Matrices(Described):
 
     def conflicts_of_point(self, point: Point) -> Problems:
         """A point: matrices know degrees of freedom alone."""
-        yield (), "must be the name of an input or output: matrices have no nodes at points"
+        yield (), "is no place of matrices, which have no nodes: name an input or an output"
 
     def conflicts(self) -> Problems:
         if self.file is None and not self.files:

@@ -328,15 +328,16 @@ def _described(
         problem = with_value(content, ("type",), f"must be {' or '.join(allowed)}")
         files.note(_assembly_file(name), [problem])
         return None
-    described = files.check(maker(str(kind)).Description, _assembly_file(name), content)
-    if described is None:
-        return None
-    described = described.in_folder(files.folder)
     with files.checking(_assembly_file(name)):
+        described = files.check(maker(str(kind)).Description, _assembly_file(name), content)
+        if described is None:
+            return None
+        described = described.in_folder(files.folder)
         if problems := [] if before else list(described.conflicts_of_files()):
             files.note(_assembly_file(name), problems)
             return None
-    return described
+        return described
+    return None
 
 
 def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]]:

@@ -98,6 +98,7 @@ class BaseOfVariants:
             reasons += [f"{ASSEMBLY}{line}" for line in lines]
             if found is not None:
                 assembly = found.in_folder(assembly.folder)
+                reasons += [f"{ASSEMBLY}{line}" for _, line in assembly.conflicts_of_files()]
         own = tuple(each for each in of_case.items() if not each[0].startswith(ASSEMBLY))
         bolts = assembly.bolt_count
         case, lines = self._case(own, bolts)

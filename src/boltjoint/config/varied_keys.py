@@ -76,7 +76,12 @@ def keys_that_vary(case: Case, assembly: Described | None, joint: JointName) -> 
         for n in range(bolts):
             meaning = f"preload of bolt {n + 1} over that of all"
             found[f"{RATIOS}{n}]"] = Quantity(f"preload_ratio_{n}", "1", meaning)
-        found |= _quantities(ASSEMBLY, assembly.model_dump(exclude={"preload_N"}))
+        of_assembly = _quantities(ASSEMBLY, assembly.model_dump(exclude={"preload_N"}))
+        found |= {
+            key: quantity
+            for key, quantity in of_assembly.items()
+            if path_of(key)[-1] not in assembly.NAMING_KEYS
+        }
     found |= _quantities("", case.model_dump(include=set(_OF_CASE)))
     return found
 

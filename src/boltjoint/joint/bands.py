@@ -30,6 +30,7 @@ def on_each_surface(
     position: Array,
     load: Array,
     count: int,
+    share: Array | None = None,
 ) -> Labels:
     """Regions of several surfaces, each of which has as many as its share of the load asks for.
 
@@ -43,6 +44,8 @@ def on_each_surface(
         As for ``divide``, of all pairs.
     count
         Number of regions.
+    share
+        Load of every pair, shape (pairs,), by which surfaces have regions; by default ``load``.
 
     Returns
     -------
@@ -60,7 +63,8 @@ def on_each_surface(
     count = checks.whole("count", count)
     # inner and outer regions come in pairs
     multiple = 2 if divide is inner_and_outer_bands else 1
-    total = np.bincount(surface, load)
+    share = load if share is None else checks.array("share", share, surface.shape, at_least=0)
+    total = np.bincount(surface, share)
     if total.size == 1 or count % multiple:
         return divide(position, load, count)
     region, first = np.empty(surface.size, dtype=np.int64), 0
@@ -120,7 +124,7 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     at_place = np.bincount(place, load)
     if not 1 <= count <= at_place.size:
         raise ValueError(
-            f"{load.size} pairs in {at_place.size} places along the bar "
+            f"{load.size} pairs in {at_place.size} places along the first tangent "
             f"do not divide into {count} regions"
         )
     middle = np.cumsum(at_place) - at_place / 2
@@ -210,7 +214,7 @@ def refuse_empty_regions(region: Labels, count: int) -> None:
     """Raise a ``ValueError`` where fewer than ``count`` regions hold a pair."""
     region = checks.indices("region", region, ("pairs",))
     if np.unique(region).size != count:
-        raise ValueError(f"{region.size} pairs do not divide into {count} regions along the bar")
+        raise ValueError(f"{region.size} pairs do not divide into {count} regions along them")
 
 
 def _profile(position: Array, name: str, load: Array) -> tuple[Array, Array]:

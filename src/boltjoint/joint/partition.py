@@ -189,11 +189,12 @@ def choose_count(
 
 
 class _Surface(NamedTuple):
-    """Position [m], surface and contact pressure [Pa] of all pairs under preload."""
+    """Position [m], surface, contact pressure [Pa] and load [N] of all pairs under preload."""
 
     position: Array
     places: SurfacePlaces
     pressure: Array
+    load: Array
 
     @classmethod
     def of(cls, preload: xr.Dataset) -> "_Surface":
@@ -202,7 +203,7 @@ class _Surface(NamedTuple):
         load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
         area = checks.variable("preload", preload, "area", ("pair",), above=0)
         checks.array("position of preload", position, ("pairs", 3))
-        return cls(position, SurfacePlaces.of("preload", preload), load / area)
+        return cls(position, SurfacePlaces.of("preload", preload), load / area, load)
 
 
 class _Partition:
@@ -261,8 +262,8 @@ class _Partition:
             return on_each_surface(_BY_LOAD[self._division], *of_points, count)
         # of all pairs, since the surface may be open between those that have elements
         surface, places = self._surface, self._surface.places
-        of_pairs = places.number, places.place, surface.pressure
-        region = on_each_surface(bands_of_equal_middle_load, *of_pairs, count)
+        of_pairs = places.number, places.place, surface.pressure, count, surface.load
+        region = on_each_surface(bands_of_equal_middle_load, *of_pairs)
         region = region[self._pair_of_points]
         refuse_empty_regions(region, count)
         return region

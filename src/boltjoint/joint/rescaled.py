@@ -60,7 +60,7 @@ def rescale_contact(
     ratio = checks.number("preload_ratio", preload_ratio, above=0)
     pairs = ContactPairs(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.zeros((2, 3)))
     scaled = ContactPairs(ratio * pairs.normal_load, ratio * pairs.gap, pairs.position)
-    if before.keys() != after.keys():
+    if _all_keys(before) != _all_keys(after):
         raise ValueError(f"after must have the keys of before: {', '.join(before)}")
     surface = joint.surface_places.name[joint.law.point_of_element]
     elements = joint.law
@@ -72,6 +72,12 @@ def rescale_contact(
         )
         elements = _rescaled(elements, old, new, surface == name)
     return replace(joint, law=elements)
+
+
+def _all_keys(keys: Mapping[str, Any]) -> dict[str, set[str]]:
+    """Names of the keys, and of those of each surface."""
+    of_surfaces = {name: set(own) for name, own in keys.get("surfaces", {}).items()}
+    return {"": set(keys), **of_surfaces}
 
 
 def _keys_on(surface: str, keys: Mapping[str, Any], area: Array) -> dict[str, Any]:

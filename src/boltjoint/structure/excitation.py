@@ -92,7 +92,10 @@ def place_excitation(
     }
     variables["excitation_mode"].attrs["level_units"] = unit
     at_sensors = {}
-    for sensor in sensors or modes["output"].to_numpy().tolist():
+    observed = sensors or modes["output"].to_numpy().tolist()
+    if not observed:
+        raise ValueError("the structure has no outputs: give sensors")
+    for sensor in observed:
         name = sensor if isinstance(sensor, str) else sensor.name
         mode = places.named("output", name) if isinstance(sensor, str) else places.at(sensor)
         if sensors:

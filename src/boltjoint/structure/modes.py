@@ -183,7 +183,9 @@ def _free(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]
         lambda _, found: np.count_nonzero(that_respond(structure, found)) >= number,
     )
     if np.count_nonzero(that_respond(structure, q)) < number:
-        raise ValueError(f"free-{number}: the mesh has not as many bending modes")
+        raise ValueError(
+            f"free-{number}: there are not as many bending modes, or modes that respond"
+        )
     other_half = antisymmetric(structure) if number <= _MOST_BESIDE_OTHERS else None
     if other_half is not None:
         others = _modes_until(other_half, 2 * number, lambda found, _: found[-1] > squared[-1])

@@ -239,6 +239,9 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     stuck_pairs = checks.indices(
         "stuck of patterns", patterns["stuck"].transpose("pattern", "pair").to_numpy()
     )
+    # rigid-body modes, in which the contact rests, are no resonances
+    modes = modes.isel(mode=np.flatnonzero(natural > 0))
+    natural = natural[natural > 0]
     if modes.sizes["mode"] < reference.shape[-1]:
         raise ValueError(
             f"{modes.sizes['mode']} modes cannot show {reference.shape[-1]} resonances"

@@ -139,8 +139,12 @@ def _jobs_on(contents: Contents, folder: str, name: str) -> Iterator[EstimatedJo
 def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     """Jobs on the finite elements."""
     study = contents.study
-    size, key = study.assembly(name).size, f"{ASSEMBLY_FOLDER}/{name}.yaml: mesh"
-    nodes = min(size.nodes, COUNTLESS)
+    assembly, file = study.assembly(name), f"{ASSEMBLY_FOLDER}/{name}.yaml"
+    key = f"{file}: {'mesh' if assembly.HAS_MESH else 'its files'}"
+    # what is told of half the nodes holds of all where nothing halves them
+    whole = 1 if assembly.has_mirror_images else 2
+    size = assembly.size
+    nodes, pairs = (min(whole * each, COUNTLESS) for each in (size.nodes, size.pairs))
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill
     preloads = {each.preload_N for each in contents.select("preload", assembly=name)}
@@ -148,6 +152,10 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     varied = list(study.variants_of(ASSEMBLY_FOLDER, name))
     preloads |= {each.case.preload for each in varied}
     bases |= {each.basis for each in varied}
+    if not assembly.HAS_MESH:
+        # rigid-body motions are sought with factors
+        memory = _PROCESS + _BESIDE_FACTORS + factors
+        yield EstimatedJob("build", name, memory, _MODES * square, key, "to read the structure")
     for _ in preloads:
         memory = _PROCESS + _BESIDE_FACTORS + _FACTORS * fill
         yield EstimatedJob("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
@@ -162,7 +170,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         yield EstimatedJob(str(basis), name, memory, seconds, key, f"to find {number} modes")
     if any(basis.is_contact_adapted for basis in bases):
         # pairs of one half of the width, along x and z
-        candidates = min(size.pairs + study.contact_adapted_basis.free_modes, COUNTLESS)
+        candidates = min(pairs + study.contact_adapted_basis.free_modes, COUNTLESS)
         memory = (
             _PROCESS
             + factors

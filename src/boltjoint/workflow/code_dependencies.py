@@ -74,7 +74,7 @@ def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[s
     waiting = [Path(script).resolve()]
     while waiting:
         file = waiting.pop()
-        if file.name == "__init__.py":
+        if file.name == "__init__.py" and file.is_relative_to(package):
             found.update(_data_files(file.parent))
         for module in _imported_modules(file.read_text(encoding="utf-8"), file, package):
             for source in _files_of(module, package, imported_in=file):

@@ -15,6 +15,7 @@ from boltjoint.structure.model import Bolt, Geometry, Row, Structure, unit_row
 
 CORNER = np.array(list(product((0, 1), repeat=3)))[[0, 4, 6, 2, 1, 5, 7, 3]]
 
+PAGE = __name__
 MEANING = "A cube on a cube."
 
 

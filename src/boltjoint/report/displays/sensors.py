@@ -19,8 +19,10 @@ _OF_RESPONSE = ("case", "basis", "joint", "coordinates", "resonance")
 def _references(contents: Contents) -> Iterator[dict[str, object]]:
     """Responses of the node-to-node joints in linear modes, in cases with several sensors."""
     for case, found in contents.study.cases.items():
+        named = (*found.sensors, *found.outputs)
+        sensors = named or contents.study.assembly(found.assembly).output_names
         for response in contents.responses(case):
-            if len(found.sensors) > 1 and (response.joint, response.coordinates) == REFERENCE:
+            if len(sensors) > 1 and (response.joint, response.coordinates) == REFERENCE:
                 yield {"case": case, **response._asdict()}
 
 

@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from boltjoint.config.bolts import MATERIAL_WORDS
 from boltjoint.config.described import Described
-from boltjoint.config.makers import maker
+from boltjoint.config.makers import page_of
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
@@ -45,7 +45,7 @@ def structure_page(
         Names of the study's cases, to which the page links.
     """
     content = PageContent(artefacts, results, published)
-    kinds = dict.fromkeys(maker(assembly.type).MEANING for assembly in assemblies.values())
+    kinds = dict.fromkeys(page_of(assembly.type).MEANING for assembly in assemblies.values())
     sections = [
         Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, content)),
         Section("modes", "Modes without contact", _modes(content)),
@@ -59,7 +59,7 @@ def structure_page(
 def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Markup:
     columns = {}
     for name, assembly in assemblies.items():
-        facts = maker(assembly.type).facts_of(assembly)
+        facts = page_of(assembly.type).facts_of(assembly)
         columns[name] = {words: _as_text(fact) for words, fact in facts.items()}
         if content.results.has("assembly", assembly=name):
             mesh = content.results.dataset("assembly", assembly=name)

@@ -1,6 +1,7 @@
 """What the makers of structures make, by their names."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,13 @@ def make(description: Described, folder: Path) -> tuple[xr.Dataset, Structure]:
     ValueError
         If it is no structure.
     """
-    made = maker(description.type).make(description, folder)
-    structure = structure_of(made)
-    return made if isinstance(made, xr.Dataset) else contact_to_dataset(structure), structure
+    own, name = maker(description.type), description.type
+    made = own.make(description, folder)
+    if isinstance(made, Structure):
+        structure = made if made.maker else replace(made, maker=name)
+        return contact_to_dataset(structure), structure
+    structure = own.structure_of(made)
+    return made if name == DEFAULT else made.assign_attrs(maker=name), structure
 
 
 def structure_of(assembly: xr.Dataset | Structure) -> Structure:

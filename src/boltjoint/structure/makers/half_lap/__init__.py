@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
 
 __all__ = [
-    "MEANING",
+    "PAGE",
     "Description",
-    "facts_of",
     "families_of",
     "load_on_surface",
     "loaded_nodes",
@@ -24,10 +23,8 @@ __all__ = [
 ]
 
 
-MEANING = (
-    "Two bars, each cut to half its height over the lap, clamped at one end and held by a row of "
-    "bolts."
-)
+#: module that tells pages of them
+PAGE = f"{__name__}.facts"
 
 
 def make(description: Description, folder: Path) -> "xr.Dataset":
@@ -66,10 +63,3 @@ def load_on_surface(assembly: "xr.Dataset", surface: str) -> "np.ndarray":
     from boltjoint.structure.makers.half_lap import loads
 
     return loads.load_on_surface(assembly, surface)
-
-
-def facts_of(description: Description) -> dict[str, float | str | tuple[float, ...]]:
-    """What pages state of it, by what it is called."""
-    from boltjoint.structure.makers.half_lap import facts
-
-    return facts.facts_of(description)

@@ -3,6 +3,11 @@
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.bolts import MATERIAL_WORDS, Bolts
 
+MEANING = (
+    "Two bars, each cut to half its height over the lap, clamped at one end and held by a row of "
+    "bolts."
+)
+
 #: a number, several of one kind, or words
 Fact = float | str | tuple[float, ...]
 

@@ -9,12 +9,11 @@ from boltjoint.config.mesh_size import MeshSize
 if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
 
-__all__ = ["MEANING", "Description", "facts_of", "make", "size_of"]
+__all__ = ["PAGE", "Description", "make", "size_of"]
 
 
-MEANING = (
-    "Stiffness and mass matrices of another program, with the contact points and bolts they have."
-)
+#: module that tells pages of them
+PAGE = f"{__name__}.facts"
 
 
 def make(description: Description, folder: Path) -> "Structure":
@@ -30,10 +29,3 @@ def size_of(description: Description, folder: Path) -> MeshSize:
 
     sizes = sizes_of_matrices(description, folder)
     return MeshSize(nodes=-(-sizes.dofs // 3), elements=0, pairs=sizes.points)
-
-
-def facts_of(description: Description) -> dict[str, float | str | tuple[float, ...]]:
-    """What pages state of it, by what it is called."""
-    from boltjoint.structure.makers.matrices import facts
-
-    return facts.facts_of(description)

@@ -2,6 +2,10 @@
 
 from boltjoint.config.matrices import Matrices
 
+MEANING = (
+    "Stiffness and mass matrices of another program, with the contact points and bolts they have."
+)
+
 
 def facts_of(described: Matrices) -> dict[str, float | str | tuple[float, ...]]:
     """Files, bolts, inputs and outputs, by what they are called."""

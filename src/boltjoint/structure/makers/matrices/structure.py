@@ -49,7 +49,8 @@ def sizes_of_matrices(described: Matrices, folder: str | Path) -> Sizes:
     Raises
     ------
     ValueError
-        If stiffness or areas are not there, or K is not square.
+        If a variable is not there, K is not square, M has another size, or a degree of freedom is
+        not there.
     """
     return _sizes(described, Reader(described, folder))
 
@@ -60,7 +61,22 @@ def _sizes(described: Matrices, reader: Reader) -> Sizes:
     if len(size.shape) != 2 or size.shape[0] != size.shape[1] or not size.shape[0]:
         raise ValueError(f"{reader.place(name)} has shape {size.shape}: it must be square")
     points = prod(reader.size(described.contact.area).shape)
-    return Sizes(size.shape[0], points, len(described.bolts))
+    dofs = size.shape[0]
+    needed = max(_FACTORS * dofs ** (4 / 3), 2 * size.memory)
+    reader.require_memory(name, needed, f"has {dofs} degrees of freedom")
+    mass = reader.size(described.mass)
+    if mass.shape != size.shape:
+        place = reader.place(described.mass)
+        raise ValueError(f"{place} has shape {mass.shape}, expected {size.shape}")
+    for variable in dict.fromkeys(described.variables.values()):
+        reader.size(variable)
+    for bolt in described.bolts:
+        if bolt.locked is not None:
+            _dof(f"locked of bolt {bolt.name}", bolt.locked, described, reader, dofs)
+    for row in (*described.inputs, *described.outputs):
+        if row.dof is not None:
+            _dof(f"dof of {row.name}", row.dof, described, reader, dofs)
+    return Sizes(dofs, points, len(described.bolts))
 
 
 def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
@@ -83,8 +99,6 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
     reader = Reader(described, folder)
     sizes = _sizes(described, reader)
     dofs, K_name, M_name = sizes.dofs, described.stiffness, described.mass
-    needed = max(_FACTORS * dofs ** (4 / 3), 2 * reader.size(K_name).memory)
-    reader.require_memory(K_name, needed, f"has {dofs} degrees of freedom")
     # lengths in mm go with N and t, so that q of any kind scales as lengths do
     metre = 1.0 if described.length_unit == "m" else 1e-3
     K, M = (reader.matrix(name, (dofs, dofs)) / metre for name in (K_name, M_name))
