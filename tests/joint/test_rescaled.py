@@ -100,6 +100,16 @@ def test_surfaces_are_rescaled_by_their_own_values(law):
     assert not np.allclose(of_all.law.slip_force, expected.law.slip_force, rtol=0.1)
 
 
+def test_keys_of_a_surface_do_not_become_others():
+    joint, _ = connect_small("constant", BEFORE["constant"])
+    of_pairs, of_area = (
+        BEFORE["constant"] | {"surfaces": {"contact": {name: 1e8}}}
+        for name in ("tangential_stiffness", "tangential_stiffness_per_area")
+    )
+    with pytest.raises(ValueError, match="after must have the keys of before"):
+        rescale_contact(joint, LAWS["constant"], of_pairs, of_area)
+
+
 def test_a_stiffness_of_pairs_does_not_become_one_per_area():
     joint, _ = connect_small("constant", BEFORE["constant"])
     with pytest.raises(ValueError, match="after must have the keys of before"):

@@ -16,6 +16,7 @@ from boltjoint.structure.makers.half_lap.constraints import (
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in, stuck_patterns
+from boltjoint.structure.preload import apply_preload
 
 
 @pytest.fixture(scope="module")
@@ -134,3 +135,17 @@ def test_refuses_what_does_not_fit(assembly, modes, patterns):
         resonances_in(modes.assign(position=modes["position"] + 1e-3), patterns)
     with pytest.raises(ValueError, match="1 modes cannot show 2 resonances"):
         resonances_in(modes.isel(mode=[0]), patterns)
+
+
+def test_rigid_body_modes_are_no_resonances(assembly):
+    """A free structure has them at 0 Hz, in the full model and in a basis alike."""
+    free = structure_of(assembly.isel(clamped=slice(0, 0)))
+    preload = apply_preload(free, 8e3)
+    # springs so weak that modes without contact show them
+    patterns = resonances(free, preload, 1e4, number=1)
+    modes = find_modes(free, "free-4")
+    assert np.count_nonzero(modes["natural_frequency"] == 0) == 6
+    error = resonances_in(modes, patterns)["error"].to_numpy()
+    # a basis can only be too stiff
+    assert np.all(error > -1e-9)
+    assert np.all(error < 1e-3)
