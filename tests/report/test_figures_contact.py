@@ -44,6 +44,29 @@ def test_every_pair_is_drawn_as_its_area(assembly, preload):
     assert {"pressure (MPa)", "normal load (N)", "gap (μm)", "y (mm)"} <= labels
 
 
+def test_points_without_a_mesh_are_squares_of_their_areas(assembly, preload):
+    """Those of two surfaces are drawn one above the other."""
+    pairs = assembly.sizes["pair"]
+    frame = np.broadcast_to(np.eye(3), (pairs, 3, 3))
+    names = np.where(np.arange(pairs) % 2, "upper", "lower").astype(object)
+    points = assembly[["position", "area"]].assign(
+        frame=(("pair", "direction", "axis"), frame), surface=("pair", names)
+    )
+    points = points.assign_coords(direction=["t1", "t2", "n"])
+    figure = plot_contact(points, preload)
+    _, cells = shapes(figure.axes[0])
+    loaded = preload["normal_load"].to_numpy() > 0
+    drawn = [polygon_area(path.to_polygons()) for path in cells.get_paths()]
+    np.testing.assert_allclose(drawn, 1e6 * assembly["area"].to_numpy()[loaded])
+    middle = np.array([path.vertices[:4].mean(axis=0) for path in cells.get_paths()])
+    of_upper = names[loaded] == "upper"
+    assert middle[of_upper, 1].min() > middle[~of_upper, 1].max()
+    # the profile shows all of them
+    assert sum(len(line.get_xydata()) for line in figure.axes[3].get_lines()) == pairs
+    assert figure.axes[3].get_title(loc="left") == "all contact points"
+    assert figure.axes[3].get_xlabel() == "along the first tangent (mm)"
+
+
 def test_loads_along_the_middle_are_those_of_the_pairs(assembly, preload):
     axes = plot_contact(assembly, preload).axes[3]
     drawn = np.concatenate([line.get_xydata() for line in axes.get_lines()])

@@ -66,7 +66,6 @@ def _regions_of(contents: Contents, artefact: Artefact) -> list[Artefact]:
     caption="With the number of elements and the share of the normal load of each. Grey pairs have "
     "no element.",
     options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
-    shows_mesh=True,
     printed_by=("joint",),
 )
 def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
@@ -86,7 +85,6 @@ def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     title=lambda artefact: f"{artefact.joint.label.capitalize()} on the contact",
     caption="The weight is how many pairs each of them stands for. Grey pairs are left out.",
     options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
-    shows_mesh=True,
     printed_by=("joint",),
 )
 def weighted_pairs(artefact: Artefact, results: "Results", assembly: str) -> "Figure":

@@ -97,7 +97,6 @@ def response(artefact: Artefact, results: "Results") -> "Figure":
     title=lambda artefact: f"Contact at the peaks: {_in_words(artefact)}",
     caption="Contact state of every pair over one period, at the peak of each response.",
     options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
-    shows_mesh=True,
     printed_by=("joint", "coordinates", "resonance"),
 )
 def states(artefact: Artefact, results: "Results", assembly: str) -> "Figure":

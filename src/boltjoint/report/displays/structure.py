@@ -146,7 +146,6 @@ _OF_PRELOAD = {
     "job": "structure_{assembly}",
     "page": "structure",
     "section": "contact",
-    "shows_mesh": True,
     "printed_by": ("assembly", "preload_N"),
 }
 
@@ -170,6 +169,7 @@ def contact(artefact: Artefact, results: "Results") -> "Figure":
 @figure(
     "deformation",
     **_OF_PRELOAD,
+    shows_mesh=True,
     title=f"Shape of {_UNDER_PRELOAD}",
     caption="Cut along the middle of the width; displacements are enlarged. The overlap at the cut "
     "through every shank is the shortening by which the bolt is tightened.",

@@ -78,8 +78,7 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     panels[2].set_title(f"{(~loaded).sum()} pairs are open; pairs that carry load are grey")
     axes = panels[3]
     _draw_profile(axes, surface, load)
-    axes.set(xlabel="x (mm)", ylabel="normal load (N)")
-    axes.set_title("pairs along the middle of the width", loc="left")
+    axes.set(xlabel=surface.labels[0], ylabel="normal load (N)")
     return figure
 
 
@@ -145,11 +144,10 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
         _fill_regions_of_profile(panels[2], surface, pressure, cuts)
         _draw_profile(panels[2], surface, pressure)
         panels[2].set_ylabel("pressure (MPa)")
-        panels[2].set_title("pairs along the middle of the width", loc="left")
         patches = [Patch(color=REGION_COLOURS[0], linewidth=0, alpha=alpha) for alpha in (1.0, 0.4)]
         where = {"loc": "outside upper center", "ncols": 2}
         figure.legend(patches, ["pairs under load", "open pairs"], **where)
-    panels[-1].set_xlabel("x (mm)")
+    panels[-1].set_xlabel(surface.labels[0])
     return figure
 
 
@@ -183,7 +181,7 @@ def plot_weighted_pairs(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     scale = ScalarMappable(norm, colours)
     figure.colorbar(scale, ax=axes, label="weight", pad=0.01, aspect=8, format="{x:g}")
     set_plan_view(axes, surface)
-    axes.set_xlabel("x (mm)")
+    axes.set_xlabel(surface.labels[0])
     axes.set_title(
         f"{pair.size} of {len(surface.position)} pairs, each standing for {np.median(weight):.2g} "
         f"(median; {weight.min():.2g} to {weight.max():.2g})"
@@ -259,7 +257,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     for axes in panels.flat[len(state) :]:
         axes.set_axis_off()
         panels[-2, 1].tick_params(labelbottom=True)
-    figure.supxlabel("x (mm)", fontsize=9)
+    figure.supxlabel(surface.labels[0], fontsize=9)
     numbers = list(np.unique(state[state != contact_states.UNKNOWN]))
     if len(pair) < len(surface.position):
         numbers.append(len(_STATES))
@@ -325,17 +323,20 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
 
 
 def _draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]) -> None:
-    """Draw values of the pairs along the middle of the width; open pairs are hollow."""
+    """Draw values of the pairs along the middle of the width, else of all; open ones are hollow."""
     edges = surface.edges_along_middle()
     x = surface.place[:, 0] * MM
     lines = [np.c_[x[edge], value[edge]] for edge in edges]
     axes.add_collection(LineCollection(lines, colors="0.6", linewidths=0.9))
+    drawn = edges if len(edges) else np.arange(len(value))
     loaded = value > 0
     for state, colour, label in ((loaded, "black", "loaded"), (~loaded, "white", "open")):
-        pairs = np.intersect1d(edges, np.flatnonzero(state))
+        pairs = np.intersect1d(drawn, np.flatnonzero(state))
         style = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
         axes.plot(x[pairs], value[pairs], "o", **style, markeredgewidth=0.6, label=label)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
+    where = "pairs along the middle of the width" if len(edges) else "all contact points"
+    axes.set_title(where, loc="left")
     axes.grid(True)
 
 
@@ -344,6 +345,8 @@ def _fill_regions_of_profile(
 ) -> None:
     """Fill the part of each region under the profile, which is straight across the holes."""
     pairs = np.unique(surface.edges_along_middle())
+    if not pairs.size:
+        return
     pairs = pairs[np.argsort(surface.place[pairs, 0])]
     x = surface.place[pairs, 0] * MM
     ends = np.concatenate([x[:1], cuts, x[-1:]])
@@ -356,12 +359,13 @@ def _fill_regions_of_profile(
 
 def set_plan_view(axes: Axes, surface: ContactSurface) -> None:
     """Limits and label of axes in which the contact is seen from above."""
-    x, y = (surface.place * MM).T
+    y = surface.place[:, 1] * MM
+    (left, bottom), (right, top) = surface.corner.min(axis=0), surface.corner.max(axis=0)
     axes.set_aspect("equal")
-    axes.set_xlim(x.min() - 1, x.max() + 1)
-    axes.set_ylim(y.min() - 1, y.max() + 1)
+    axes.set_xlim(left - 1, right + 1)
+    axes.set_ylim(bottom - 1, top + 1)
     axes.set_yticks([y.min(), (y.min() + y.max()) / 2, y.max()])
-    axes.set_ylabel("y (mm)")
+    axes.set_ylabel(surface.labels[1])
 
 
 def _percent(share: float) -> str:

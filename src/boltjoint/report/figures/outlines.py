@@ -13,6 +13,8 @@ from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.report.figures.style import MM
 from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 
+#: distance of surfaces that are drawn one above the other, over the side of the largest square
+_APART = 3.0
 #: points closer than this [m] are one
 SAME_POINT = 1e-9
 
@@ -99,6 +101,9 @@ def closed_shape(point: NDArray[np.float64], loops: Iterable[NDArray[np.int64]])
 class ContactSurface:
     """The contact surface in plan view, every quadrilateral cut into the shares of its corners.
 
+    Of contact points without a mesh there are no quadrilaterals: each has a square of its area, and
+    surfaces are drawn one above the other.
+
     ``position`` (pairs, 3) [m] in space, ``place`` (pairs, 2) [m] in the plane of the surface, of
     which views are drawn; ``facet`` (facets, 4) pairs; ``corner`` holds the points of the shares in
     mm, ``share`` (shares, 4) their corners and ``owner`` (shares,) their pairs.
@@ -110,10 +115,13 @@ class ContactSurface:
     corner: NDArray[np.float64]
     share: NDArray[np.int64]
     owner: NDArray[np.int64]
+    labels: tuple[str, str] = ("x (mm)", "y (mm)")
 
     @classmethod
     def of(cls, assembly: xr.Dataset) -> "ContactSurface":
         """The contact surface of an assembly."""
+        if "pair_node" not in assembly:
+            return cls._of_points(assembly)
         position = positions_of(assembly, "position", "pair")
         place = SurfacePlaces.of("assembly", assembly).place
         plan = place * MM
@@ -135,6 +143,28 @@ class ContactSurface:
             corner=np.concatenate([plan, plan[edge].mean(axis=1), plan[facet].mean(axis=1)]),
             share=share.reshape(-1, 4),
             owner=facet.ravel(),
+        )
+
+    @classmethod
+    def _of_points(cls, assembly: xr.Dataset) -> "ContactSurface":
+        places, side = SurfacePlaces.of("assembly", assembly), np.sqrt(assembly["area"].to_numpy())
+        place, above = places.place.copy(), 0.0
+        for number in np.unique(places.number):
+            mine = places.number == number
+            place[mine] -= place[mine].min(axis=0)
+            place[mine, 1] += above
+            above = place[mine, 1].max() + _APART * side.max()
+        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+        corner = place[:, None] + side[:, None, None] * square
+        pairs = np.arange(len(place))
+        return cls(
+            position=positions_of(assembly, "position", "pair"),
+            place=place,
+            facet=np.zeros((0, 4), dtype=np.int64),
+            corner=corner.reshape(-1, 2) * MM,
+            share=4 * pairs[:, None] + np.arange(4),
+            owner=pairs,
+            labels=("along the first tangent (mm)", "second (mm)"),
         )
 
     def pairs_at(self, joint: xr.Dataset) -> NDArray[np.int64]:
