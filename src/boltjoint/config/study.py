@@ -27,7 +27,7 @@ from boltjoint.config.described import Described
 from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import FileHashes, StudyFiles
 from boltjoint.config.gap_map import GapMap, read_gap_map
-from boltjoint.config.makers import description_of, maker, maker_names, type_of
+from boltjoint.config.makers import description_of, is_maker, maker, maker_names, type_of
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.sweep import Sweep, Table
@@ -323,9 +323,9 @@ def _described(
     """The description of an assembly; None, with the problems noted, if it is none."""
     if content is None:
         return None
-    kind, allowed = type_of(content), maker_names()
-    if kind not in allowed:
-        problem = with_value(content, ("type",), f"must be {' or '.join(allowed)}")
+    kind = type_of(content)
+    if not is_maker(kind):
+        problem = with_value(content, ("type",), f"must be {' or '.join(maker_names())}")
         files.note(_assembly_file(name), [problem])
         return None
     with files.checking(_assembly_file(name)):

@@ -99,8 +99,7 @@ def _write(
     of_pairs: dict[str, Array] | None = None,
 ) -> None:
     """Write quantities of the nodes, where there are any, else of the pairs; of pairs others."""
-    point, cells, pair = np.zeros((0, 3)), [], np.arange(assembly.sizes["pair"])
-    parts: list[NDArray] = []
+    point, cells, parts = np.zeros((0, 3)), [], []
     if has_nodes := "coordinate" in assembly:
         point, part = assembly["coordinate"].to_numpy(), assembly["part"].to_numpy()
         corner = assembly["connectivity"].to_numpy()
@@ -108,24 +107,23 @@ def _write(
         for count in np.unique(corners):
             cells.append((_KINDS[count], corner[corners == count, :count]))
             parts.append(part[corners == count])
+    contact = None
     if "pair_node" not in assembly:
-        pair = len(point) + pair
+        pair = len(point) + np.arange(assembly.sizes["pair"])
         point = np.concatenate([point, assembly["position"].to_numpy()])
+        contact = ("vertex", pair[:, None])
     elif of_pairs is not None:
         pair = assembly["pair_node"].sel(side="A").to_numpy()
-    if "pair_node" not in assembly or of_pairs is not None:
-        is_face = "pair_node" in assembly
-        contact = _faces_on(assembly, pair) if is_face else pair[:, None]
-        cells.append(("quad" if is_face else "vertex", contact))
+        contact = ("quad", _faces_on(assembly, pair))
+    if contact is not None:
         last = max((int(part.max()) for part in parts), default=-1)
         kind = parts[0].dtype if parts else np.dtype(np.int8)
-        parts.append(np.full(len(contact), last + 1, dtype=kind))
+        cells.append(contact)
+        parts.append(np.full(len(contact[1]), last + 1, dtype=kind))
     nodes = np.arange(assembly.sizes["node"]) if has_nodes else pair
-    point_data = {
-        name: _spread(value, place, len(point))
-        for values, place in ((of_points, nodes), (of_pairs or {}, pair))
-        for name, value in values.items()
-    }
+    point_data = {name: _spread(value, nodes, len(point)) for name, value in of_points.items()}
+    if of_pairs is not None:
+        point_data |= {name: _spread(value, pair, len(point)) for name, value in of_pairs.items()}
     mesh = meshio.Mesh(point, cells, point_data=point_data, cell_data={"part": parts})
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     mesh.write(path, file_format="vtu")

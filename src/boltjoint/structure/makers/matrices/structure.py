@@ -20,8 +20,6 @@ Array = NDArray[np.float64]
 
 #: of the maker
 NAME = "matrices"
-#: surface where none is named
-_SURFACE = "contact"
 #: degrees of freedom up to which matrices are factorized to see that they are positive
 _FEW = 3000
 #: eigenvalue of a matrix of unit diagonal that is zero within the rounding of ten digits
@@ -137,7 +135,7 @@ def _contact(described: Matrices, reader: Reader, sizes: Sizes, metre: float) ->
             ("friction_coefficient", "friction_coefficient"),
         )
     }
-    names = np.array([each.name for each in contact.surfaces] or [_SURFACE])
+    names = np.array(described.surface_names)
     of_points = {
         "position": metre * position,
         "area": metre**2 * area,
