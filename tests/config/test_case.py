@@ -276,3 +276,27 @@ def test_each_surface_has_a_region_and_values_of_its_own():
     assert rescaled_keys(case)[key].meaning.endswith("of surface flange")
     changed = Case.model_validate(with_values(case.model_dump(), {key: 0.4}))
     assert changed.contact.options["surfaces"] == {"flange": {"friction_coefficient": 0.4}}
+
+
+def test_a_surface_has_its_own_law_and_what_it_lacks_of_all():
+    own = {"name": "flange", "law": "variable", "normal_stiffness_N_per_m": 3e8}
+    case = load_study(ROOT).case("three_bolt_constant").model_dump()
+    case["contact"]["surfaces"] = [own]
+    case["solve"] = [{"resonance": 1, "joints": ["regions=2", "node-to-node"]}]
+    case = Case.model_validate(case)
+    assert case.contact.options == {
+        "law": "constant",
+        "tangential_stiffness": 1e8,
+        "friction_coefficient": 0.1,
+        "surfaces": {"flange": {"law": "variable", "normal_stiffness": 3e8}},
+    }
+    found = case.contact.declaration
+    assert found.name == "constant + variable"
+    assert found.directions == ("tangential", "normal")
+    assert found.components == ("bias", "sin", "cos")
+    assert Case.model_validate(case.model_dump()) == case
+    # a reduction needs what all laws have
+    case = case.model_dump()
+    case["solve"] = [{"resonance": 1, "joints": ["regions=2/table"]}]
+    with pytest.raises(ValidationError, match="must not have /table, which needs"):
+        Case.model_validate(case)

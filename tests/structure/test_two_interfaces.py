@@ -1,4 +1,4 @@
-"""Response of a structure with two interfaces of different friction, one tilted, against matrices.
+"""Response of a structure with two interfaces of different laws, one tilted, against matrices.
 
 The independent solution knows the matrices alone: harmonic balance in the degrees of freedom
 themselves, sliders followed sample by sample, and a general solver of nonlinear equations.
@@ -14,9 +14,7 @@ from scipy.optimize import root
 
 from boltjoint.dynamics.frequency_response import solve_branch, solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.model import Structure
@@ -24,8 +22,14 @@ from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
 PRELOAD, LOSS_FACTOR, SHAKER = 5e3, 0.02, 2
-#: with which both interfaces slip, or one of them separates, and no branch folds
-FORCE = {ConstantLoad: 30e3, VariableLoad: 6e3}
+#: law of the level and of the tilted interface, and the force [N] with which both slip, or one of
+#: them separates, and no branch folds
+BOTH = {
+    "constant": ("constant", "constant", 30e3),
+    "variable": ("variable", "variable", 6e3),
+    "constant on the level one": ("constant", "variable", 20e3),
+    "constant on the tilted one": ("variable", "constant", 6e3),
+}
 #: of the two interfaces: k_u and k_v [N/m], mu [-]
 TANGENTIAL, NORMAL, FRICTION = (np.array(each) for each in ([2e8, 5e8], [1e8, 5e7], [0.4, 0.15]))
 
@@ -40,27 +44,30 @@ def block():
     return K, M, contact, modes, apply_preload(structure, PRELOAD, tolerance=1e-13)
 
 
-def joint_of(block, law):
-    """Each interface has its own stiffness and friction coefficient."""
+def joint_of(block, laws):
+    """Each interface has its own law, stiffness and friction coefficient."""
     *_, modes, preload = block
     values = {"tangential_stiffness": TANGENTIAL, "friction_coefficient": FRICTION}
-    if law is VariableLoad:
-        values["normal_stiffness"] = NORMAL
     level, tilted = ({name: each[i] for name, each in values.items()} for i in (0, 1))
-    return connect_pairs(modes, preload, law, surfaces={"tilted": tilted}, **level)
+    for i, keys in enumerate((level, tilted)):
+        if laws[i] == "variable":
+            keys["normal_stiffness"] = NORMAL[i]
+    if laws[1] != laws[0]:
+        tilted["law"] = laws[1]
+    return connect_pairs(modes, preload, laws[0], surfaces={"tilted": tilted}, **level)
 
 
 class DenseBalance:
     """Harmonic balance of M q'' + K (1 + i eta sign(w)) q + C^T f(C q) = F sin(wt) b."""
 
-    def __init__(self, block, law, harmonics, samples, finds_closing=False):
-        # between two samples, so that the error of all samples is of second order
-        self.finds_closing = finds_closing
+    def __init__(self, block, laws, force, harmonics, samples):
         self.K, self.M, contact, _, preload = block
         C = contact.relative.toarray()
         self.along, self.normal = C[0::3], C[2::3]
         self.load = preload["normal_load"].to_numpy()
-        self.is_variable, self.force = law is VariableLoad, FORCE[law]
+        # whose load stays has no normal spring
+        self.normal_stiffness = NORMAL * [each == "variable" for each in laws]
+        self.force = force
         phase = 2 * np.pi * np.arange(samples) / samples
         self.harmonics = np.arange(1, harmonics + 1)
         angle = np.outer(self.harmonics, phase)
@@ -69,18 +76,18 @@ class DenseBalance:
     def contact_force(self, q):
         """Fourier coefficients (..., 1 + 2 harmonics, dofs) of the contact, q alike."""
         u, v = (np.moveaxis(q @ row.T, -2, -1) @ self.waves for row in (self.along, self.normal))
-        load = self.load[:, None] + (NORMAL[:, None] * v if self.is_variable else 0 * v)
+        load = self.load[:, None] + self.normal_stiffness[:, None] * v
         limit, stretch = FRICTION[:, None] * np.maximum(load, 0), TANGENTIAL[:, None] * u
         friction, slider = np.zeros_like(stretch), np.zeros(stretch.shape[:-1])
         for _ in range(2):
             for t in range(stretch.shape[-1]):
                 spring, bound = stretch[..., t], limit[..., t]
-                if self.finds_closing:
-                    before, now = load[..., t - 1], load[..., t]
-                    closes = (before <= 0) & (now > 0)
-                    share = np.where(closes, before / np.where(closes, before - now, 1), 0)
-                    start = stretch[..., t - 1] + share * (spring - stretch[..., t - 1])
-                    slider = np.where(closes, start, slider)
+                # closing is found between two samples, so that their error is of second order
+                before, now = load[..., t - 1], load[..., t]
+                closes = (before <= 0) & (now > 0)
+                share = np.where(closes, before / np.where(closes, before - now, 1), 0)
+                start = stretch[..., t - 1] + share * (spring - stretch[..., t - 1])
+                slider = np.where(closes, start, slider)
                 slider = np.minimum(np.maximum(slider, spring - bound), spring + bound)
                 friction[..., t] = spring - slider
         excess = np.maximum(load, 0) - self.load[:, None]
@@ -110,8 +117,7 @@ class DenseBalance:
         """The linear response while nothing slips, as an initial guess."""
         D = (1 + 1j * LOSS_FACTOR) * self.K - w**2 * self.M
         D = D + self.along.T @ (TANGENTIAL[:, None] * self.along)
-        if self.is_variable:
-            D = D + self.normal.T @ (NORMAL[:, None] * self.normal)
+        D = D + self.normal.T @ (self.normal_stiffness[:, None] * self.normal)
         z = np.linalg.solve(D, self.force * np.eye(len(D))[SHAKER])
         q = np.zeros((len(self.waves), len(D)))
         q[1], q[1 + self.harmonics.size] = z.real, z.imag
@@ -164,15 +170,16 @@ def components(harmonics):
     return ["bias", *(part + number for part in ("sin", "cos") for number in numbers)]
 
 
-@pytest.mark.parametrize("law", [ConstantLoad, VariableLoad])
-def test_the_response_of_three_harmonics_is_that_of_matrices_and_sliders_alone(block, law):
-    joint = joint_of(block, law)
+@pytest.mark.parametrize("name", BOTH)
+def test_the_response_of_three_harmonics_is_that_of_matrices_and_sliders_alone(block, name):
+    *laws, force = BOTH[name]
+    joint = joint_of(block, laws)
     # the same samples, so that the two differ by rounding alone
     harmonics, samples = 3, 128
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, harmonics, samples))
     control = StepControl(tolerance=1e-11)
-    branch = solve_branch(sampled, FORCE[law], loss_factor=LOSS_FACTOR, control=control)
-    balance = DenseBalance(block, law, harmonics, samples)
+    branch = solve_branch(sampled, force, loss_factor=LOSS_FACTOR, control=control)
+    balance = DenseBalance(block, laws, force, harmonics, samples)
     for at in near_the_peak(branch):
         expected = balance.solve(2 * np.pi * branch.frequency[at])
         motion = dict(zip(components(harmonics), expected, strict=True))
@@ -188,13 +195,14 @@ def test_the_response_of_three_harmonics_is_that_of_matrices_and_sliders_alone(b
         assert branch.amplitude[at] == pytest.approx(amplitude, rel=1e-8)
 
 
-@pytest.mark.parametrize("law", [ConstantLoad, VariableLoad])
-def test_the_response_of_closed_forms_is_that_of_many_samples(block, law):
-    joint = joint_of(block, law)
+@pytest.mark.parametrize("name", BOTH)
+def test_the_response_of_closed_forms_is_that_of_many_samples(block, name):
+    *laws, force = BOTH[name]
+    joint = joint_of(block, laws)
     control = StepControl(tolerance=1e-11)
-    branch = solve_branch(joint, FORCE[law], loss_factor=LOSS_FACTOR, control=control)
+    branch = solve_branch(joint, force, loss_factor=LOSS_FACTOR, control=control)
     # sampling has an error of second order: by the most samples below 1e-8
-    balance, coarse = (DenseBalance(block, law, 1, samples, True) for samples in (2**16, 2**8))
+    balance, coarse = (DenseBalance(block, laws, force, 1, samples) for samples in (2**16, 2**8))
     places = near_the_peak(branch)
     w = 2 * np.pi * branch.frequency[list(places)]
     motion = []
@@ -208,25 +216,22 @@ def test_the_response_of_closed_forms_is_that_of_many_samples(block, law):
         # another start leads there, too
         np.testing.assert_allclose(coarse.solve(at), q, rtol=0, atol=1e-3 * abs(q).max())
     rows = [row @ branch.modal_coordinate[branch.peak].reshape(-1, 12).T for row in joint.rows]
-    state = list(joint.law.contact_state(np.hstack(rows)))
-    assert (
-        state
-        == {
-            ConstantLoad: [STICK_SLIP, STICK_SLIP],
-            VariableLoad: [STICK_SLIP_SEPARATION, STICK_SLIP],
-        }[law]
-    )
+    state = joint.law.contact_state(np.hstack(rows))
+    of_points = dict(zip(joint.law.point_of_element.tolist(), state.tolist(), strict=True))
+    separates = laws[0] == "variable"
+    assert of_points == {0: STICK_SLIP_SEPARATION if separates else STICK_SLIP, 1: STICK_SLIP}
 
 
-def test_responses_to_several_forces_hold_the_same_amplitudes(block):
-    joint = joint_of(block, VariableLoad)
+@pytest.mark.parametrize("name", ["variable", "constant on the tilted one"])
+def test_responses_to_several_forces_hold_the_same_amplitudes(block, name):
+    *laws, _ = BOTH[name]
+    joint = joint_of(block, laws)
     forces = [3e3, 6e3]
     found = solve_response(joint, forces, loss_factor=LOSS_FACTOR)
     for force, amplitude, frequency in zip(
         forces, found["peak_amplitude"], found["peak_frequency"], strict=True
     ):
-        balance = DenseBalance(block, VariableLoad, 1, 2**10)
-        balance.force = force
+        balance = DenseBalance(block, laws, force, 1, 2**10)
         _, sin, cos = balance.solve(2 * np.pi * float(frequency))
         # a peak is flat: its frequency hardly matters; the samples do
         assert np.hypot(sin, cos)[SHAKER] == pytest.approx(float(amplitude), rel=1e-4)

@@ -3,7 +3,6 @@
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import joint_to_dataset, save_joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.structure.excitation import place_excitation
@@ -18,8 +17,7 @@ assembly, modes, preload = (
 
 def connect() -> xr.Dataset:
     excited = place_excitation(assembly, modes, params.excitation, params.sensors)
-    keys = dict(params.contact)
-    return joint_to_dataset(connect_pairs(excited, preload, LAWS[keys.pop("law")], **keys))
+    return joint_to_dataset(connect_pairs(excited, preload, **params.contact))
 
 
 save_joint(connect, snakemake.output.joint, params, params.of_sweep)

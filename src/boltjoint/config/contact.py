@@ -1,6 +1,6 @@
 """Contact of a case: the friction law and its quantities, as the laws declare them."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -9,7 +9,12 @@ from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_s
 
 from boltjoint.config.entries import Entry, choice
 from boltjoint.config.types import Name, Number, Problems
-from boltjoint.friction.declarations import DECLARATIONS, ContactKey, LawDeclaration
+from boltjoint.friction.declarations import (
+    DECLARATIONS,
+    ContactKey,
+    LawDeclaration,
+    combined,
+)
 
 #: laws that a case can give its contact pairs
 _OF_PAIRS = [each for each in DECLARATIONS.values() if each.keys is not None]
@@ -24,7 +29,7 @@ _SURFACES = (
 
 
 class SurfaceEntry(Entry):
-    """Contact of one surface, with keys of the law.
+    """Contact of one surface, with keys of its law.
 
     What it gives replaces the values of all there, whether these are of each pair or per area.
     """
@@ -32,19 +37,23 @@ class SurfaceEntry(Entry):
     name: Name
     """Name of the surface in the assembly."""
 
+    law: Literal[tuple(each.name for each in _OF_PAIRS)] | None = None
+    """The friction law there, where it is another one; what it needs of all surfaces, it keeps."""
+
     @property
     def quantities(self) -> tuple[ContactKey, ...]:
         """What it gives, each in its form."""
         return _quantities(self, _KEYS)
 
     @property
-    def options(self) -> dict[str, float]:
-        """The quantities as ``connect_pairs`` takes them."""
-        return _options(self, self.quantities)
+    def options(self) -> dict[str, float | str]:
+        """Its own law and the quantities as ``connect_pairs`` takes them."""
+        own = {} if self.law is None else {"law": self.law}
+        return {**own, **_options(self, self.quantities)}
 
     def conflicts(self) -> Problems:
         yield from _given_twice(self, _KEYS)
-        if not self.quantities:
+        if not self.quantities and self.law is None:
             yield ("name",), "has no values that differ from those of all surfaces: give one"
 
     @model_serializer(mode="wrap")
@@ -63,13 +72,22 @@ class ContactEntry(Entry):
 
     @property
     def declaration(self) -> LawDeclaration:
-        """What is known of the law."""
+        """What is known of the law, or of those of all surfaces."""
+        return combined([self._of_all, *(self._law_on(each) for each in self.surfaces)])
+
+    @property
+    def _of_all(self) -> LawDeclaration:
+        """The law of surfaces that name none."""
         return DECLARATIONS[self.law]
+
+    def _law_on(self, surface: SurfaceEntry) -> LawDeclaration:
+        """The law of a surface."""
+        return DECLARATIONS[surface.law or self.law]
 
     @property
     def quantities(self) -> tuple[ContactKey, ...]:
         """What the case gives beside the law, each in its form: of each pair or per area."""
-        return _quantities(self, self.declaration.keys)
+        return _quantities(self, self._of_all.keys)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -80,19 +98,30 @@ class ContactEntry(Entry):
         return found
 
     def conflicts(self) -> Problems:
-        for each in self.declaration.keys:
+        for each in self._of_all.keys:
             if all(getattr(self, form.key) is None for form in each.forms):
                 yield (each.key,), f"is missing: or give {each.per_area.key}"
-        yield from _given_twice(self, self.declaration.keys)
+        yield from _given_twice(self, self._of_all.keys)
         names = [each.name for each in self.surfaces]
-        own = [form.key for each in self.declaration.keys for form in each.forms]
         for index, surface in enumerate(self.surfaces):
             if surface.name in names[:index]:
                 yield ("surfaces", index, "name"), "must not appear twice"
-            for each in surface.quantities:
-                if each.key not in own:
-                    sentence = f"must not be given with law: {self.law}"
-                    yield ("surfaces", index, each.key), f"{sentence}{choice(each.key, own)}"
+            for key, sentence in self._conflicts_on(surface):
+                yield ("surfaces", index, key), sentence
+
+    def _conflicts_on(self, surface: SurfaceEntry) -> Iterator[tuple[str, str]]:
+        """Keys of a surface that do not fit its law."""
+        law = self._law_on(surface)
+        if surface.law == self.law:
+            yield "law", "is that of all surfaces: leave it out"
+        own = [form.key for each in law.keys for form in each.forms]
+        for each in surface.quantities:
+            if each.key not in own:
+                yield each.key, f"must not be given with law: {law.name}{choice(each.key, own)}"
+        of_all = {each.name for each in self._of_all.keys}
+        for each in law.keys:
+            if each.name not in of_all and not _quantities(surface, [each]):
+                yield each.key, f"is missing, which law: {law.name} needs"
 
     def conflicts_of_surfaces(self, assembly: str, names: Collection[str]) -> Problems:
         """Surfaces that an assembly, whose surfaces have these names, does not have."""

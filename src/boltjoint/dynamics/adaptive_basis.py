@@ -31,8 +31,8 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.candidate_backbone import CandidateBackbone
 from boltjoint.dynamics.epmc import ModalState
 from boltjoint.dynamics.peak_sensitivity import PeakSensitivity, peak_sensitivities
-from boltjoint.friction.declarations import keys_of_pairs
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.combined import elements_of_pairs
+from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs
@@ -69,15 +69,16 @@ class ContactCondition:
 
     def tangential_stiffness(self, area: Array, surface: NDArray[np.str_]) -> Array:
         """Of pairs of these areas on these surfaces [N/m], shape (pairs,)."""
-        keys = self.contact.options
-        surfaces = keys.pop("surfaces", None)
-        of_pairs = keys_of_pairs(keys, area, surface, surfaces)
-        return np.broadcast_to(of_pairs["tangential_stiffness"], area.shape)
+        nothing = np.zeros(area.shape)
+        every = ContactPairs(nothing + 1, nothing, np.zeros((area.size, 3)), area, surface)
+        elements, pairs = elements_of_pairs(every, **self.contact.options)
+        of_pairs = np.empty(area.shape)
+        of_pairs[pairs[elements.point_of_element]] = elements.tangential_stiffness
+        return of_pairs
 
     def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
         """Node-to-node joint of modes under a preload."""
-        keys = self.contact.options
-        return connect_pairs(modes, preload, LAWS[keys.pop("law")], **keys)
+        return connect_pairs(modes, preload, **self.contact.options)
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.compiled import kept_loop, loop
+from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import CONSTANT, LawDeclaration
 from boltjoint.friction.kernels import Elements
-from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
+from boltjoint.friction.law import Array, ElementLaw, Sliders, check_elements
 
 
 @dataclass(frozen=True)

@@ -4,22 +4,22 @@ The laws themselves are in ``friction.laws``. They are compiled; this module is 
 the workflow, so it imports none of them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: label of each direction of motion in the contact in files of modes, in their order: first tangent
 #: of a point, which lies along the bar in a half lap, second tangent, and normal, whatever their
 #: direction in space
 AXES = {"tangential": "x", "lateral": "y", "normal": "z"}
 
+#: of the name of a law that combines several, between their names
+AND = " + "
+
 #: end of the name of a quantity that is given per unit of contact area
-_PER_AREA = "_per_area"
+PER_AREA = "_per_area"
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class ContactKey:
     @property
     def words(self) -> str:
         """The quantity, whether of a pair or per area."""
-        return self.name.removesuffix(_PER_AREA).replace("_", " ")
+        return self.name.removesuffix(PER_AREA).replace("_", " ")
 
     @property
     def key(self) -> str:
         """The key in the file of a case."""
-        name = self.name.removesuffix(_PER_AREA)
+        name = self.name.removesuffix(PER_AREA)
         return name if self.unit == "1" else f"{name}_{self.unit.replace('/', '_per_')}"
 
     @property
@@ -56,67 +56,7 @@ class ContactKey:
 
 def is_per_area(name: str) -> bool:
     """Whether the name is that of a quantity per area."""
-    return name.endswith(_PER_AREA)
-
-
-def keys_of_pairs(
-    keys: Mapping[str, float],
-    area: "NDArray",
-    surface: "NDArray | None" = None,
-    of_surfaces: Mapping[str, Mapping[str, float]] | None = None,
-) -> "dict[str, float | NDArray]":
-    """Arguments of ``ElementLaw.from_contact``: those per area times the area of each pair.
-
-    Parameters
-    ----------
-    keys
-        By the names of ``ContactKey``, in SI units.
-    area
-        Of each pair [m2], shape (pairs,).
-    surface
-        Name of the surface of each pair, shape (pairs,).
-    of_surfaces
-        By the names of surfaces, the keys whose values replace those of all there, in any form.
-
-    Raises
-    ------
-    ValueError
-        If a quantity is given for each pair and per area, there is no such surface, or it has a
-        quantity that not all have.
-    """
-    import numpy as np  # those who read declarations do without
-
-    from boltjoint import checks
-
-    checks.mapping("keys", keys)
-    area = checks.array("area", area, ("pairs",), above=0)
-    found = _of_areas(keys, area)
-    if not of_surfaces:
-        return found
-    names = np.broadcast_to("" if surface is None else surface, area.shape)
-    checks.mapping("surfaces", of_surfaces)
-    for name, own in of_surfaces.items():
-        checks.choice("surface", name, np.unique(names).tolist())
-        checks.mapping(f"surface {name}", own)
-        here = names == name
-        for key, value in _of_areas(own, area[here]).items():
-            checks.choice(f"key of surface {name}", key, found)
-            # in turn: a surface may have values of each pair where all have one
-            of_pairs = np.array(np.broadcast_to(found[key], area.shape), dtype=float)
-            of_pairs[here] = value
-            found[key] = of_pairs
-    return found
-
-
-def _of_areas(keys: Mapping[str, float], area: "NDArray") -> "dict[str, float | NDArray]":
-    """Quantities of each pair of these areas, of which some are given per area."""
-    found = {}
-    for name, value in keys.items():
-        of_pair = name.removesuffix(_PER_AREA)
-        if of_pair in found:
-            raise ValueError(f"{of_pair} is given for each pair and per area: give one of them")
-        found[of_pair] = value * area if is_per_area(name) else value
-    return found
+    return name.endswith(PER_AREA)
 
 
 @dataclass(frozen=True)
@@ -143,6 +83,8 @@ class LawDeclaration:
         Time of a force with its tangent, over that of an element under constant normal load.
     has_closed_form
         Whether its forces of one harmonic are known without AFT.
+    limit_of
+        Name of the law under variable normal load which it is without normal stiffness.
     """
 
     name: str
@@ -155,6 +97,7 @@ class LawDeclaration:
     shape_parameters: tuple[str, ...] = ()
     relative_time: float = 1.0
     has_closed_form: bool = True
+    limit_of: str | None = None
 
     def components_of(self, harmonics: int) -> int:
         """Number of harmonic coefficients; without bias the force has no even harmonics."""
@@ -165,7 +108,7 @@ def _stiffness(direction: str) -> ContactKey:
     """Stiffness of the pairs in a direction."""
     name, words = f"{direction}_stiffness", f"{direction.capitalize()} stiffness"
     per_area = ContactKey(
-        f"{name}{_PER_AREA}", "N/m3", f"{words} per area: each contact pair has it times its area."
+        f"{name}{PER_AREA}", "N/m3", f"{words} per area: each contact pair has it times its area."
     )
     return ContactKey(name, "N/m", f"{words} of each contact pair.", per_area=per_area)
 
@@ -181,6 +124,7 @@ CONSTANT = LawDeclaration(
     meaning="Friction elements of the pairs under load, whose normal load stays that of the "
     "preload.",
     keys=(_TANGENTIAL_STIFFNESS, _FRICTION_COEFFICIENT),
+    limit_of="variable",
 )
 VARIABLE = LawDeclaration(
     name="variable",
@@ -238,6 +182,7 @@ UNCOUPLED_CONSTANT = replace(
     directions=("tangential", "lateral"),
     capabilities=(CONSTANT_NORMAL_LOAD,),
     relative_time=2.0,
+    limit_of="uncoupled-variable",
 )
 UNCOUPLED_VARIABLE = replace(
     VARIABLE,
@@ -258,6 +203,7 @@ COUPLED_CONSTANT = replace(
     "aft``.",
     relative_time=10.0,
     has_closed_form=False,
+    limit_of="coupled-variable",
 )
 COUPLED_VARIABLE = replace(
     UNCOUPLED_VARIABLE,
@@ -268,6 +214,35 @@ COUPLED_VARIABLE = replace(
     relative_time=10.0,
     has_closed_form=False,
 )
+
+
+def combined(laws: Sequence[LawDeclaration]) -> LawDeclaration:
+    """What is known of a joint of these laws, each on surfaces of its own; one alone is itself."""
+    laws = list({law.name: law for law in laws}.values())
+    if len(laws) == 1:
+        return laws[0]
+    directions = tuple(each for each in AXES if any(each in law.directions for law in laws))
+    has_bias = any("bias" in law.components for law in laws)
+    # those without bias are evaluated by the law they are the limit of
+    closed = [law.has_closed_form and (not has_bias or _knows_bias(law)) for law in laws]
+    return LawDeclaration(
+        name=AND.join(law.name for law in laws),
+        label=f"{', '.join(law.label for law in laws[:-1])} and {laws[-1].label}",
+        meaning=" ".join(law.meaning for law in laws),
+        keys=None,
+        directions=directions,
+        components=("bias", "sin", "cos") if has_bias else ("sin", "cos"),
+        capabilities=tuple(
+            each for each in laws[0].capabilities if all(each in law.capabilities for law in laws)
+        ),
+        relative_time=max(law.relative_time for law in laws),
+        has_closed_form=all(closed),
+    )
+
+
+def _knows_bias(law: LawDeclaration) -> bool:
+    return "bias" in law.components or law.limit_of is not None
+
 
 #: by name
 DECLARATIONS = {

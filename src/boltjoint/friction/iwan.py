@@ -32,11 +32,12 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.aft_kernels import SampleTables
+from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import IWAN, LawDeclaration
 from boltjoint.friction.iwan_at_samples import Hysteresis, ModalIwan
 from boltjoint.friction.kernels import Elements
-from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
+from boltjoint.friction.law import Array, ElementLaw, Sliders, check_elements
 from boltjoint.friction.modal_elements import ModalElements
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding

@@ -6,7 +6,7 @@ can also be made from the contact under preload, stored, and followed in time.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.aft_kernels import SampleTables
+from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.declarations import LawDeclaration
 from boltjoint.friction.kernels import Elements
@@ -24,28 +25,6 @@ from boltjoint.friction.sliders_at_samples import Sliders, slider_forces
 from boltjoint.friction.sliders_in_time import integrate_friction
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class ContactPairs:
-    """Contact pairs in the assembled state, of which a law makes its elements.
-
-    ``normal_load`` [N], 0 where open, ``gap`` [m], 0 where closed, and ``position`` [m] have the
-    shape (pairs,), the last (pairs, 3).
-    """
-
-    normal_load: Array
-    gap: Array
-    position: Array
-
-    def of_each(self, name: str, value: float | Array, **limits: float) -> Array:
-        """A quantity of every pair, shape (pairs,), from that of all or of each.
-
-        ``limits`` as for ``checks.number``.
-        """
-        if np.ndim(value) == 0:
-            return np.full(self.normal_load.size, checks.number(name, value, **limits))
-        return checks.array(name, value, self.normal_load.shape, **limits)
 
 
 class FrictionLaw(ABC):
@@ -200,10 +179,10 @@ class ElementLaw(FrictionLaw):
         """Harmonic coefficients of the motion that the law needs; one harmonic."""
         return self.declaration.components
 
-    @property
-    def lateral_stiffness(self) -> Array:
-        """Stiffness of each element in stick along the second tangent [N/m], of a law with it."""
-        return self.tangential_stiffness
+    def stiffness_along(self, direction: str) -> Array:
+        """Stiffness of each element in stick along one of the ``directions`` [N/m]."""
+        # the plane of contact has one stiffness
+        return self.normal_stiffness if direction == "normal" else self.tangential_stiffness
 
     @classmethod
     @abstractmethod
@@ -225,6 +204,32 @@ class ElementLaw(FrictionLaw):
         ValueError
             If a key is out of its range.
         """
+
+    def quantity(self, name: str) -> Array:
+        """One of the ``quantities`` of each element, shape (elements,)."""
+        return getattr(self, name)
+
+    @property
+    def features(self) -> list[Array]:
+        """What tells elements apart beside their motion, each (elements,)."""
+        return [self.quantity(name) for name in self.quantities]
+
+    def with_quantities(self, changed: Mapping[str, Array]) -> Self:
+        """The same elements with other values of some quantities, each (elements,)."""
+        return replace(self, **changed)
+
+    def moved_to(self, points: NDArray[np.int64]) -> Self:
+        """The same elements on other points, shape (elements,)."""
+        return replace(self, point_of_element=points)
+
+    def kept(self, elements: NDArray[np.int64], points: NDArray[np.int64], weight: Array) -> Self:
+        """Some of the elements, in their order, on other points; their forces times a weight."""
+        # forces and stiffnesses belong to the elements, ratios of them do not
+        scaled = {
+            name: self.quantity(name)[elements] * (1.0 if unit == "1" else weight)
+            for name, (unit, _) in self.quantities.items()
+        }
+        return type(self)(point_of_element=points, **scaled)
 
     @cached_property
     def compiled_elements(self) -> Elements:

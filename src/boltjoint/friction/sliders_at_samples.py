@@ -1,5 +1,6 @@
 """Springs with sliders, and their forces at the samples of a period (AFT)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,23 @@ class Sliders:
     normal_load: Array
     friction_coefficient: Array
     lateral: NDArray[np.bool_] | None = None
+
+
+def joined(parts: Sequence[Sliders], first: Sequence[int]) -> Sliders:
+    """Sliders of several sets of elements, by the number of the first element of each."""
+    absent = {"normal_stiffness": 0.0, "lateral": False}
+    values = {name: [getattr(part, name) for part in parts] for name in vars(parts[0])}
+    values["element"] = [start + each for start, each in zip(first, values["element"], strict=True)]
+    for name, none in absent.items():
+        if all(each is None for each in values[name]):
+            del values[name]
+            continue
+        values[name] = [
+            np.full(part.point.shape, none) if each is None else each
+            for part, each in zip(parts, values[name], strict=True)
+        ]
+    whole = {name: np.concatenate(each) for name, each in values.items()}
+    return Sliders(**{**dict.fromkeys(absent), **whole})
 
 
 def slider_forces(sliders: Sliders, motion: Array, tables: SampleTables, tangent: Array) -> Array:

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.declarations import VARIABLE, LawDeclaration
-from boltjoint.friction.law import Array, ContactPairs, ElementLaw, Sliders, check_elements
+from boltjoint.friction.law import Array, ElementLaw, Sliders, check_elements
 from boltjoint.friction.variable_kernels import add_forces, find_states
 
 

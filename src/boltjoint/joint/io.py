@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.combined import CombinedLaw
+from boltjoint.friction.declarations import AND
+from boltjoint.friction.law import ElementLaw
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import MODES, Joint
 from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
@@ -87,7 +90,9 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     """
     checks.instance("joint", joint, Joint)
     law = joint.law
-    checks.instance("law of the joint", law, *LAWS.values())
+    parts = law.parts if isinstance(law, CombinedLaw) else (law,)
+    for part in parts:
+        checks.instance("law of the joint", part, *LAWS.values())
     between = joint.resonance_range()
     if reduced_from is not None:
         known = checks.variable(
@@ -123,7 +128,10 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     meaning = "slip force of the element in the assembled state"
     stored["slip_force"] = quantity("element", law.slip_force, "N", meaning)
     for name, (unit, meaning) in law.quantities.items():
-        stored[name] = quantity("element", getattr(law, name), unit, meaning)
+        stored[name] = quantity("element", law.quantity(name), unit, meaning)
+    if len(parts) > 1:
+        meaning = "law of the element, by its place in the names of law"
+        stored["law_of_element"] = quantity("element", law.part_of_element, "1", meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
 
 
@@ -230,8 +238,6 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
     if _IMPOSSIBLE in stored.attrs:
         raise ImpossibleJoint(stored.attrs[_IMPOSSIBLE])
     values = partial(checks.variable, "stored", stored)
-    law = LAWS[checks.choice("law", stored.attrs.get("law"), LAWS)]
-    on = checks.index_variable("stored", stored, "point_of_element", ("element",))
     of_points = [name for name in MODES.values() if name in stored or name == "tangential_mode"]
     dims = {
         **dict.fromkeys(("natural_frequency", "excitation_mode", "response_mode"), ("mode",)),
@@ -239,7 +245,7 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         "position": ("point", "axis"),
         "element_position": ("element", "axis"),
     }
-    elements = law(on, **{name: values(name, ("element",)) for name in law.quantities})
+    elements = _stored_elements(stored)
     if sampling is not None:
         checks.mapping("sampling", sampling, ("harmonics", "samples"))
     return Joint(
@@ -248,6 +254,29 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
         **optional_fields("stored", stored),
         places=_stored_places(stored),
     )
+
+
+def _stored_elements(stored: xr.Dataset) -> ElementLaw:
+    """The friction elements of one law, or of several whose names stand one after another."""
+    values = partial(checks.variable, "stored", stored)
+    on = checks.index_variable("stored", stored, "point_of_element", ("element",))
+    named = stored.attrs.get("law")
+    names = named.split(AND) if isinstance(named, str) else [named]
+    laws = [LAWS[checks.choice("law", name, LAWS)] for name in names]
+    if len(laws) == 1:
+        return laws[0](on, **{name: values(name, ("element",)) for name in laws[0].quantities})
+    part = checks.index_variable("stored", stored, "law_of_element", ("element",), count=len(laws))
+    if np.any(np.diff(part) < 0):
+        raise ValueError("law_of_element of stored must not fall: elements stand by their law")
+    parts = []
+    for number, law in enumerate(laws):
+        mine = np.flatnonzero(part == number)
+        of_part = stored.isel(element=mine)
+        quantities = {
+            name: checks.variable("stored", of_part, name, ("element",)) for name in law.quantities
+        }
+        parts.append(law(on[mine], **quantities))
+    return CombinedLaw(tuple(parts))
 
 
 def _stored_places(stored: xr.Dataset) -> SurfacePlaces | None:

@@ -327,7 +327,7 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
         **joint.moved_as(lambda B: mean @ B),
         position=mean @ joint.position,
         places=joint.places and joint.places.merged(mean, region),
-        law=replace(joint.law, point_of_element=region[joint.law.point_of_element]),
+        law=joint.law.moved_to(region[joint.law.point_of_element]),
     )
 
 
@@ -357,14 +357,9 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
     if not kept.size:
         raise ValueError("weight is zero of all elements")
     points, on = np.unique(law.point_of_element[kept], return_inverse=True)
-    # forces and stiffnesses belong to the elements, ratios of them do not
-    scaled = {
-        name: getattr(law, name)[kept] * (1.0 if unit == "1" else weight[kept])
-        for name, (unit, _) in law.quantities.items()
-    }
     return replace(
         joint,
-        law=type(law)(point_of_element=on, **scaled),
+        law=law.kept(kept, on, weight[kept]),
         **joint.moved_as(lambda B: B[points]),
         position=joint.position[points],
         places=joint.places and joint.places.at(points),
@@ -389,7 +384,7 @@ def count_alike(joint: Joint) -> Array:
     """
     law = joint.law
     described = [B[law.point_of_element] for B in joint.rows]
-    described += [getattr(law, name)[:, None] for name in law.quantities]
+    described += [each[:, None] for each in law.features]
     features = np.hstack([each / max(abs(each).max(), np.finfo(float).tiny) for each in described])
     # alike elements are next to each other in the order of any sum of what describes them
     order = np.argsort(features @ np.cos(np.arange(features.shape[1])))

@@ -7,15 +7,18 @@ University: eq. 3.4.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.friction.combined import elements_of_pairs
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.declarations import AXES, is_per_area, keys_of_pairs
-from boltjoint.friction.law import ContactPairs, ElementLaw
+from boltjoint.friction.contact_pairs import ContactPairs
+from boltjoint.friction.declarations import AXES, is_per_area
+from boltjoint.friction.law import ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import MODES, Joint
@@ -63,8 +66,8 @@ def connect_nodes(
 def connect_pairs(
     modes: xr.Dataset,
     preload: xr.Dataset,
-    law: type[ElementLaw],
-    surfaces: Mapping[str, Mapping[str, float]] | None = None,
+    law: type[ElementLaw] | str,
+    surfaces: Mapping[str, Mapping[str, Any]] | None = None,
     **keys: float | NDArray[np.float64],
 ) -> Joint:
     """Joint with one element of a friction law on each contact pair that the law gives one.
@@ -74,10 +77,10 @@ def connect_pairs(
     modes, preload
         As from ``find_modes`` and ``apply_preload``, for the same pairs.
     law
-        One of ``friction.laws.LAWS``.
+        One of ``friction.laws.LAWS``, or its name.
     surfaces
         By the names of surfaces of the preload, those keys whose values replace those of all there,
-        of each pair or per area.
+        of each pair or per area; and ``law``, where the surface has another one.
     keys
         As for ``from_contact`` of the law, in SI units; or per area, as
         ``tangential_stiffness_per_area`` [N/m3], which is multiplied by ``area(pair)`` of the
@@ -88,9 +91,8 @@ def connect_pairs(
     ValueError
         If the two datasets do not hold the same pairs, finite numbers, or no pair carries load; if
         a key is out of its range, or given for each pair and per area; or if there is no such
-        surface, or it has a key that is not given for all.
+        surface, it has a key that is not given for all, or none that its own law needs.
     """
-    checks.subclass("law", law, ElementLaw)
     position, other = (
         checks.variable(name, each, "position", ("pair", "axis"))
         for name, each in (("modes", modes), ("preload", preload))
@@ -105,10 +107,12 @@ def connect_pairs(
         raise ValueError("no contact pair carries load")
     checks.variable("modes", modes, "relative_mode", ("axis", "pair", "mode"))
     relative = modes["relative_mode"].transpose("axis", "pair", "mode")
+    contact = ContactPairs(normal_load, gap, position)
     if surfaces or any(map(is_per_area, keys)):
         area = checks.variable("preload", preload, "area", ("pair",), above=0)
-        keys = keys_of_pairs(keys, area, surfaces_of("preload", preload, "pair"), surfaces)
-    elements, pairs = law.from_contact(ContactPairs(normal_load, gap, position), **keys)
+        surface = surfaces_of("preload", preload, "pair")
+        contact = ContactPairs(normal_load, gap, position, area, surface)
+    elements, pairs = elements_of_pairs(contact, law, surfaces, **keys)
     return Joint(
         **{
             name: checks.variable("modes", modes, name, ("mode",))
@@ -122,5 +126,5 @@ def connect_pairs(
         position=position[pairs],
         places=SurfacePlaces.of("preload", preload).at(pairs),
         law=elements,
-        element_position=position[pairs],
+        element_position=position[pairs][elements.point_of_element],
     )

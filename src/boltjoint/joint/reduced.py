@@ -101,16 +101,14 @@ def fit_reduced_joint(
         options=options,
     )
     point_of_element = np.repeat(np.arange(joint.points), [f.slip_force.size for f in fits])
-    reduced = replace(
-        joint,
-        law=law.replaced_by(
-            point_of_element,
-            np.concatenate([f.tangential_stiffness for f in fits]),
-            np.concatenate([f.slip_force for f in fits]),
-        ),
-        element_position=joint.position[point_of_element],
+    fitted = law.replaced_by(
+        point_of_element,
+        np.concatenate([f.tangential_stiffness for f in fits]),
+        np.concatenate([f.slip_force for f in fits]),
     )
-    return reduced, dataset
+    # elements of several laws stand in the order of these
+    position = joint.position[fitted.point_of_element]
+    return replace(joint, law=fitted, element_position=position), dataset
 
 
 def fit_dataset(

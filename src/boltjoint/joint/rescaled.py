@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.declarations import keys_of_pairs
-from boltjoint.friction.law import ContactPairs, ElementLaw
+from boltjoint.friction.combined import elements_of_pairs
+from boltjoint.friction.contact_pairs import ContactPairs
+from boltjoint.friction.law import ElementLaw
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 
 def rescale_contact(
     joint: Joint,
-    law: type[ElementLaw],
+    law: type[ElementLaw] | str,
     before: Mapping[str, Any],
     after: Mapping[str, Any],
     preload_ratio: float = 1.0,
@@ -38,7 +39,8 @@ def rescale_contact(
     joint
         A joint made from contact pairs of the law with the coefficients ``before``.
     law
-        One of ``friction.laws.LAWS``: that of the pairs, which a reduction may have replaced.
+        One of ``friction.laws.LAWS``, or its name: that of the pairs, which a reduction may have
+        replaced.
     before, after
         As for ``node_to_node.connect_pairs``, with ``surfaces``: the same keys, each in the same
         form.
@@ -54,21 +56,17 @@ def rescale_contact(
     """
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
-    checks.subclass("law", law, ElementLaw)
     for name, keys in (("before", before), ("after", after)):
         checks.mapping(name, keys)
     ratio = checks.number("preload_ratio", preload_ratio, above=0)
-    pairs = ContactPairs(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.zeros((2, 3)))
-    scaled = ContactPairs(ratio * pairs.normal_load, ratio * pairs.gap, pairs.position)
     if _all_keys(before) != _all_keys(after):
         raise ValueError(f"after must have the keys of before: {', '.join(before)}")
     surface = joint.surface_places.name[joint.law.point_of_element]
     elements = joint.law
     for name in np.unique(surface):
-        # of pairs of the same area, whatever it is
         old, new = (
-            law.from_contact(contact, **_keys_on(str(name), keys, np.ones(2)))[0]
-            for contact, keys in ((pairs, before), (scaled, after))
+            elements_of_pairs(_two_pairs(str(name), ratio), law, **_keys_on(str(name), keys))[0]
+            for ratio, keys in ((1.0, before), (ratio, after))
         )
         elements = _rescaled(elements, old, new, surface == name)
     return replace(joint, law=elements)
@@ -80,27 +78,32 @@ def _all_keys(keys: Mapping[str, Any]) -> dict[str, set[str]]:
     return {"": set(keys), **of_surfaces}
 
 
-def _keys_on(surface: str, keys: Mapping[str, Any], area: Array) -> dict[str, Any]:
-    """Arguments of ``from_contact`` for pairs of these areas on one surface."""
-    of_all = {name: value for name, value in keys.items() if name != "surfaces"}
+def _two_pairs(surface: str, ratio: float) -> ContactPairs:
+    """A closed and an open pair, whose load and gap are this; of one area, whatever it is."""
+    load, gap = np.array([ratio, 0.0]), np.array([0.0, ratio])
+    return ContactPairs(load, gap, np.zeros((2, 3)), np.ones(2), np.full(2, surface))
+
+
+def _keys_on(surface: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of all surfaces, and those of one."""
     own = {name: each for name, each in keys.get("surfaces", {}).items() if name == surface}
-    return keys_of_pairs(of_all, area, np.full(area.shape, surface), own)
+    return {**keys, "surfaces": own}
 
 
 def _rescaled(
     elements: ElementLaw, old: ElementLaw, new: ElementLaw, mine: NDArray[np.bool_]
 ) -> ElementLaw:
     """Elements of which some change as those of a closed pair, and of an open one if any, do."""
-    normal_load = getattr(elements, "normal_load", None)
-    of = 0 if normal_load is None else np.where(normal_load[mine] > 0, 0, -1)
+    varies = "normal_load" in elements.quantities
+    of = np.where(elements.quantity("normal_load")[mine] > 0, 0, -1) if varies else 0
     changed = {}
     for name, (unit, _) in elements.quantities.items():
         if name not in old.quantities:
             continue
-        before, after = getattr(old, name), getattr(new, name)
-        changed[name] = getattr(elements, name).copy()
+        before, after = old.quantity(name), new.quantity(name)
+        changed[name] = elements.quantity(name).copy()
         # ratios are those of the pairs; all else belongs to the element
         changed[name][mine] = (
             after[0] if unit == "1" else changed[name][mine] * (after / before)[of]
         )
-    return replace(elements, **changed)
+    return elements.with_quantities(changed)

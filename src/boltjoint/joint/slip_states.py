@@ -121,7 +121,7 @@ def modal_stiffness_where(joint: Joint, stuck: Flags) -> Array:
 def stiffness_at_points(joint: Joint, stuck: Flags | None = None) -> list[Array]:
     """Stiffness of all elements, or the stuck ones, at each point by direction [N/m], (points,)."""
     law = joint.law
-    of_elements = [getattr(law, f"{direction}_stiffness") for direction in law.directions]
+    of_elements = [law.stiffness_along(direction) for direction in law.directions]
     return [
         np.bincount(law.point_of_element, k if stuck is None else k * stuck, joint.points)
         for k in of_elements

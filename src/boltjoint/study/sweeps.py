@@ -29,7 +29,6 @@ from boltjoint.dynamics.modal_contact import ModalContact
 from boltjoint.dynamics.windows import frequency_window
 from boltjoint.friction import contact_states
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.joint.model import Joint
 from boltjoint.joint.rescaled import rescale_contact
@@ -137,7 +136,7 @@ class SweptJoint:
     def _joints(self, case: Case) -> list[Joint]:
         """All joints with the contact and the preload of a design."""
         before, after = dict(self.base.contact.options), dict(case.contact.options)
-        law, _ = LAWS[before.pop("law")], after.pop("law")
+        law, _ = before.pop("law"), after.pop("law")
         ratio = case.preload_N / self.base.preload_N
         return [rescale_contact(joint, law, before, after, ratio) for joint in self.joints]
 

@@ -103,7 +103,10 @@ def divisions(artefact: Artefact, results: "Results") -> "Figure":
     "all pairs, and the tolerances of weighted pairs (auto).",
     options=lambda contents, _: {
         "cases": {
-            each["case"]: {**each, "law": contents.study.case(each["case"]).contact.law}
+            each["case"]: {
+                **each,
+                "law": contents.study.case(each["case"]).contact.declaration.name,
+            }
             for each in convergence_tables.reduced_cases(contents)
         },
         "tolerances": contents.study.hyper_reduction.model_dump(),

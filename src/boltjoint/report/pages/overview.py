@@ -125,7 +125,7 @@ def _identity(
     case = study.cases[name]
     row: dict[tuple[str, str], object] = {
         ("", "case"): link(f"{name}.html", name),
-        ("", "friction_law"): case.contact.law,
+        ("", "friction_law"): case.contact.declaration.name,
         ("", "preload_N"): case.preload_N,
     }
     if any(len(each.bases) > 1 for each in study.cases.values()):

@@ -39,7 +39,7 @@ def tabulate_regions(joint: xr.Dataset) -> pd.DataFrame:
         "stiffness_kN_per_mm": ("tangential", "sum"),
     }
     if "normal" in law.directions:
-        columns["normal"] = law.normal_stiffness * loaded / 1e6
+        columns["normal"] = law.stiffness_along("normal") * loaded / 1e6
         sums["normal_stiffness_kN_per_mm"] = ("normal", "sum")
     table = pd.DataFrame(columns).groupby("region").agg(elements=("x", "size"), **sums)
     table["share_of_load_percent"] = 100 * table["slip_force_N"] / slip_force.sum()
@@ -65,8 +65,8 @@ def tabulate_elements(joint: xr.Dataset, name: str, published: Published) -> pd.
     law = joint_from_dataset(joint).law
     ours = {"k_kN_per_mm": law.tangential_stiffness / 1e6, "slip_force_N": law.slip_force}
     if "normal" in law.directions:
-        ours["normal_k_kN_per_mm"] = law.normal_stiffness / 1e6
-    ours |= {name: getattr(law, name) for name in law.declaration.shape_parameters}
+        ours["normal_k_kN_per_mm"] = law.stiffness_along("normal") / 1e6
+    ours |= {name: law.quantity(name) for name in law.declaration.shape_parameters}
     table = _in_order_of_slip(law.point_of_element + 1, ours)
     printed = published.parameters(name)
     if printed.empty:

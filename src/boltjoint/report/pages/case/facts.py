@@ -75,10 +75,12 @@ def _quantities(
     """Quantities of a case, their values, and the columns of the source's table of cases."""
     yield "assembly", case.assembly, "assembly"
     yield "preload per bolt (N)", _of_bolts(case.preload), "preload_per_bolt_N"
-    yield "contact", case.contact.declaration.label, _CONTACT["law"]
+    yield "contact", DECLARATIONS[case.contact.law].label, _CONTACT["law"]
     for key, words, value in _contact(case.contact):
         yield words, value, _CONTACT.get(key)
     for surface in case.contact.surfaces:
+        if surface.law is not None:
+            yield f"{surface.name}: contact", DECLARATIONS[surface.law].label, None
         for _, words, value in _contact(surface):
             yield f"{surface.name}: {words}", value, None
     if elements := content.friction_elements(name, case.bases[0]):

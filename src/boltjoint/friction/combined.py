@@ -1,0 +1,369 @@
+"""Several friction laws in one joint: surfaces of different laws.
+
+The elements of each law see those directions and harmonic components of the motion that they need,
+and their forces add up. A law under constant normal load whose closed form has no bias is evaluated
+as that under variable load whose normal spring has no stiffness: next to elements under variable
+load its points have a bias, which moves the sliders of some elements and loads the springs of all.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.friction.aft_kernels import SampleTables
+from boltjoint.friction.by_surface import elements_by_surface
+from boltjoint.friction.contact_pairs import ContactPairs
+from boltjoint.friction.declarations import LawDeclaration, combined
+from boltjoint.friction.law import Array, ElementLaw, Sliders
+from boltjoint.friction.laws import LAWS
+from boltjoint.friction.modal_elements import HarmonicBasis, ModalElements, ModalTangent
+from boltjoint.friction.sliders_at_samples import joined
+
+#: normal over tangential stiffness with which no load changes in any digit
+_SOFT = 1e-200
+
+
+@dataclass(frozen=True)
+class CombinedLaw(ElementLaw):
+    """The elements of several laws, those of one after those of another.
+
+    Parameters
+    ----------
+    parts
+        Elements of each law, on the same contact points.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two, two of one law, or one that is no law of elements or combined.
+    """
+
+    parts: tuple[ElementLaw, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what are no parts."""
+        checks.sequence("parts", self.parts, ElementLaw)
+        parts = tuple(self.parts)
+        kinds = {type(each) for each in parts}
+        if len(parts) < 2 or len(kinds) < len(parts) or CombinedLaw in kinds:
+            raise ValueError("parts must be two laws or more, each another one and none combined")
+        object.__setattr__(self, "parts", parts)
+
+    @classmethod
+    def from_contact(
+        cls,
+        pairs: ContactPairs,
+        *,
+        law: type[ElementLaw],
+        surfaces: Mapping[str, Mapping[str, Any]],
+        **keys: float | Array,
+    ) -> tuple[ElementLaw, NDArray[np.int64]]:
+        """Elements of each surface by its own law, and the pairs that carry one.
+
+        Parameters
+        ----------
+        pairs, law, surfaces, keys
+            As for ``elements_by_surface``.
+        """
+        parts, carrying = zip(*elements_by_surface(pairs, law, surfaces, keys), strict=True)
+        # points stand in the order of the pairs, whatever the law on each
+        every = np.sort(np.concatenate(carrying))
+        parts = [
+            part.moved_to(np.searchsorted(every, pair)[part.point_of_element])
+            for part, pair in zip(parts, carrying, strict=True)
+        ]
+        return parts[0] if len(parts) == 1 else cls(tuple(parts)), every
+
+    @cached_property
+    def declaration(self) -> LawDeclaration:
+        """What is known of all parts together."""
+        return combined([each.declaration for each in self.parts])
+
+    @cached_property
+    def quantities(self) -> dict[str, tuple[str, str]]:
+        """Those of any part."""
+        return {name: known for each in self.parts for name, known in each.quantities.items()}
+
+    @property
+    def has_sliders(self) -> bool:
+        """Whether the forces of all parts are those of sliders on lines."""
+        return all(each.has_sliders for each in self.parts)
+
+    @cached_property
+    def point_of_element(self) -> NDArray[np.int64]:
+        """The contact point each element acts on, counted from 0, shape (elements,)."""
+        return np.concatenate([each.point_of_element for each in self.parts])
+
+    @cached_property
+    def part_of_element(self) -> NDArray[np.int64]:
+        """Number of the part each element belongs to, from 0, shape (elements,)."""
+        return np.repeat(np.arange(len(self.parts)), np.diff(self._first))
+
+    @property
+    def tangential_stiffness(self) -> Array:
+        """Stiffness of each element in stick [N/m], shape (elements,)."""
+        return np.concatenate([each.tangential_stiffness for each in self.parts])
+
+    @property
+    def slip_force(self) -> Array:
+        """Force at which all of an element slips in the assembled state [N], (elements,)."""
+        return np.concatenate([each.slip_force for each in self.parts])
+
+    def stiffness_along(self, direction: str) -> Array:
+        """As ``tangential_stiffness``, in a direction: 0 of a law without it."""
+        of_parts = [
+            each.stiffness_along(direction)
+            if direction in each.directions
+            else np.zeros(each.point_of_element.size)
+            for each in self.parts
+        ]
+        return np.concatenate(of_parts)
+
+    def quantity(self, name: str) -> Array:
+        """One of the ``quantities``, not a number of elements whose law has no such."""
+        of_parts = [
+            each.quantity(name)
+            if name in each.quantities
+            else np.full(each.point_of_element.shape, np.nan)
+            for each in self.parts
+        ]
+        return np.concatenate(of_parts)
+
+    @property
+    def features(self) -> list[Array]:
+        """What tells elements apart beside their motion: the part, and all quantities."""
+        return [self.part_of_element.astype(float), *map(np.nan_to_num, super().features)]
+
+    def with_quantities(self, changed: Mapping[str, Array]) -> Self:
+        """The same elements with other values of some quantities, each (elements,)."""
+        return self._of_parts(
+            lambda part, mine: part.with_quantities(
+                {name: new[mine] for name, new in changed.items() if name in part.quantities}
+            )
+        )
+
+    def moved_to(self, points: NDArray[np.int64]) -> Self:
+        """The same elements on other points, shape (elements,)."""
+        return self._of_parts(lambda part, mine: part.moved_to(points[mine]))
+
+    def kept(self, elements: NDArray[np.int64], points: NDArray[np.int64], weight: Array) -> Self:
+        """Some of the elements, in their order, on other points; their forces times a weight."""
+        cut = np.searchsorted(elements, self._first)
+        parts = [
+            part.kept(elements[begin:end] - first, points[begin:end], weight[begin:end])
+            for part, first, begin, end in zip(self.parts, self._first, cut, cut[1:], strict=False)
+        ]
+        return type(self)(tuple(parts))
+
+    def replaced_by(
+        self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
+    ) -> Self:
+        """Other elements on the same points, by stiffness [N/m] and slip force [N] of each.
+
+        Those on points of a part follow the law of that part, and stand in its order.
+        """
+        new = point_of_element, tangential_stiffness, slip_force
+        mine = [np.isin(point_of_element, each.point_of_element) for each in self.parts]
+        of_parts = zip(self.parts, mine, strict=True)
+        return type(self)(tuple(each.replaced_by(*(v[own] for v in new)) for each, own in of_parts))
+
+    def stuck_stiffness(self, points: int) -> Array:
+        """Stiffness of the points in stick [N/m], shape (points, directions)."""
+        total = np.zeros((points, len(self.directions)))
+        for each in self.parts:
+            total[:, self._places(each.directions)] += each.stuck_stiffness(points)
+        return total
+
+    def sliders(self) -> Sliders:
+        """Those of all parts."""
+        return joined([each.cached_sliders for each in self.parts], self._first[:-1])
+
+    def evaluate(self, motion: Array) -> Array:
+        """As ``force``, without checks, by the closed form of each part."""
+        force = np.zeros_like(motion)
+        for part, at in self._in_closed_form:
+            force[:, at] += part.evaluate(np.ascontiguousarray(motion[:, at]))
+        return force
+
+    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
+        """As ``force_and_tangent``, without checks, by the closed form of each part."""
+        force, tangent = np.zeros_like(motion), np.zeros((*motion.shape, motion.shape[1]))
+        for part, at in self._in_closed_form:
+            own, of_own = part.evaluate_with_tangent(np.ascontiguousarray(motion[:, at]))
+            force[:, at] += own
+            tangent[:, at[:, None], at] += of_own
+        return force, tangent
+
+    def evaluate_at_samples(self, motion: Array, tables: SampleTables, tangent: Array) -> Array:
+        """Harmonic forces by samples of a period, for AFT, of each part."""
+        force = np.zeros_like(motion)
+        for part in self.parts:
+            at = self._columns_of(part.directions, tables.weight.size)
+            own = np.zeros((len(tangent), at.size, at.size))
+            force[:, at] += part.evaluate_at_samples(
+                np.ascontiguousarray(motion[:, at]), tables, own
+            )
+            if tangent.size:
+                tangent[:, at[:, None], at] += own
+        return force
+
+    def in_modes(self, rows: Sequence[Array]) -> ModalElements:
+        """The elements in modal coordinates, for AFT."""
+        return _ModalSum(
+            [
+                part.in_modes([rows[place] for place in self._places(part.directions)])
+                for part in self.parts
+            ]
+        )
+
+    def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
+        """State of each element over a period of samples, (points, directions, samples)."""
+        states = [
+            part.states_at_samples(displacement[:, self._places(part.directions)])
+            for part in self.parts
+        ]
+        return np.concatenate(states)
+
+    def evaluate_in_time(self, motion: Array, samples: int) -> Array:
+        """As ``forces_in_time``, without checks, of each part."""
+        force = np.zeros_like(motion)
+        for part in self.parts:
+            places = [self.directions_in_time.index(each) for each in part.directions_in_time]
+            at = (3 * np.array(places)[:, None] + np.arange(3)).ravel()
+            own = np.ascontiguousarray(motion[:, at])
+            force[:, at] += part.evaluate_in_time(own, samples)
+        return force
+
+    def _states(self, motion: Array) -> NDArray[np.int8]:
+        states = [
+            part._states(np.ascontiguousarray(motion[:, at])) for part, at in self._in_closed_form
+        ]
+        return np.concatenate(states)
+
+    @cached_property
+    def _first(self) -> NDArray[np.int64]:
+        """Number of the first element of each part, and of all elements."""
+        return np.cumsum([0, *(each.point_of_element.size for each in self.parts)])
+
+    @cached_property
+    def _in_closed_form(self) -> list[tuple[ElementLaw, NDArray[np.int64]]]:
+        """Each part as it is evaluated in closed form, and its columns of the motion."""
+        if not self.declaration.has_closed_form:
+            raise ValueError(
+                f"the law {self.name!r} has no closed form: evaluate it by AFT (friction_force: "
+                "aft)"
+            )
+        found = []
+        for part in self.parts:
+            if part.components != self.components:
+                part = _with_bias(part)
+            found.append((part, self._columns_of(part.directions, len(self.components))))
+        return found
+
+    def _places(self, directions: Sequence[str]) -> list[int]:
+        """Places of some directions among those of all parts."""
+        return [self.directions.index(each) for each in directions]
+
+    def _columns_of(self, directions: Sequence[str], components: int) -> NDArray[np.int64]:
+        """Columns of some directions in a motion of as many components in each."""
+        places = np.array(self._places(directions))
+        return (components * places[:, None] + np.arange(components)).ravel()
+
+    def _of_parts(self, change: Callable[[ElementLaw, NDArray[np.bool_]], ElementLaw]) -> Self:
+        """The law of changed parts: ``change(part, which elements are its own)``."""
+        numbered = enumerate(self.parts)
+        return type(self)(tuple(change(each, self.part_of_element == n) for n, each in numbered))
+
+
+def elements_of_pairs(
+    pairs: ContactPairs,
+    law: type[ElementLaw] | str,
+    surfaces: Mapping[str, Mapping[str, Any]] | None = None,
+    **keys: float | Array,
+) -> tuple[ElementLaw, NDArray[np.int64]]:
+    """Elements of contact pairs, one on each contact point, and the pairs these points are.
+
+    Parameters
+    ----------
+    pairs
+        The contact under preload.
+    law
+        One of ``friction.laws.LAWS``, or its name.
+    surfaces
+        By the names of surfaces, those keys whose values replace those of all there; and ``law``,
+        where the surface has another one.
+    keys
+        As for ``from_contact`` of the law, or per area.
+
+    Raises
+    ------
+    ValueError
+        As for ``ContactPairs.keys``, ``elements_by_surface`` and the law, or if it is not known.
+    """
+    law, surfaces = _known_law("law", law), {} if surfaces is None else surfaces
+    checks.mapping("surfaces", surfaces)
+    for name, own in surfaces.items():
+        checks.mapping(f"surface {name}", own)
+    if not any("law" in own for own in surfaces.values()):
+        return law.from_contact(pairs, **pairs.keys(keys, surfaces))
+    own_laws = {
+        name: {**own, "law": _known_law(f"law of surface {name}", own.get("law", law))}
+        for name, own in surfaces.items()
+    }
+    return CombinedLaw.from_contact(pairs, law=law, surfaces=own_laws, **keys)
+
+
+def _known_law(what: str, law: type[ElementLaw] | str) -> type[ElementLaw]:
+    """A law by its name, or as it is."""
+    if isinstance(law, str):
+        return LAWS[checks.choice(what, law, LAWS)]
+    checks.subclass(what, law, ElementLaw)
+    return law
+
+
+def _with_bias(law: ElementLaw) -> ElementLaw:
+    """Elements under constant normal load as those under variable load with soft normal springs."""
+    return LAWS[law.declaration.limit_of](
+        point_of_element=law.point_of_element,
+        tangential_stiffness=law.tangential_stiffness,
+        normal_stiffness=_SOFT * law.tangential_stiffness,
+        normal_load=law.slip_force,
+        friction_coefficient=np.ones_like(law.slip_force),
+    )
+
+
+class _ModalSum(NamedTuple):
+    """As ``ModalElements``, of several laws."""
+
+    parts: Sequence[ModalElements]
+
+    def force_and_tangent(
+        self, basis: HarmonicBasis, amplitude: Array
+    ) -> tuple[Array, "_SumOfTangents"]:
+        """As ``ModalElements.force_and_tangent``."""
+        of_parts = [each.force_and_tangent(basis, amplitude) for each in self.parts]
+        force = sum(own for own, _ in of_parts)
+        return force, _SumOfTangents([tangent for _, tangent in of_parts])
+
+    def delay(self, basis: HarmonicBasis, amplitude: Array) -> Array:
+        """As ``ModalElements.delay``."""
+        return sum(each.delay(basis, amplitude) for each in self.parts)
+
+
+class _SumOfTangents(NamedTuple):
+    """As ``ModalTangent``, of several laws."""
+
+    parts: Sequence[ModalTangent]
+
+    def __call__(self) -> Array:
+        """As ``ModalTangent``."""
+        return sum(each() for each in self.parts)
+
+    def along(self, change: Array) -> Array:
+        """As ``ModalTangent.along``."""
+        return sum(each.along(change) for each in self.parts)
