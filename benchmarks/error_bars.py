@@ -24,17 +24,17 @@ from numpy.typing import NDArray
 from random_joints import random_joint
 from unseen_assemblies import ALUMINIUM, STEEL, Unseen, onset_of_full_slip
 
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.damping import Damping, as_damping
-from boltjoint.dynamics.adaptive_basis import find_pod_modes
-from boltjoint.dynamics.converged_peaks import (
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.response.converged_peaks import (
     add_converged_peaks,
     converge_peak,
     converge_peaks,
 )
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.periodic_motion import motion_at_peak
-from boltjoint.dynamics.phase_resonance import PeakSearch, find_peak
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.phase_resonance import PeakSearch, find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.coupled import CoupledConstantLoad, CoupledVariableLoad
 from boltjoint.joint.model import Joint

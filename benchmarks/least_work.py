@@ -19,9 +19,9 @@ from numba import njit
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.friction.variable_kernels import _find_secants

@@ -20,8 +20,8 @@ import yaml
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances

@@ -10,16 +10,16 @@ from numpy_aft import with_numpy_aft
 from study_joints import RESULTS, joint_of
 
 from boltjoint import dataset
-from boltjoint.dynamics.backbone import trace_for_forces
-from boltjoint.dynamics.compiled_balance import (
+from boltjoint.dynamics.backbone.backbone import trace_for_forces
+from boltjoint.dynamics.balance.compiled_balance import (
     balance_arrays,
     evaluate_balance,
     form_jacobian_of_balance,
 )
-from boltjoint.dynamics.designs import solve_branches
-from boltjoint.dynamics.frequency_response import solve_branch, synthesise_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.designs import solve_branches
+from boltjoint.dynamics.response.frequency_response import solve_branch, synthesise_branch
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.modes import find_modes

@@ -5,10 +5,10 @@ from least_work import LOSS_FACTOR, LeastWork
 from numpy_aft import with_numpy_aft
 from study_joints import joint_of
 
-from boltjoint.dynamics import continuation
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response import continuation
+from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.windows import frequency_window
 
 CONSTANT, VARIABLE = "three_bolt_constant", "three_bolt_variable"
 FORCES = (1.0, 10.0, 50.0)

@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.damping import Damping
-from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
-from boltjoint.dynamics.backbone import trace_for_forces
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import trace_for_forces
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.model import Joint
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes

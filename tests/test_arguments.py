@@ -13,18 +13,18 @@ import pytest
 from small_joint import make_joint, make_preload, make_two_pairs
 
 from boltjoint import dataset
-from boltjoint.dynamics import branch, folds
-from boltjoint.dynamics.backbone import find_backbone, trace_backbone
-from boltjoint.dynamics.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.coordinates import formulate_equations
-from boltjoint.dynamics.epmc import EPMCEquations
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
-from boltjoint.dynamics.modal_synthesis import synthesise_response
-from boltjoint.dynamics.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.rdnm import SelfConsistentRDNM
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import find_backbone, trace_backbone
+from boltjoint.dynamics.backbone.epmc import EPMCEquations
+from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response import branch, folds
+from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
+from boltjoint.dynamics.response.coordinates import formulate_equations
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.rdnm import SelfConsistentRDNM
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_joint import connect_small
 
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.hyper_reduction import weigh_pairs
+from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.combined import CombinedLaw, elements_of_pairs
 from boltjoint.friction.constant import ConstantLoad
@@ -249,9 +249,9 @@ def test_a_surface_lacks_no_key_of_its_law():
     np.testing.assert_array_equal(law.tangential_stiffness, [1e8, 1e8])
     with pytest.raises(ValueError, match="surface flange has no normal_stiffness, which the law"):
         elements_of_pairs(pairs, "constant", {"flange": {"law": "variable"}}, **keys)
-    with pytest.raises(ValueError, match="surface .* is not known; allowed: flange, lap"):
+    with pytest.raises(ValueError, match=r"surface .* is not known; allowed: flange, lap"):
         elements_of_pairs(pairs, "constant", {"flnge": own}, **keys)
-    with pytest.raises(ValueError, match="law of surface flange .* is not known"):
+    with pytest.raises(ValueError, match=r"law of surface flange .* is not known"):
         elements_of_pairs(pairs, "constant", {"flange": {"law": "magic"}}, **keys)
     with pytest.raises(ValueError, match="key of surface flange"):
         elements_of_pairs(pairs, "constant", {"flange": {**own, "chi": -0.5}}, **keys)

@@ -10,14 +10,14 @@ from scipy.integrate import quad
 from small_joint import make_joint
 
 from boltjoint.config.case import Case
-from boltjoint.dynamics.converged_peaks import (
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.converged_peaks import (
     HarmonicConvergence,
     add_converged_peaks,
     converge_peaks,
 )
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.periodic_motion import motion_at_peak
-from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import STICK, STICK_SLIP

@@ -7,7 +7,7 @@ import pytest
 from small_joint import make_joint, make_preload
 
 from boltjoint import dataset
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.io import joint_to_dataset, load_joint

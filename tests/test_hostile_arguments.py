@@ -11,10 +11,10 @@ from small_joint import make_joint, make_preload, make_two_pairs
 import boltjoint
 from boltjoint import dataset
 from boltjoint.damping import LossFactor
-from boltjoint.dynamics import branch, folds
-from boltjoint.dynamics.epmc import EPMCEquations
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.backbone.epmc import EPMCEquations
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response import branch, folds
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint import bands, fit_options, fitting, io, masing, model, partition, slip_states

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from small_joint import make_joint, make_preload
 
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.windows import WindowMargins, frequency_window
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import WindowMargins, frequency_window
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.partition import partition_regions, region_error

@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
 #: highest first; a room imports from itself and from those after it
 ROOMS = (
     *("report", "study", "verification", "dynamics", "structure", "joint", "config"),
-    *("friction", "damping", "solvers", "workflow", "names", "dataset", "options"),
+    *("friction", "damping", "solvers", "provenance", "harmonics", "names", "dataset", "options"),
     *("checksums", "machine", "regular_file", "compiled", "checks", "__init__"),
 )
 #: by the file, the syntax tree
@@ -39,6 +39,21 @@ def test_imports_point_downwards(file):
     for below, line in imported(TREES[file]):
         other = below.split("/")[0].removesuffix(".py")
         assert ROOMS.index(other) >= ROOMS.index(room), f"line {line}: {below}"
+
+
+#: of dynamics, highest first
+ROOMS_OF_DYNAMICS = ("reduction", "response", "backbone", "balance", "__init__")
+
+
+@pytest.mark.parametrize("file", [file for file in TREES if file.startswith("dynamics/")])
+def test_imports_within_dynamics_point_downwards(file):
+    room = file.split("/")[1].removesuffix(".py")
+    for below, line in imported(TREES[file]):
+        first, *others = below.split("/")
+        if first == "dynamics":
+            other = others[0].removesuffix(".py")
+            places = ROOMS_OF_DYNAMICS.index(other), ROOMS_OF_DYNAMICS.index(room)
+            assert places[0] >= places[1], f"line {line}: {below}"
 
 
 def test_imports_never_form_a_circle():

@@ -12,7 +12,7 @@ except PackageNotFoundError:
 #: what users of the library call, by the module that holds it; imported when first asked for, since
 #: compiled modules take their time
 _NAMES = {
-    "Branch": "dynamics.branch",
+    "Branch": "dynamics.response.branch",
     "ConstantLoad": "friction.constant",
     "ContactPoints": "structure.contact_points",
     "Joint": "joint.model",
@@ -21,16 +21,16 @@ _NAMES = {
     "VariableLoad": "friction.variable",
     "apply_preload": "structure.preload",
     "connect_nodes": "joint.node_to_node",
-    "find_backbone": "dynamics.backbone",
+    "find_backbone": "dynamics.backbone.backbone",
     "find_modes": "structure.modes",
     "fit_reduced_joint": "joint.reduced",
-    "frequency_window": "dynamics.windows",
+    "frequency_window": "dynamics.response.windows",
     "load_joint": "joint.io",
     "partition_regions": "joint.partition",
-    "solve_branch": "dynamics.frequency_response",
-    "solve_branches": "dynamics.designs",
-    "solve_response": "dynamics.frequency_response",
-    "weigh_pairs": "dynamics.hyper_reduction",
+    "solve_branch": "dynamics.response.frequency_response",
+    "solve_branches": "dynamics.response.designs",
+    "solve_response": "dynamics.response.frequency_response",
+    "weigh_pairs": "dynamics.reduction.hyper_reduction",
 }
 
 

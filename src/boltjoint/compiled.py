@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any
 
 from numba import njit, typeof, types
@@ -46,6 +47,16 @@ class _Cache(FunctionCache):
 
     def _index_key(self, *given: Any) -> tuple:  # noqa: ANN401
         return *super()._index_key(*given), _source_version()
+
+    def load_overload(self, *given: Any) -> Any:  # noqa: ANN401
+        """The machine code for types of arguments; None where there is none."""
+        try:
+            return super().load_overload(*given)
+        except (ImportError, AttributeError, EOFError, UnpicklingError):
+            # of a version of the library whose modules or types have gone since
+            with self._guard_against_spurious_io_errors():
+                self.flush()
+            return None
 
     @contextmanager
     def _guard_against_spurious_io_errors(self) -> Iterator[None]:

@@ -7,8 +7,7 @@ from mutations import ROOT
 from pydantic import ValidationError
 
 from boltjoint.config.assembly import Bolts, Material
-from boltjoint.config.renamed import RENAMED_KEYS, RENAMED_VALUES
-from boltjoint.config.schema import SCHEMAS
+from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
@@ -68,26 +67,6 @@ def test_the_problems_are_of_every_kind():
     assert len(set(lines)) > 100
     for words in ("is missing", "is not a known key", "is a key only with", "must be greater than"):
         assert any(words in line for line in lines), words
-
-
-@pytest.mark.parametrize(("old", "new"), RENAMED_KEYS.items())
-def test_a_renamed_key_is_refused_with_its_new_name(study, old, new):
-    file = CASE if old == "march_forces_N" else CONFIG
-    content = changed(content_of(file), old, 1)
-    assert problems_of(study, file, content) == [f"{file}: {old}: is now called {new}"]
-    assert new in json.dumps(SCHEMAS["case" if file == CASE else "config"].model_json_schema())
-
-
-@pytest.mark.parametrize(
-    ("key", "old", "new"),
-    [(key, old, new) for key, values in RENAMED_VALUES.items() for old, new in values.items()],
-)
-def test_a_renamed_value_is_refused_with_its_new_name(study, key, old, new):
-    content = changed(content_of(CONFIG), key, old)
-    line = f'{CONFIG}: {key}: "{old}" is now called {new}'
-    assert problems_of(study, CONFIG, content) == [line]
-    (study / CONFIG).write_text(json.dumps(changed(content, key, new)), encoding="utf-8")
-    load_study(study)
 
 
 def test_a_model_made_in_code_is_checked():

@@ -10,7 +10,7 @@ from snakemake.common.configfile import load_configfile
 from snakemake.io import PeriodicityDetector
 from test_strict_yaml import HOSTILE
 
-from boltjoint.config.schema import SCHEMAS
+from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.structure.makers.half_lap.mesh import build_assembly

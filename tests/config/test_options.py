@@ -5,9 +5,9 @@ import inspect
 import pytest
 from pydantic import ValidationError
 
-from boltjoint.config.fitting import Fitting
+from boltjoint.config.settings import Fitting
 from boltjoint.config.solver import Solver
-from boltjoint.dynamics.converged_peaks import HarmonicConvergence
+from boltjoint.dynamics.response.converged_peaks import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl

@@ -8,8 +8,7 @@ import sys
 import pytest
 from mutations import ROOT
 
-from boltjoint.config.reference import BEGIN, END, reference
-from boltjoint.config.schema import SCHEMAS, schema_text
+from boltjoint.config.reference import BEGIN, END, SCHEMAS, reference, schema_text
 
 README = (ROOT / "config/README.md").read_text(encoding="utf-8")
 

@@ -8,7 +8,7 @@ import jsonschema
 import pytest
 from mutations import ROOT, samples, whole_files
 
-from boltjoint.config.schema import SCHEMAS, schema_text
+from boltjoint.config.reference import SCHEMAS, schema_text
 from boltjoint.config.strict_yaml import parse_mapping
 
 #: of the files of ``whole_files``

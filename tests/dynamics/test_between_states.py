@@ -5,7 +5,7 @@ import pytest
 from random_joints import random_joint
 
 from boltjoint import ConstantLoad, Joint, frequency_window, solve_branch
-from boltjoint.dynamics.backbone import trace_for_forces
+from boltjoint.dynamics.backbone.backbone import trace_for_forces
 
 
 def make_slipping_joint(share=0.5):

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.branch import (
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.response.branch import (
     estimate_branch_error,
     estimate_solution_error,
     relative_residual,
     to_dataset,
 )
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 

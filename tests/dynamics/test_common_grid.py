@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boltjoint.dynamics.common_grid import amplitude_on_grid
+from boltjoint.dynamics.response.common_grid import amplitude_on_grid
 
 
 def resonance(frequency):

@@ -8,10 +8,10 @@ from random_joints import random_joint
 from small_joint import make_joint
 
 from boltjoint.damping import MODELS, LossFactor, make_damping
-from boltjoint.dynamics import backbone
-from boltjoint.dynamics.backbone import trace_for_forces
-from boltjoint.dynamics.continuation import Continuation
-from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.backbone import backbone
+from boltjoint.dynamics.backbone.backbone import trace_for_forces
+from boltjoint.dynamics.response.continuation import Continuation
+from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.tabulated import TabulatedLoad

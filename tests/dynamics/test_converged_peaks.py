@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from small_joint import connect_small, make_joint
 
-from boltjoint.dynamics.converged_peaks import (
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.converged_peaks import (
     HarmonicConvergence,
     add_converged_peaks,
     converge_peak,
     converge_peaks,
 )
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.left_out_harmonics import (
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     changes_by_left_out_harmonics,
 )
-from boltjoint.dynamics.periodic_motion import motion_at_peak
-from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import tabulate_joint

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.converged_peaks import HarmonicConvergence
-from boltjoint.dynamics.converged_response import find_converged_peaks, solve_converged_response
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.converged_peaks import HarmonicConvergence
+from boltjoint.dynamics.response.converged_response import (
+    find_converged_peaks,
+    solve_converged_response,
+)
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 
 FORCES = [0.01, 5.0, 20.0]

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.coordinates import formulate_equations
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
-from boltjoint.dynamics.load_stepping import LoadStepping
-from boltjoint.dynamics.rdnm import LaggedRDNM, SelfConsistentRDNM
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
+from boltjoint.dynamics.response.continuation import LoadStepping
+from boltjoint.dynamics.response.coordinates import formulate_equations
+from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.rdnm import LaggedRDNM, SelfConsistentRDNM
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.solvers.arc_length import trace

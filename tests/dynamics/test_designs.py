@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.designs import solve_branches
-from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.response.designs import solve_branches
+from boltjoint.dynamics.response.frequency_response import solve_branch
 
 FORCES, LOSS = [2.0, 5.0, 10.0, 20.0, 30.0, 50.0], 0.01
 

@@ -9,13 +9,17 @@ from scipy.optimize import root
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.dynamics.backbone import backbone_from_dataset, find_backbone, trace_backbone
-from boltjoint.dynamics.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.epmc import EPMCEquations
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.modal_synthesis import synthesise_response
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import (
+    backbone_from_dataset,
+    find_backbone,
+    trace_backbone,
+)
+from boltjoint.dynamics.backbone.epmc import EPMCEquations
+from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl

@@ -10,12 +10,16 @@ from small_joint import make_joint
 from test_epmc import EXACT, SLIP, K, cantilever, mode_at, with_one_mode
 
 from boltjoint import dataset
-from boltjoint.dynamics.backbone import backbone_from_dataset, find_backbone, trace_backbone
-from boltjoint.dynamics.epmc import EPMCEquations
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.modal_synthesis import synthesise_response
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import (
+    backbone_from_dataset,
+    find_backbone,
+    trace_backbone,
+)
+from boltjoint.dynamics.backbone.epmc import EPMCEquations
+from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.equations import StepControl
 

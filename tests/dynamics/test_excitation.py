@@ -9,10 +9,10 @@ from scipy.optimize import root
 from small_joint import make_joint
 
 from boltjoint.damping import RayleighDamping
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import Joint

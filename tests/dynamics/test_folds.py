@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boltjoint.dynamics.folds import find_folds
+from boltjoint.dynamics.response.folds import find_folds
 
 
 def test_a_branch_that_does_not_turn_has_no_folds():

@@ -5,11 +5,11 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.dynamics.coordinates import formulate_equations
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.response.coordinates import formulate_equations
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.bands import bands_of_equal_load
 from boltjoint.joint.model import merge_points

@@ -3,12 +3,13 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from harmonic_names import parse_component
 from scipy.optimize import fsolve
 from small_joint import make_joint
 
-from boltjoint.dynamics.energy import energy_per_period
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
-from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.periodic_motion import energy_per_period
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad

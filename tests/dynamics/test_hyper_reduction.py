@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import nnls
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.hyper_reduction import _Weights, weigh_pairs
+from boltjoint.dynamics.reduction.hyper_reduction import _Weights, weigh_pairs
+from boltjoint.dynamics.response.frequency_response import solve_branch
 
 FORCES, LOSS = (0.5, 5.0, 50.0), 0.01
 

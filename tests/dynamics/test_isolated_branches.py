@@ -7,10 +7,10 @@ import pytest
 from folding_joint import make_folding_joint
 
 from boltjoint.damping import ModalDamping
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.isolated_branches import find_isolated_branches
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.backbone.isolated_branches import find_isolated_branches
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_response
 
 DAMPING = ModalDamping((0.001,))
 WINDOW = (45.0, 160.0)

@@ -7,7 +7,7 @@ import pytest
 from random_joints import random_joint
 
 from boltjoint import frequency_window, solve_branch
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
 
 
 @pytest.mark.parametrize(

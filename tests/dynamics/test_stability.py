@@ -5,16 +5,17 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from folding_joint import DAMPING, WINDOW, make_folding_joint
+from harmonic_names import parse_component
 from small_joint import make_joint
 
 from boltjoint import dataset
-from boltjoint.dynamics import stability
-from boltjoint.dynamics.branch import OutputPoint
-from boltjoint.dynamics.folded_branch import FoldedBranch
-from boltjoint.dynamics.folds import find_folds
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance, parse_component
-from boltjoint.dynamics.stability import (
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response import stability
+from boltjoint.dynamics.response.branch import OutputPoint
+from boltjoint.dynamics.response.folded_branch import FoldedBranch
+from boltjoint.dynamics.response.folds import find_folds
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.stability import (
     StabilityOptions,
     find_stability,
     floquet_exponents,

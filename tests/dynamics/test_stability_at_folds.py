@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from stability_at_folds import compare_marks, folding_joint
 
-from boltjoint.dynamics import folded_branch
-from boltjoint.dynamics.folded_branch import FoldedBranch
-from boltjoint.dynamics.folds import find_folds
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.stability import largest_multiplier
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response import folded_branch
+from boltjoint.dynamics.response.folded_branch import FoldedBranch
+from boltjoint.dynamics.response.folds import find_folds
+from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.stability import largest_multiplier
 from boltjoint.verification.periodic_orbits import find_orbit
 
 SEED = 88431

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.periodic_motion import motion_at_peak
-from boltjoint.dynamics.phase_resonance import find_peak
-from boltjoint.dynamics.superharmonics import find_superharmonic
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.balance.superharmonics import find_superharmonic
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 
 LOSS, FORCE, HARMONICS = 0.01, 5.0, 5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_joint import connect_small
 
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.joint.model import count_alike, keep_elements, merge_points
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from boltjoint import dataset
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.io import (
     ImpossibleJoint,
     free_mode_quantities,

@@ -14,7 +14,7 @@ from small_study import ASSEMBLY
 
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint

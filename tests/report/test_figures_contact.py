@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgba
 from scipy.spatial.transform import Rotation
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import merge_points

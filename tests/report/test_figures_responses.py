@@ -3,9 +3,9 @@ import pytest
 from figure_parts import FORCES, curves, legend_texts, marks, texts_in
 from small_joint import make_joint
 
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.report.figures.responses import plot_backbones, plot_response
 from boltjoint.report.figures.style import save_figure
 from boltjoint.solvers.equations import StepControl

@@ -8,7 +8,7 @@ from curves import SIZE, Combustion
 from scipy.optimize import brentq
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_branch
+from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers import arc_length
 from boltjoint.solvers.equations import StepControl

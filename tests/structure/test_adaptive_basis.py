@@ -10,10 +10,10 @@ from examples import symmetric_part
 
 from boltjoint import solve_branch
 from boltjoint.config.contact import ContactOfSurface
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.config.study import load_study
-from boltjoint.dynamics.adaptive_basis import ContactCondition, _trace, find_pod_modes
-from boltjoint.dynamics.candidate_backbone import CandidateBackbone
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, _trace, find_pod_modes
+from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.structure.basis.candidates import find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates
 from boltjoint.structure.basis.snapshots import uniform_modes

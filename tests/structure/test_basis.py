@@ -9,11 +9,11 @@ from examples import symmetric_part
 from scipy.linalg import eigh
 from scipy.sparse import diags_array
 
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.damping import ModalDamping, ModalStructure
 from boltjoint.dataset import save
-from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, balanced_pod_modes

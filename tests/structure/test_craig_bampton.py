@@ -9,10 +9,10 @@ from examples import COARSE, FEWEST, craig_bampton
 from test_structure_model import as_matrices
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
-from boltjoint.dynamics.converged_peaks import converge_peaks
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes

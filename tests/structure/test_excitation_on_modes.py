@@ -7,7 +7,7 @@ from pydantic import TypeAdapter
 from boltjoint.config.excitation import Excitation
 from boltjoint.config.points import Sensor
 from boltjoint.damping import RayleighDamping
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.excitation import place_excitation
 from boltjoint.structure.makers.half_lap.constraints import assemble_assembly

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes

@@ -10,7 +10,7 @@ from examples import off_centre
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import splu
 
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
 from boltjoint.structure.makers.half_lap.calculix.decks import (

@@ -5,9 +5,9 @@ import pytest
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dataset import save
-from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
     free_displacements,

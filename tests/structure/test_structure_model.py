@@ -12,8 +12,8 @@ from scipy.linalg import eigh
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from boltjoint.dynamics.converged_peaks import converge_peaks
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.contact_law import contact_force
 from boltjoint.structure.contact_points import ContactPoints

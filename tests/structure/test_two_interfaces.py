@@ -12,7 +12,7 @@ from examples import block_with_two_interfaces
 from scipy.linalg import eigh
 from scipy.optimize import root
 
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.joint.node_to_node import connect_pairs

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 from small_joint import make_joint, make_preload
 
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.joint.partition import partition_regions, region_error

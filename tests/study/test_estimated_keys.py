@@ -11,7 +11,7 @@ from functools import cache
 import pytest
 from small_study import ASSEMBLY, CASE, SETTINGS, write
 
-from boltjoint.config.schema import SCHEMAS
+from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.study import estimate

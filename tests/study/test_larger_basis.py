@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.converged_peaks import (
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.converged_peaks import (
     HarmonicConvergence,
     add_converged_peaks,
     converge_peak,
     converge_peaks,
 )
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.study.tables.larger_basis import tabulate_larger_basis
 
 LOSS = 0.01

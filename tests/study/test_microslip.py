@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.frequency_response import frequency_window, solve_response
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response.frequency_response import frequency_window, solve_response
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint
 from boltjoint.study.tables.microslip import (

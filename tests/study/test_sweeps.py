@@ -9,10 +9,10 @@ from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
 from boltjoint.config.sweep import Grid, Saltelli, Samples, Table
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import Quantity
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.backbone_at import backbone_at
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.backbone.backbone_at import backbone_at
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.joint.partition import partition_regions

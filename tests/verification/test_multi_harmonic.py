@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
-from boltjoint.dynamics.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.dynamics.phase_resonance import find_peak
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton

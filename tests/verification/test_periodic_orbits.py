@@ -5,9 +5,9 @@ import pytest
 from folding_joint import DAMPING, WINDOW, make_folding_joint
 from small_joint import make_joint
 
-from boltjoint.dynamics.folds import find_folds
-from boltjoint.dynamics.frequency_response import solve_branch
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.folds import find_folds
+from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import Integration
 

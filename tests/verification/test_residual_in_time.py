@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import merge_points

@@ -8,7 +8,7 @@ from folding_joint import DAMPING, WINDOW, make_folding_joint
 from small_joint import make_joint
 
 from boltjoint.damping import ModalDamping, RayleighDamping
-from boltjoint.dynamics.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import steady_state

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad

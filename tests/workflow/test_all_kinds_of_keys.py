@@ -11,8 +11,8 @@ from small_study import ASSEMBLY, CASE, SETTINGS, run, write, write_config
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import boltjoint
-from boltjoint.workflow.code_dependencies import library_sources, source_hash
+from boltjoint.provenance.code_dependencies import library_sources, source_hash
 
 PACKAGE = Path(boltjoint.__file__).resolve().parent
 

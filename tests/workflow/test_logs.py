@@ -7,7 +7,7 @@ import pytest
 
 BEGIN = """import logging, sys
 from boltjoint import dataset
-from boltjoint.workflow import logs
+from boltjoint.provenance import logs
 logs.write_to(sys.argv[1])
 """
 

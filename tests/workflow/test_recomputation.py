@@ -22,7 +22,7 @@ from small_study import (
     write_config,
 )
 
-from boltjoint.workflow.code_dependencies import library_sources
+from boltjoint.provenance.code_dependencies import library_sources
 
 STRUCTURE = "assemblies/*"
 FREE, ENRICHED = SETTINGS["convergence"]["bases"]

@@ -12,7 +12,7 @@ from snakemake.logging import logger
 from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config import makers
-from boltjoint.config.convergence import COMPARED_RESONANCES
+from boltjoint.config.settings import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName, Preload
@@ -20,8 +20,8 @@ from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
-from boltjoint.workflow import environment
-from boltjoint.workflow.code_dependencies import source_hash
+from boltjoint.provenance import environment
+from boltjoint.provenance.code_dependencies import source_hash
 
 RULES = workflow.current_basedir
 

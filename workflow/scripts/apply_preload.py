@@ -1,9 +1,9 @@
 """Tighten the bolts of an assembly."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure import structure_file, vtu
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 structure = structure_file.load_structure(snakemake.input.structure)

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from boltjoint import dataset
 from boltjoint.config.makers import description_of
+from boltjoint.provenance import logs
 from boltjoint.structure import structure_file, vtu
 from boltjoint.structure.makers import registry
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 described = description_of(snakemake.params.assembly)

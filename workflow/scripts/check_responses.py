@@ -1,9 +1,9 @@
 """Find the residuals in time of the frequency responses of a case in a basis."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.study.tables import files as tables
 from boltjoint.verification.residual_in_time import check_solutions
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 checked = zip(

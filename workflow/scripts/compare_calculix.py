@@ -3,10 +3,10 @@
 import pandas as pd
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
 from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
 from boltjoint.study.tables import files as tables
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found, compared = snakemake.input, {}

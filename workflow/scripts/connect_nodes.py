@@ -5,8 +5,8 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.joint.io import joint_to_dataset, save_joint
 from boltjoint.joint.node_to_node import connect_pairs
+from boltjoint.provenance import logs
 from boltjoint.structure.excitation import place_excitation
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

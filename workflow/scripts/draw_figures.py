@@ -1,9 +1,9 @@
 """Draw figures."""
 
+from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.figures.style import save_figure
 from boltjoint.study.results import Results
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 results, params = Results(snakemake.input), snakemake.params

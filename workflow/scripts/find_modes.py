@@ -1,8 +1,8 @@
 """Find a basis of an assembly: modes without contact, or contact-adapted vectors."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.structure import modes, structure_file, vtu
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 structure = structure_file.load_structure(snakemake.input.structure)

@@ -1,8 +1,8 @@
 """Find the resonances of the full model while parts of the contact stick."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.structure import patterns, structure_file
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 assembly, preload = (dataset.load(snakemake.input[name]) for name in ("assembly", "preload"))

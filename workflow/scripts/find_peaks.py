@@ -1,10 +1,10 @@
 """Find the peaks of a joint in the windows that its backbone predicts."""
 
 from boltjoint.joint.io import load_joint
+from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import convergence
 from boltjoint.study.tables import files as tables
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 control = StepControl(**snakemake.params.steps)

@@ -1,10 +1,10 @@
 """Find the POD modes of an assembly for the contact and damping of its cases."""
 
 from boltjoint import dataset
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-from boltjoint.dynamics.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.provenance import logs
 from boltjoint.structure.structure_file import load_structure
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 found = find_pod_modes(

@@ -1,8 +1,8 @@
 """Gather all designs of a sweep in one dataset."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.study.sweeps import gather_sweep
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, designs = snakemake.params, dataset.load(snakemake.input.designs)

@@ -1,8 +1,8 @@
 """List the designs of a sweep: the values of the keys that vary."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.study.designs import list_designs
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

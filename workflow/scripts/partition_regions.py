@@ -6,7 +6,7 @@ from boltjoint import dataset
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.slip_states import SlipStateOptions
-from boltjoint.workflow import logs
+from boltjoint.provenance import logs
 
 logs.write_to(snakemake.log[0])
 params, options = snakemake.params, SlipStateOptions()

@@ -3,7 +3,7 @@
 import json
 
 from boltjoint import checksums
-from boltjoint.workflow import logs
+from boltjoint.provenance import logs
 
 logs.write_to(snakemake.log[0])
 record = dict(snakemake.params.record)

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from boltjoint import dataset
 from boltjoint.config.varied_case import with_values
 from boltjoint.joint.io import ImpossibleJoint, load_joint
+from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.sweeps import SweptJoint, solve_designs
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)

@@ -1,9 +1,9 @@
 """Solve the frequency responses of a case in a basis, and trace its backbones."""
 
 from boltjoint import dataset
-from boltjoint.dynamics.converged_peaks import HarmonicConvergence
+from boltjoint.dynamics.response.converged_peaks import HarmonicConvergence
+from boltjoint.provenance import logs
 from boltjoint.study.solution import CaseInBasis
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 output, params = snakemake.output, snakemake.params

@@ -1,9 +1,9 @@
 """Make tables."""
 
+from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study.results import Results
 from boltjoint.study.tables import files as tables
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 results, params = Results(snakemake.input), snakemake.params

@@ -1,8 +1,8 @@
 """Time the frequency responses of a case in a basis, alone on the machine."""
 
+from boltjoint.provenance import logs
 from boltjoint.study.solution import CaseInBasis
 from boltjoint.study.tables import files as tables
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

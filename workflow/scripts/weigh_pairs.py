@@ -3,10 +3,10 @@
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.dynamics.hyper_reduction import weigh_pairs
+from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
+from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

@@ -1,8 +1,8 @@
 """Write the CalculiX input decks of the modes and the preload of an assembly."""
 
 from boltjoint import dataset
+from boltjoint.provenance import logs
 from boltjoint.structure.makers.half_lap.calculix.decks import write_modes_deck, write_preload_deck
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 assembly, modes, preload = (

@@ -1,10 +1,10 @@
 """Write the overview page."""
 
 from boltjoint.config.study import Study
+from boltjoint.provenance import logs
 from boltjoint.report.pages.document import save_page
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.study.results import Results
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)

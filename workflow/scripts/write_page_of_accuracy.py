@@ -1,9 +1,9 @@
 """Write the page of the accuracy of all models."""
 
+from boltjoint.provenance import logs
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.report.pages.document import save_page
 from boltjoint.study.results import Results
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)

@@ -2,10 +2,10 @@
 
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
+from boltjoint.provenance import logs
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.document import save_page
 from boltjoint.study.results import Results
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)

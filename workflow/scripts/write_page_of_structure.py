@@ -1,10 +1,10 @@
 """Write the page of the assemblies."""
 
 from boltjoint.config.makers import description_of
+from boltjoint.provenance import logs
 from boltjoint.report.pages.document import save_page
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.results import Results
-from boltjoint.workflow import logs
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)

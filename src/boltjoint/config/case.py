@@ -12,7 +12,7 @@ from boltjoint.config.damping import StructuralDamping
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Excitation
 from boltjoint.config.points import Point, Sensor
-from boltjoint.config.regions import Regions
+from boltjoint.config.settings import Regions
 from boltjoint.config.sweep import MOST_JOBS
 from boltjoint.config.types import (
     Description,

@@ -3,10 +3,9 @@
 from collections.abc import Collection, Iterator, Mapping
 
 from boltjoint.config.case import Case
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
 from boltjoint.config.described import Described
 from boltjoint.config.entries import choice
-from boltjoint.config.settings import Settings
+from boltjoint.config.settings import ContactAdaptedBasis, Settings
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, Problems
 from boltjoint.config.varied_case import SolvedCase, conflicts_with_case, solve_alone

@@ -15,7 +15,6 @@ from pydantic import (
 )
 
 from boltjoint.config.key_paths import key_path, owners
-from boltjoint.config.renamed import MOVED_KEYS, REMOVED_KEYS, RENAMED_KEYS, RENAMED_VALUES
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.types import GRAMMARS, PATTERNS, KeyPath, Problems, refuse, unforeseen
 
@@ -87,8 +86,6 @@ def explain(error: ValidationError, model: type[Entry], content: Mapping[str, An
                 yield with_value(content, path, sentence)
             case "no_values":
                 yield with_value(content, path, problem["msg"])
-            case "literal_error" if new := _new_value(path, problem["input"]):
-                yield with_value(content, path, f"is now called {new}")
             case "tuple_type" if not owners(model, (*location, 0, "")):
                 yield with_value(content, path, _must_be_list(problem["input"]))
             case "float_type" if (text := _with_decimal_point(problem["input"])) is not None:
@@ -140,22 +137,8 @@ def _with_decimal_point(value: object) -> str | None:
     return value.replace(",", ".") if is_decimal else None
 
 
-def _dotted(path: KeyPath) -> str:
-    return ".".join(part for part in path if isinstance(part, str))
-
-
-def _new_value(path: KeyPath, value: object) -> str | None:
-    return RENAMED_VALUES.get(_dotted(path), {}).get(value) if isinstance(value, str) else None
-
-
 def _instead(model: type[Entry], location: KeyPath, path: KeyPath) -> str:
     """What a key that is not allowed is, and what may stand in its place."""
-    if new := RENAMED_KEYS.get(_dotted(path)):
-        return f"now called {new}"
-    if moved := MOVED_KEYS.get(_dotted(path)):
-        return f"now {moved}"
-    if reason := REMOVED_KEYS.get(_dotted(path)):
-        return reason
     key = str(path[-1])
     if elsewhere := [owner for owner in owners(model, path) if key in owner.model_fields]:
         tags = (f"{name}: {tag}" for owner in elsewhere for tag, name in _tags(owner).items())

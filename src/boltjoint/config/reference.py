@@ -1,15 +1,30 @@
 """Reference of all keys in config/README.md and JSON schemas, made from the sections themselves."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from boltjoint.config.schema import SCHEMAS, write_schemas
+from boltjoint.config.assembly import Assembly
+from boltjoint.config.case import Case
+from boltjoint.config.entries import Entry
+from boltjoint.config.matrices import Matrices
+from boltjoint.config.settings import Settings
+from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, PATTERNS, SCHEMA_FOLDER
 from boltjoint.config.units import unit_of
 
 Schema = dict[str, Any]
+
+#: by the name of its file of YAML
+SCHEMAS: dict[str, type[Entry]] = {
+    "config": Settings,
+    "assembly": Assembly,
+    "matrices": Matrices,
+    "case": Case,
+    "sweep": Sweep,
+}
 
 README = str(Path(CONFIG_FILE).with_name("README.md"))
 #: what stands before and after the generated part of the README
@@ -144,6 +159,22 @@ def _allowed(field: Schema) -> str:
             return _KINDS[kind] + ",".join(limits)
         case _:
             return "keys below"
+
+
+def schema_text(model: type[Entry]) -> str:
+    """The JSON schema of a YAML file, as the text that is kept in config/schemas."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **model.model_json_schema(),
+    }
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def write_schemas(folder: str | Path) -> None:
+    """Write the JSON schemas of the YAML files into a folder."""
+    for name, model in SCHEMAS.items():
+        path = Path(folder) / f"{name}.schema.json"
+        path.write_text(schema_text(model), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,17 +1,170 @@
 """Settings of a study: the cases that run, and the numerical options."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from boltjoint.config.contact_adapted_basis import ContactAdaptedBasis
-from boltjoint.config.convergence import Convergence
 from boltjoint.config.entries import Entry
-from boltjoint.config.fitting import Fitting
-from boltjoint.config.hyper_reduction import HyperReduction
 from boltjoint.config.solver import Solver
-from boltjoint.config.timing import Timing
-from boltjoint.config.types import CaseName, Distinct, Name, Problems, Several
+from boltjoint.config.types import (
+    CaseName,
+    ComparedModalBasis,
+    Count,
+    Distinct,
+    Fraction,
+    Joint,
+    ModesCount,
+    Name,
+    Positive,
+    Problems,
+    Several,
+)
+from boltjoint.names import REDUCTIONS, REFERENCE, JointName
+
+
+class ContactAdaptedBasis(Entry):
+    """Accuracy and numerical options of the bases ``enriched-N`` and ``enriched-auto``.
+
+    One basis of each size serves all cases of an assembly: it is made for the contact and damping
+    of each of them, and for those of all cases where none uses the assembly. A case that is added
+    with another contact or damping therefore makes new bases.
+    """
+
+    frequency_tolerance: Fraction = 1e-3
+    """Relative error of the frequency of a peak. ``enriched-auto`` has the fewest vectors with
+    which no peak of the first resonance is estimated to have a larger one."""
+    amplitude_tolerance: Fraction = 1e-2
+    """The same of its amplitude."""
+    pattern_tolerance: Fraction = 2e-3
+    """Relative error of resonances while a part of the contact sticks, against which that of peaks
+    is weighed."""
+    resonances: ModesCount = 2
+    """Resonances whose motion the bases hold, from the first; at most ``free_modes``."""
+    free_modes: ModesCount = 12
+    """Modes without contact among the candidates."""
+    maximum_vectors: ModesCount = 128
+    """Vectors of the largest basis; ``enriched-N`` has the first N of them."""
+    balanced_vectors: ModesCount = 40
+    """Vectors with which all errors are made equally small, or ``maximum_vectors`` if fewer."""
+    states: Count = 24
+    """States of each backbone from which the basis is made."""
+    adaptations: Count = 6
+    """Bases that are each made from the errors of the one before, at most: no more are made once
+    the dual-weighted residuals of all vectors are within the tolerances."""
+    trial_step: Count = 8
+    """Step of the numbers of vectors whose errors are estimated."""
+    lowest_amplitude: Positive = 1.0
+    """Amplitude at which backbones begin, over that at which the first pair slips."""
+    highest_amplitude: Positive = 300.0
+    """Amplitude at which they end, over that at which half of the pairs slip: all slip there."""
+    smallest_growth: Fraction = 0.04
+    """Smallest derivative of the logarithm of the force by that of the amplitude of its peak. Where
+    it is less, near a fold of the peaks, the amplitude at a force has no limit of accuracy."""
+
+    def conflicts(self) -> Problems:
+        if self.resonances > self.free_modes:
+            yield ("resonances",), f"must be at most free_modes, {self.free_modes}"
+
+
+class Fitting(Entry):
+    """Fit of joints ``.../elements=M``: M elements replace those of a region, as in the source."""
+
+    initial_guesses: Count = 16
+    """Initial guesses of the search; the best fit of all is kept."""
+    load_fractions: Distinct[tuple[Fraction, Fraction, Fraction]] = (0.3, 0.6, 0.9)
+    """Loops are fitted at the three displacement amplitudes at which a region carries these
+    fractions of its slip force."""
+
+    def options(self, joint: str) -> dict[str, Any]:
+        """The reduction of a joint of this name, and its options, as for ``reduce_joint``."""
+        parsed = JointName(joint)
+        reduction = REDUCTIONS[parsed.reduction]
+        count = {"count": parsed.elements} if reduction.has_count else {}
+        keys = {argument: getattr(self, key) for key, argument in reduction.options.items()}
+        return {"reduction": reduction.name, **count, **keys}
+
+
+class HyperReduction(Entry):
+    """Accuracy of the joints ``hyper=auto``, in which few weighted contact pairs stand for all.
+
+    They have the fewest pairs with which no peak of the resonances that are solved is estimated to
+    have a larger error, under any force between the smallest and the largest of the case.
+    """
+
+    frequency_tolerance: Fraction = 1e-3
+    """Relative error of the frequency of a peak."""
+    amplitude_tolerance: Fraction = 1e-2
+    """The same of its amplitude."""
+
+    def options(self, joint: str) -> dict[str, Any]:
+        """The options of ``hyper_reduction.weigh_pairs`` for a joint of this name."""
+        pairs = JointName(joint).pairs
+        return {"count": pairs} if pairs != "auto" else {"count": None, **self.model_dump()}
+
+
+class Timing(Entry):
+    """Timing of the solver.
+
+    Forward differences are timed too where the source solves: node-to-node joints, ``regions`` and
+    their ``elements``, in ``linear`` and ``rdnm-N`` of bases ``free-N``.
+    """
+
+    repeats: Count = 3
+    """Largest number of timed repeats of each frequency response."""
+    time_budget_s: Positive = 0.5
+    """Time after which no further repeat begins, summed over the repeats of a response."""
+
+
+#: resonances of the structure by which bases are compared; none can have fewer vectors
+COMPARED_RESONANCES = 2
+
+
+class Convergence(Entry):
+    """Bases and numbers of regions that are compared with converged ones beside the cases.
+
+    Peaks of the first resonance are compared, with analytic friction forces and one harmonic
+    whatever ``solver`` says.
+    """
+
+    bases: Distinct[tuple[ComparedModalBasis, ...]] = ()
+    """Bases in which the resonances of every assembly, with parts of its contact stuck, and the
+    peaks of every case are found; the others are compared with the last, which is ``enriched-N``.
+    No table if empty."""
+    regions: Distinct[tuple[Count, ...]] = ()
+    """Numbers of regions whose peaks are compared with those of all contact pairs, by division, for
+    every case solved in an enriched basis; at most the contact pairs on one side of the centre line
+    and on it. No table if empty."""
+    reductions: Distinct[tuple[Joint, ...]] = ()
+    """Joints whose peaks and times are compared with those of all contact pairs, for every case
+    solved in an enriched basis whose friction law they can have. No table if empty."""
+
+    time_integration_N: Distinct[tuple[Positive, ...]] = ()
+    """Forces at which the converged peak of the largest basis ``enriched-N`` is integrated in time,
+    of each case those among its ``forces_N``, and found in the last of ``bases`` too where that
+    has more vectors. It takes a minute or two each. No table if empty."""
+
+    def conflicts(self) -> Problems:
+        if self.bases and not self.bases[-1].is_contact_adapted:
+            yield ("bases", len(self.bases) - 1), "must be enriched-N: all are compared with it"
+        for index, joint in enumerate(self.reductions):
+            if joint == REFERENCE[0]:
+                yield ("reductions", index), "must not be node-to-node: all are compared with it"
+
+
+class Regions(Entry):
+    """Division of the contact pairs into regions."""
+
+    division: Literal["equal-load", "equal-middle-load"] = "equal-load"
+    """Bands ``regions=N`` along the bar of equal shares of the normal load, or of equal shares of
+    the pressure along the middle of the width, as in the source under variable load; ``clusters=N``
+    are of pairs of similar motion."""
+    motion: Literal["mean", "load-weighted"] = "mean"
+    """Motion of a band: mean of its pairs as in the source, or their mean weighted by normal load,
+    which keeps the friction dissipation in full slip."""
+    tolerance: Fraction = 0.01
+    """Largest relative error of the resonances, over states of slip, with which ``regions=auto``
+    and ``clusters=auto`` take the fewest regions, of at most 64, before any response is solved.
+    Errors of amplitude are larger than these, which are of frequency."""
 
 
 class Settings(Entry):

@@ -21,6 +21,7 @@ from boltjoint import checks
 from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
 from boltjoint.friction.modal_elements import HarmonicBasis, ModalElements, ModalTangent
+from boltjoint.harmonics import Components
 
 
 @dataclass(frozen=True)
@@ -84,15 +85,13 @@ class AlternatingFrequencyTime(FrictionLaw):
         return self.elements.slip_force
 
     @cached_property
-    def components(self) -> tuple[str, ...]:
+    def components(self) -> Components:
         """Harmonic coefficients of motion and force.
 
         Under constant normal load the force is antisymmetric: it has no even harmonics.
         """
-        odd = "bias" not in self.elements.components
-        numbers = range(1, self.harmonics + 1, 2 if odd else 1)
-        oscillating = [f"{part}{h if h > 1 else ''}" for h in numbers for part in ("sin", "cos")]
-        return tuple(oscillating) if odd else ("bias", *oscillating)
+        is_odd = not Components(self.elements.components).has_bias
+        return Components.up_to(self.harmonics, is_odd=is_odd)
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
@@ -182,24 +181,18 @@ class AlternatingFrequencyTime(FrictionLaw):
     @cached_property
     def _synthesis(self) -> Array:
         """Value of each component at each sample, shape (components, samples)."""
-        numbers = sorted({int(name[3:] or 1) for name in self.components if name != "bias"})
-        # whole periods are subtracted as integers, without rounding
-        turns = np.outer(numbers, np.arange(self.samples)) % self.samples / self.samples
-        rows = np.stack([np.sin(2 * np.pi * turns), np.cos(2 * np.pi * turns)], axis=1)
-        rows = rows.reshape(-1, self.samples)
-        return rows if "bias" not in self.components else np.vstack([np.ones(self.samples), rows])
+        return self.components.at_samples(self.samples)
 
     @cached_property
     def _weight(self) -> Array:
         """Weight of a sample in each component, shape (components,)."""
-        return np.where(np.array(self.components) == "bias", 1.0, 2.0) / self.samples
+        return np.where(self.components.number == 0, 1.0, 2.0) / self.samples
 
     @cached_property
     def _basis(self) -> HarmonicBasis:
         """The components as the sums in modal coordinates take them."""
-        number = [0 if name == "bias" else int(name[3:] or 1) for name in self.components]
-        is_sine = np.array([name.startswith("sin") for name in self.components])
-        return HarmonicBasis(np.array(number), is_sine, self._synthesis, self._weight, self._mean)
+        of_components = self.components.number, self.components.is_sine
+        return HarmonicBasis(*of_components, self._synthesis, self._weight, self._mean)
 
     @cached_property
     def _mean(self) -> Array:

@@ -15,6 +15,7 @@ from scipy.linalg import eigvalsh
 from scipy.spatial import KDTree
 
 from boltjoint import checks
+from boltjoint.harmonics import Components
 from boltjoint.joint.bands import (
     bands_of_equal_load,
     bands_of_equal_middle_load,
@@ -312,8 +313,8 @@ def _largest_error(states: SlipStates, joint: Joint, regions: Joint) -> float:
 
 def _apparent_frequency(joint: Joint, q: Array) -> float:
     """Rayleigh's quotient of the harmonic motion q sin(wt) [rad/s]."""
-    components = joint.law.components
-    sin = components.index("sin")
+    components = Components(joint.law.components)
+    sin = components.sin()
     rows = joint.rows
     motion = np.zeros((joint.points, len(rows), len(components)))
     for d, B in enumerate(rows):

@@ -10,11 +10,11 @@ import xarray as xr
 
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
-from boltjoint.dynamics.backbone import Backbone, trace_for_forces
-from boltjoint.dynamics.frequency_response import Branch, solve_branch
-from boltjoint.dynamics.modal_synthesis import synthesise_response
-from boltjoint.dynamics.periodic_motion import motion_at_peak
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
+from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.frequency_response import Branch, solve_branch
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import Division, partition_regions, region_error

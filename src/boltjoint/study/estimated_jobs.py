@@ -23,10 +23,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from boltjoint.config.mesh_size import COUNTLESS
+from boltjoint.config.settings import Timing
 from boltjoint.config.solver import Solver
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
-from boltjoint.config.timing import Timing
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
     CASE_FOLDER,

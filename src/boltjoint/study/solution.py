@@ -10,15 +10,18 @@ import xarray as xr
 
 from boltjoint import dataset
 from boltjoint.damping import Damping
-from boltjoint.dynamics.backbone import find_backbone
-from boltjoint.dynamics.converged_peaks import (
+from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response.converged_peaks import (
     HarmonicConvergence,
     add_converged_peaks,
     converge_peaks,
 )
-from boltjoint.dynamics.converged_response import find_converged_peaks, solve_converged_response
-from boltjoint.dynamics.frequency_response import solve_response
-from boltjoint.dynamics.windows import window_around
+from boltjoint.dynamics.response.converged_response import (
+    find_converged_peaks,
+    solve_converged_response,
+)
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import window_around
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl

@@ -22,11 +22,11 @@ from boltjoint.config.case import Case
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.backbone_at import backbone_at
-from boltjoint.dynamics.common_grid import amplitude_on_grid
-from boltjoint.dynamics.frequency_response import branch_solver
-from boltjoint.dynamics.modal_contact import ModalContact
-from boltjoint.dynamics.windows import frequency_window
+from boltjoint.dynamics.backbone.backbone_at import backbone_at
+from boltjoint.dynamics.balance.modal_contact import ModalContact
+from boltjoint.dynamics.response.common_grid import amplitude_on_grid
+from boltjoint.dynamics.response.frequency_response import branch_solver
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction import contact_states
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.io import ImpossibleJoint
@@ -37,7 +37,7 @@ from boltjoint.study.common_to_designs import IMPOSSIBLE, common_amplitudes, com
 from boltjoint.study.designs import values_of, varied
 
 if TYPE_CHECKING:
-    from boltjoint.dynamics.branch import Branch
+    from boltjoint.dynamics.response.branch import Branch
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
-from boltjoint.dynamics.frequency_response import branch_solver, solve_branch
-from boltjoint.dynamics.linear_modes import Jacobian
+from boltjoint.dynamics.balance.linear_modes import Jacobian
+from boltjoint.dynamics.response.frequency_response import branch_solver, solve_branch
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 

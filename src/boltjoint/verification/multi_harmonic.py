@@ -12,9 +12,9 @@ import numpy as np
 
 from boltjoint import checks
 from boltjoint.damping import Damping
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.linear_modes import LinearModes
-from boltjoint.dynamics.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl

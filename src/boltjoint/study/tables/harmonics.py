@@ -23,7 +23,7 @@ def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
     Parameters
     ----------
     response
-        ``response.nc`` with its converged peaks (``dynamics.converged_peaks``).
+        ``response.nc`` with its converged peaks (``dynamics.response.converged_peaks``).
 
     Returns
     -------

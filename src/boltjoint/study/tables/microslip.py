@@ -21,9 +21,8 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.dynamics.energy import energy_per_period
-from boltjoint.dynamics.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.periodic_motion import motion_at_peak
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.periodic_motion import energy_per_period, motion_at_peak
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
 

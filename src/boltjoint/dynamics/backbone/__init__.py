@@ -1,0 +1,1 @@
+"""Nonlinear modes, their backbones, and responses that are synthesised from these."""

@@ -1,0 +1,250 @@
+"""Friction elements of a joint in modal coordinates: forces, tangents, describing functions."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.harmonics import Components
+from boltjoint.joint.model import Joint
+from boltjoint.solvers.equations import Derivative
+
+#: with more modes, products of two at every point take more time to read than to form
+_LARGEST_PRODUCTS = 16
+
+#: points whose tangents are projected together, so that their products stay in the cache
+_POINTS_AT_ONCE = 256
+
+
+@dataclass(frozen=True)
+class ModalContact:
+    """Contact of a joint, as the harmonic balance in modal coordinates needs it.
+
+    With the modal rows B_d of the contact points in each direction d, the points move by
+    ``B_d q`` and their forces f_d act on the modes as ``sum_d B_d^T f_d``, alike for every
+    harmonic component.
+
+    Parameters
+    ----------
+    joint
+        The structure and its friction elements.
+    basis
+        V of ``q = V x``, shape (linear modes, modes); the linear modes themselves by default.
+    """
+
+    joint: Joint
+    basis: NDArray[np.float64] | None = None
+
+    @cached_property
+    def components(self) -> Components:
+        """Harmonic components in the order of the unknown."""
+        return Components(self.joint.law.components)
+
+    @cached_property
+    def rows(self) -> tuple[NDArray[np.float64], ...]:
+        """Relative modes of the contact points in each direction [kg^-1/2], (points, modes)."""
+        return tuple(B if self.basis is None else B @ self.basis for B in self.joint.rows)
+
+    @cached_property
+    def modes(self) -> int:
+        """Number of modes."""
+        return self.rows[0].shape[1]
+
+    @cached_property
+    def stuck_stiffness(self) -> NDArray[np.float64]:
+        """Modal stiffness while nothing slips [s^-2], shape (components * modes,) * 2."""
+        stuck = self.joint.stuck_stiffness()
+        stuck = stuck if self.basis is None else self.basis.T @ stuck @ self.basis
+        return np.kron(np.eye(len(self.components)), stuck)
+
+    def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Relative motion of the contact points [m], shape (points, directions * components)."""
+        shape = (len(self.components) * self.modes,)
+        if x.shape != shape:
+            raise ValueError(f"x has shape {x.shape}, expected {shape}")
+        amplitudes = self.components.rows(x)
+        return np.hstack([B @ amplitudes.T for B in self.rows])
+
+    def force(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces on the modes at x [kg^-1/2 N], shape of x."""
+        if self.joint.law.sums_in_modal_coordinates:
+            return self.force_and_tangent(x)[0]
+        return self.modal_force(self.joint.law.evaluate(self.motion(x)))
+
+    def force_and_tangent(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], Derivative]:
+        """Forces on the modes at x [kg^-1/2 N], and their lazily evaluated derivative [s^-2]."""
+        law = self.joint.law
+        if not law.sums_in_modal_coordinates:
+            force, tangent = law.evaluate_with_tangent(self.motion(x))
+            derivative = Derivative(
+                lambda: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
+            )
+            return self.modal_force(force), derivative
+        shape = len(self.components), self.modes
+        force, of_modes = law.modal_force_and_tangent(self.rows, x.reshape(shape))
+        derivative = Derivative(
+            lambda: of_modes().reshape(x.size, x.size),
+            lambda dx: of_modes.along(dx.reshape(shape)).ravel(),
+        )
+        return force.ravel(), derivative
+
+    def change(self, dx: NDArray[np.float64], tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the forces on the modes along dx, from the tangents of the points."""
+        return self.modal_force((tangent @ self.motion(dx)[:, :, None])[:, :, 0])
+
+    def modal_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces of the points on the modes [kg^-1/2 N], shape (components * modes,)."""
+        n = len(self.components)
+        modal = sum(force[:, d * n : (d + 1) * n].T @ B for d, B in enumerate(self.rows))
+        return modal.ravel()
+
+    def modal_tangent(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivative of the modal forces by the modal amplitudes [s^-2] from tangents of points."""
+        n = len(self.components)
+        if self.modes > _LARGEST_PRODUCTS:
+            return self.stuck_stiffness + self._modal_tangent_beyond_stuck(tangent)
+        by_direction = self._by_direction(tangent)
+        jacobian = np.zeros((self.modes * self.modes, n * n))
+        for d, products in enumerate(self._products):
+            for e, product in enumerate(products):
+                jacobian += product.T @ by_direction[:, d, :, e, :].reshape(-1, n * n)
+        by_part = jacobian.reshape(self.modes, self.modes, n, n).transpose(2, 0, 3, 1)
+        return by_part.reshape(n * self.modes, n * self.modes)
+
+    def describing_function(
+        self, motion: NDArray[np.float64], force: NDArray[np.float64]
+    ) -> NDArray[np.complex128]:
+        """Describing function D of each point and direction: complex force over displacement.
+
+        With u = Im((s + i c) exp(iwt)) it is (f_s + i f_c) / (s + i c); a point at rest has the
+        stiffness of its elements while they stick.
+
+        Returns
+        -------
+        ndarray
+            Shape (points, directions) [N/m].
+        """
+        u, f = self._first_harmonic(motion), self._first_harmonic(force)
+        at_rest = u == 0
+        return np.where(at_rest, self._stuck_stiffness_of_points, f / np.where(at_rest, 1.0, u))
+
+    def describing_function_derivative(
+        self,
+        motion: NDArray[np.float64],
+        D: NDArray[np.complex128],
+        tangent: NDArray[np.float64],
+    ) -> NDArray[np.complex128]:
+        """Derivative of each describing function by the motion of its point.
+
+        From D u = f, u and f complex: ``dD = (df - D du) / u``; zero for a point at rest.
+
+        Parameters
+        ----------
+        motion, tangent
+            Of the points, as the law takes and gives them.
+        D
+            As from ``describing_function``.
+
+        Returns
+        -------
+        ndarray
+            Shape (points, directions, directions, components) [N/m2].
+        """
+        sin, cos = self.components.sin(), self.components.cos()
+        tangent = self._by_direction(tangent)
+        change = tangent[:, :, sin] + 1j * tangent[:, :, cos]
+        for d in range(len(self.rows)):
+            change[:, d, d, sin] -= D[:, d]
+            change[:, d, d, cos] -= 1j * D[:, d]
+        u = self._first_harmonic(motion)
+        at_rest = u == 0
+        return np.where(
+            at_rest[:, :, None, None], 0.0, change / np.where(at_rest, 1.0, u)[:, :, None, None]
+        )
+
+    def spring_stiffness(self, k: NDArray) -> NDArray:
+        """Modal stiffness of springs at the points, real or complex, k (points, directions)."""
+        if np.iscomplexobj(k):  # products of real matrices take a quarter of the time
+            return self.spring_stiffness(k.real) + 1j * self.spring_stiffness(k.imag)
+        return sum(B.T @ (each[:, None] * B) for B, each in zip(self.rows, k.T, strict=True))
+
+    def spring_force_derivative(
+        self, shape: NDArray[np.float64], dk: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Derivative of ``spring_stiffness(k) @ shape`` by the unknown on which k depends.
+
+        Parameters
+        ----------
+        shape
+            Amplitude of the modes, shape (modes,).
+        dk
+            Derivative of the springs by the motion of their points, shape (points, directions,
+            directions, components).
+
+        Returns
+        -------
+        ndarray
+            Shape (modes, components * modes).
+        """
+        modes, n = self.modes, len(self.components)
+        derivative = np.zeros((modes * modes, n))
+        for d, products in enumerate(self._products):
+            strain = self.rows[d] @ shape
+            for e, product in enumerate(products):
+                derivative += product.T @ (strain[:, None] * dk[:, d, e])
+        return derivative.reshape(modes, modes, n).transpose(0, 2, 1).reshape(modes, n * modes)
+
+    def _first_harmonic(self, motion: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Complex amplitude ``s + i c`` of motions or forces, shape (points, directions)."""
+        parts = motion.reshape(len(motion), len(self.rows), len(self.components))
+        sin, cos = self.components.sin(), self.components.cos()
+        return parts[..., sin] + 1j * parts[..., cos]
+
+    def _by_direction(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        d, n = len(self.rows), len(self.components)
+        return tangent.reshape(-1, d, n, d, n)
+
+    def _modal_tangent_beyond_stuck(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Modal tangent less that of sticking contact: only points that do not stick have any."""
+        n, modes = len(self.components), self.modes
+        change = self._by_direction(tangent - self._stuck_tangent)
+        jacobian = np.zeros((modes, n * n * modes))
+        for d, B in enumerate(self.rows):
+            for e, C in enumerate(self.rows):
+                by_part = change[:, d, :, e, :].reshape(-1, n * n)
+                changed = np.flatnonzero(by_part.any(axis=1))
+                for first in range(0, changed.size, _POINTS_AT_ONCE):
+                    at = changed[first : first + _POINTS_AT_ONCE]
+                    weighted = by_part[at][:, :, None] * C[at][:, None, :]
+                    jacobian += B[at].T @ weighted.reshape(at.size, -1)
+        jacobian = jacobian.reshape(modes, n, n, modes)
+        return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
+
+    @cached_property
+    def _products(self) -> list[list[NDArray[np.float64]]]:
+        """Products of two modes of each point, by directions, each (points, modes * modes).
+
+        They project the tangents of all points by one product of matrices.
+        """
+        return [
+            [(B[:, :, None] * C[:, None, :]).reshape(len(B), -1) for C in self.rows]
+            for B in self.rows
+        ]
+
+    @cached_property
+    def _stuck_stiffness_of_points(self) -> NDArray[np.float64]:
+        """Of each point and direction [N/m], (points, directions)."""
+        return self.joint.law.stuck_stiffness(self.joint.points)
+
+    @cached_property
+    def stuck_tangents(self) -> NDArray[np.float64]:
+        """Tangents of the points while nothing slips and open elements stay open [N/m].
+
+        Their diagonals, shape (points, directions * components); the rest is zero.
+        """
+        return np.repeat(self._stuck_stiffness_of_points, len(self.components), axis=1)
+
+    @cached_property
+    def _stuck_tangent(self) -> NDArray[np.float64]:
+        return self.stuck_tangents[:, :, None] * np.eye(self.stuck_tangents.shape[1])

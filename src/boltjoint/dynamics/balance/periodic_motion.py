@@ -1,0 +1,133 @@
+"""Periodic motions by their harmonics, their energy, and that at the peak of a response."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.harmonics import Components
+
+
+@dataclass(frozen=True)
+class PeriodicMotion:
+    """A periodic motion of the modes by its harmonics.
+
+    Parameters
+    ----------
+    components
+        As a law names them: ``sin``, ``cos``, ``sin2`` and so on, ``bias`` where there is one.
+    modal_coordinate
+        Amplitudes of the modes [kg^1/2 m], shape (components, modes).
+    converged
+        Whether it solves the equations.
+
+    Raises
+    ------
+    ValueError
+        If there is not a row for each component.
+    """
+
+    components: tuple[str, ...]
+    modal_coordinate: NDArray[np.float64]
+    converged: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse amplitudes of another shape; without convergence they need not be finite."""
+        checks.sequence("components", self.components, str)
+        object.__setattr__(self, "components", Components(self.components))
+        shape = len(self.components), "modes"
+        amplitude = checks.array("modal_coordinate", self.modal_coordinate, shape, finite=False)
+        object.__setattr__(self, "modal_coordinate", amplitude)
+
+    def in_components(self, components: tuple[str, ...]) -> NDArray[np.float64]:
+        """Amplitudes of other components, zero where there are none, (components, modes)."""
+        amplitudes = dict(zip(self.components, self.modal_coordinate, strict=True))
+        zero = np.zeros(self.modal_coordinate.shape[1])
+        return np.array([amplitudes.get(name, zero) for name in components])
+
+    def in_time(self, samples: int) -> NDArray[np.float64]:
+        """The modes at equally spaced times of a period [kg^1/2 m], shape (samples, modes)."""
+        samples = checks.whole("samples", samples, at_least=1)
+        phase = 2 * np.pi * np.arange(samples) / samples
+        total = np.zeros((samples, self.modal_coordinate.shape[1]))
+        of_components = zip(
+            self.components.number, self.components.is_sine, self.modal_coordinate, strict=True
+        )
+        for number, is_sine, amplitude in of_components:
+            shape = np.sin if is_sine else np.cos
+            total += np.outer(shape(number * phase), amplitude)
+        return total
+
+    def amplitude(self, mode: NDArray[np.float64]) -> complex:
+        """First harmonic [m] of a point with these modes: sine coefficient + i cosine."""
+        mode = checks.array("mode", mode, self.modal_coordinate.shape[1:])
+        sin, cos = self.in_components(("sin", "cos")) @ mode
+        return complex(sin, cos)
+
+
+def motion_at_peak(response: xr.Dataset, force: float) -> tuple[float, PeriodicMotion] | None:
+    """Frequency [Hz] and motion at the peak of the response to a force.
+
+    Without a peak, at the largest converged solution; None without one.
+
+    Parameters
+    ----------
+    response
+        ``response.nc`` of any number of harmonics.
+    force
+        One of its force levels [N].
+
+    Raises
+    ------
+    ValueError
+        If the response is no dataset.
+    """
+    checks.instance("response", response, xr.Dataset)
+    converged = (response["excitation_force"] == force) & (response["converged"] == 1)
+    solutions = np.flatnonzero(converged)
+    if not solutions.size:
+        return None
+    amplitude = response["response_amplitude"].to_numpy()[solutions]
+    peak = response["peak_amplitude"].to_numpy()[response["force_level"] == force]
+    at_peak = np.flatnonzero(amplitude == peak)
+    at = response.isel(solution=solutions[at_peak[0] if at_peak.size else amplitude.argmax()])
+    components = tuple(str(name) for name in at["component"].to_numpy())
+    amplitude = at["modal_coordinate"].transpose("component", "mode").to_numpy()
+    return float(at["frequency"]), PeriodicMotion(components, amplitude)
+
+
+def energy_per_period(
+    balance: HarmonicBalance, x: NDArray[np.float64], w: float
+) -> tuple[float, float, float]:
+    """Input energy, structural dissipation and friction dissipation in a period [J].
+
+    The work of a force f on a displacement q is ``pi sum_h h (f_ch s_h - f_sh c_h)``. Input and
+    dissipation balance where the equations hold in a space that holds q.
+
+    Parameters
+    ----------
+    balance
+        With the excitation.
+    x, w
+        An unknown of the balance, and the frequency [rad/s].
+    """
+    components = balance.components
+    q = components.rows(x)
+
+    def work(force: NDArray[np.float64]) -> float:
+        f = components.rows(force)
+        work_of = (h * (f[c] @ q[s] - f[s] @ q[c]) for h, s, c in components.harmonics)
+        return float(np.pi * sum(work_of))
+
+    force = balance.modal_force, balance.damping_force(x, w), balance.contact.force(x)
+    return work(force[0]), work(force[1]), work(force[2])
+
+
+def energy_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
+    """Input energy less dissipation, over the larger of both; 0 without motion."""
+    supplied, structural, friction = energy_per_period(balance, x, w)
+    larger = max(abs(supplied), abs(structural + friction))
+    return (supplied - structural - friction) / max(larger, np.finfo(float).tiny)

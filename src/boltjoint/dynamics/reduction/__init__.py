@@ -1,0 +1,1 @@
+"""Reductions by backbones: contact-adapted bases, and weighted pairs."""

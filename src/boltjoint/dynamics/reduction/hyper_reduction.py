@@ -1,0 +1,344 @@
+"""Hyper-reduction of the contact: a few pairs, with weights, stand for all.
+
+Energy-conserving sampling and weighting (ECSW): weights that are not negative, most of them zero,
+with which the pairs do the same work as all of them in motions that are known. Here these are the
+states of backbones, and the work is that of the pairs' forces on the modes; what it changes of the
+peak that each state stands for counts by the tolerances of peaks. A weighted pair has its stiffness
+and slip force times the weight, so it slips at the same displacement: passivity and the first slip
+of each pair that is kept are those of the whole joint.
+
+References
+----------
+C. Farhat, P. Avery, T. Chapman, J. Cortial: Dimensional reduction of nonlinear finite element
+dynamic models with finite rotations and energy-based mesh sampling and weighting for computational
+efficiency. International Journal for Numerical Methods in Engineering 98 (2014) 625-662.
+C. Farhat, T. Chapman, P. Avery: Structure-preserving, stability, and accuracy properties of the
+energy-conserving sampling and weighting method for the hyper reduction of nonlinear finite element
+dynamic models. International Journal for Numerical Methods in Engineering 102 (2015) 1077-1110.
+A. A. Morsy, M. Kast, P. Tiso: A frequency-domain model order reduction for joints by hyperreduction
+and model derivatives. Nonlinear Dynamics 108 (2022).
+C. L. Lawson, R. J. Hanson: Solving Least Squares Problems. SIAM, 1995: chapter 23.
+"""
+
+import logging
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.damping import Damping, as_damping
+from boltjoint.dataset import quantity
+from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
+from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
+from boltjoint.dynamics.backbone.peak_sensitivity import PeakSensitivity, peak_sensitivities
+from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.friction.law import ElementLaw
+from boltjoint.joint.model import Joint, count_alike, keep_elements
+from boltjoint.options import Options
+from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.newton import newton
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HyperReductionOptions(Options):
+    """Numerical options of the weights of contact pairs.
+
+    Parameters
+    ----------
+    force_tolerance
+        Error of the modal forces of a state, relative to those of all pairs with the contact stuck,
+        that counts as much as the tolerances of its peak. It moves peaks in the second order only:
+        without it weights hold peaks at the states alone, and need about as many pairs.
+    smallest_growth
+        Derivative of the logarithm of the force by that of the amplitude, below which the amplitude
+        of a peak at a force has no limit of accuracy, as of contact-adapted bases.
+    divisions
+        Of every interval between two states of the backbone: every other state of all makes the
+        weights, and all show the errors. Each pair that slips leaves a trace in the damping over
+        the amplitude, between states that are too far apart for it.
+    safety
+        Factor of the errors at these states: those between them were at most 1.3 times as large, in
+        joints of some hundred pairs.
+    first_trial, trial_growth
+        Number of pairs whose errors are estimated first, and the growth of that number until they
+        are within the tolerances: a trial costs about as much as one response.
+    corrector_tolerance
+        Residual at which the states of the weighted pairs are solved: errors of a thousandth of the
+        damping do not count.
+    corrector_iterations
+        After which a state is not found.
+    """
+
+    force_tolerance: float = 0.02
+    smallest_growth: float = 0.04
+    divisions: int = 4
+    safety: float = 1.5
+    first_trial: int = 20
+    trial_growth: float = 1.15
+    corrector_tolerance: float = 1e-7
+    corrector_iterations: int = 40
+
+
+def weigh_pairs(
+    joint: Joint,
+    forces: Sequence[float],
+    damping: Damping | float,
+    *,
+    count: int | None = None,
+    frequency_tolerance: float = 1e-3,
+    amplitude_tolerance: float = 1e-2,
+    windows: Mapping[int, tuple[float, float] | None] = MappingProxyType({1: None}),
+    control: StepControl | None = None,
+    options: HyperReductionOptions = HyperReductionOptions(),
+) -> tuple[Joint, xr.Dataset]:
+    """A few pairs of a joint, with weights that hold its peaks.
+
+    Parameters
+    ----------
+    joint
+        Node to node, or any other.
+    forces
+        Amplitudes of the excitation [N], or accelerations of the supports [m/s2]: the peaks are
+        held under all from the smallest to the largest.
+    damping
+        Of the structure; a number is a loss factor.
+    count
+        Pairs to keep; None for the fewest with which no peak is estimated to have larger errors
+        than the tolerances.
+    frequency_tolerance, amplitude_tolerance
+        Relative errors of a peak.
+    windows
+        By the number of each resonance whose peaks are held, from 1, the frequencies [Hz] around
+        it, or None for those of ``frequency_window``.
+    control
+        Of the backbones.
+    options
+        Numerical options.
+
+    Returns
+    -------
+    joint : Joint
+        Of the points that are kept.
+    fit : Dataset
+        ``weight`` (point) of each point; ``estimated_frequency_error`` and
+        ``estimated_amplitude_error``, the largest relative errors of peaks.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer points than ``count``, a tolerance is not positive, there is no
+        resonance, or a backbone has fewer than three states.
+    RuntimeError
+        If no number of pairs is within the tolerances.
+    """
+    checks.instance("joint", joint, Joint)
+    checks.instance("law", joint.law, ElementLaw)
+    tolerances = np.array(
+        [
+            checks.number("frequency_tolerance", frequency_tolerance, above=0),
+            checks.number("amplitude_tolerance", amplitude_tolerance, above=0),
+        ]
+    )
+    if count is not None and checks.whole("count", count, at_least=1) > joint.points:
+        raise ValueError(f"count is {count}, but the joint has {joint.points} points")
+    control = StepControl() if control is None else control
+    checks.instance("options", options, HyperReductionOptions)
+    checks.instance("windows", windows, Mapping)
+    alike = count_alike(joint)
+    joint, alike = keep_elements(joint, alike), alike[alike > 0]
+    on = joint.law.point_of_element
+    traced = [
+        _trace(joint, forces, as_damping(damping), resonance, window, control, options)
+        for resonance, window in windows.items()
+    ]
+    if not traced:
+        raise ValueError("windows are empty: pairs are weighted for the peaks of a resonance")
+    search = _Weights(
+        row for each in traced for row in each.rows(tolerances, options.force_tolerance)
+    )
+    trial = float(options.first_trial if count is None else count)
+    while True:
+        found = search.grow(round(trial))
+        kept = keep_elements(joint, search.weight[on])
+        errors = options.safety * np.max([each.errors(kept) for each in traced], axis=0)
+        logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
+        if count is not None or np.all(errors <= tolerances):
+            break
+        if not found:
+            raise RuntimeError(
+                f"{kept.points} pairs hold the forces as well as all {joint.points}, but peaks "
+                f"still have errors of {errors[0]:.2g} and {errors[1]:.2g}: allow larger ones"
+            )
+        trial = max(trial + 1, options.trial_growth * trial)
+    weight = search.weight * np.bincount(on, alike) / np.bincount(on)
+    about = "largest relative error of peak {}, estimated on the backbones it is made for"
+    return kept, xr.Dataset(
+        {
+            "weight": quantity("point", weight[weight > 0], "1", "pairs that each pair stands for"),
+            "estimated_frequency_error": quantity((), errors[0], "1", about.format("frequencies")),
+            "estimated_amplitude_error": quantity((), errors[1], "1", about.format("amplitudes")),
+        },
+        attrs={"options": options.stored()},
+    )
+
+
+@dataclass(frozen=True)
+class _TracedBackbone:
+    """States of a backbone with the sensitivity of the peak at each.
+
+    Weights are found from every other state; those between show errors that they were not made for.
+    """
+
+    equations: EPMCEquations
+    states: tuple[ModalState, ...]
+    sensitivities: tuple[PeakSensitivity, ...]
+    options: HyperReductionOptions
+
+    def rows(self, tolerances: Array, force_tolerance: float) -> Iterator[Array]:
+        """What each point contributes to each state: to errors of its peak, and to modal forces.
+
+        Relative to their tolerances, shape (rows, points).
+        """
+        equations = self.equations
+        balance, joint = equations.balance, equations.balance.joint
+        count, modes = len(balance.components), len(equations.stuck)
+        # modal forces by their strain energy with the contact stuck
+        scale = np.sqrt(np.diag(balance.stiffness + joint.stuck_stiffness()))
+        every_other = zip(self.states[::2], self.sensitivities[::2], strict=True)
+        for state, sensitivity in every_other:
+            a, phi = state.amplitude, state.mode
+            force = joint.law.evaluate(balance.motion(a * state.unknown[:-2]))
+            modal = np.zeros((count, modes, joint.points))
+            for d, rows in enumerate(joint.rows):
+                modal += force[:, d * count : (d + 1) * count].T[:, None] * rows.T
+            change = (phi @ (modal[-2] + 1j * modal[-1])) / (a * (phi @ phi))
+            of_peak = sensitivity.gradient @ np.stack([change.real, change.imag])
+            yield of_peak / tolerances[:, None]
+            size = a * np.sqrt(state.eigenvalue.real) * force_tolerance
+            yield (modal / (scale[:, None] * size)).reshape(-1, joint.points)
+
+    def errors(self, joint: Joint) -> Array:
+        """Largest relative errors of frequency and amplitude of the peaks of another joint.
+
+        Infinite where more than a tenth of the states are not found.
+        """
+        known = self.equations
+        equations = EPMCEquations(joint, known.balance.damping, known.resonance)
+        control = StepControl(
+            tolerance=self.options.corrector_tolerance,
+            maximum_iterations=self.options.corrector_iterations,
+        )
+        scale = np.append(np.ones(equations.start().size - 2), [known.scale / equations.scale] * 2)
+        largest, missing = np.zeros(2), 0
+        difference = np.zeros(scale.size)
+        for state, sensitivity in zip(self.states, self.sensitivities, strict=True):
+            guess = scale * state.unknown
+            # a state differs about as much as the one before
+            found = newton(
+                equations, guess + difference, state.log_amplitude, control, chords=True
+            )[0]
+            if not found.converged:
+                missing += 1
+                continue
+            difference = found.x - guess
+            change = ModalState(equations, found.x, state.log_amplitude).eigenvalue
+            change -= state.eigenvalue
+            error = sensitivity.gradient @ [change.real, change.imag]
+            largest = np.maximum(largest, abs(error))
+        allowed = 0.1 * len(self.states)
+        return largest if missing <= allowed else np.full(2, np.inf)
+
+
+def _trace(
+    joint: Joint,
+    forces: Sequence[float],
+    damping: Damping,
+    resonance: int,
+    window: tuple[float, float] | None,
+    control: StepControl,
+    options: HyperReductionOptions,
+) -> _TracedBackbone:
+    window = frequency_window(joint, resonance=resonance) if window is None else window
+    backbone = trace_for_forces(
+        joint, forces, damping=damping, window=window, resonance=resonance, control=control
+    )
+    if len(backbone.states) < 3:
+        raise ValueError(
+            f"the backbone of resonance {resonance} ends after {len(backbone.states)} states: "
+            f"{backbone.reason}"
+        )
+    if not backbone.complete:
+        logger.warning("a backbone does not cover all forces: %s", backbone.reason)
+    states = tuple(_divided(backbone, options.divisions))
+    sensitivities = peak_sensitivities(states, options.smallest_growth)
+    return _TracedBackbone(backbone.equations, states, sensitivities, options)
+
+
+def _divided(backbone: Backbone, divisions: int) -> Iterator[ModalState]:
+    """The states, and others between every two of them at equal steps of the log amplitude."""
+    for first, second in pairwise(backbone.states):
+        yield first
+        for i in range(1, divisions):
+            state = backbone.solve_between(first, second, i / divisions)
+            if state is not None:
+                yield state
+    yield backbone.states[-1]
+
+
+class _Weights:
+    """Weights by which columns of a matrix add up to the sum of all: non-negative least squares.
+
+    The active-set method of Lawson and Hanson, which adds one column after another, stopped at a
+    number of columns. The matrix is given by some rows after others.
+    """
+
+    def __init__(self, rows: Iterable[Array]) -> None:
+        # all rows at once would take more memory than all else
+        self._product = sum(some.T @ some for some in rows)
+        self._target = self._product.sum(axis=1)
+        #: of each column
+        self.weight = np.zeros(self._target.size)
+        self._active = np.zeros(self._target.size, dtype=bool)
+        # the product has lost what is smaller
+        self._smallest = np.finfo(float).eps * np.trace(self._product)
+
+    def grow(self, count: int) -> bool:
+        """Add columns up to a number of them; whether there is one that reduces the residual."""
+        while np.count_nonzero(self._active) < count:
+            gain = self._target - self._product @ self.weight
+            gain[self._active] = -np.inf
+            best = int(np.argmax(gain))
+            if gain[best] <= self._smallest:
+                return False
+            self._active[best] = True
+            self._solve()
+        return True
+
+    def _solve(self) -> None:
+        """Least squares of the active columns, without those that would become negative."""
+        while True:
+            active = np.flatnonzero(self._active)
+            product = self._product[np.ix_(active, active)]
+            product = product + self._smallest * np.eye(active.size)
+            solution = np.linalg.solve(product, self._target[active])
+            known = self.weight[active]
+            negative = solution <= 0
+            if not negative.any():
+                self.weight[active] = solution
+                return
+            step = np.min(known[negative] / (known[negative] - solution[negative]))
+            known = known + step * (solution - known)
+            removed = negative & (known <= np.finfo(float).eps * known.max())
+            # at least one column reaches zero, whatever rounding says
+            removed[np.flatnonzero(negative)[np.argmin(known[negative])]] = True
+            self.weight[active] = np.where(removed, 0.0, known)
+            self._active[active[removed]] = False

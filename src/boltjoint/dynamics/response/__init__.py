@@ -1,0 +1,1 @@
+"""Frequency responses in any coordinates: branches, peaks with all harmonics, and stability."""

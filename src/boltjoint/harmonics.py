@@ -1,0 +1,98 @@
+"""Components of a periodic motion or force: the one grammar of their names, and their places.
+
+A motion is ``bias + sum over h of sin_h sin(h w t) + cos_h cos(h w t)``. Its components are named
+``bias``, ``sin``, ``cos``, ``sin2``, ``cos2`` and so on. Arrays hold them along one axis, in the
+order of ``Components``.
+"""
+
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+BIAS, SIN, COS = "bias", "sin", "cos"
+
+
+class Harmonic(NamedTuple):
+    """Number of a harmonic, and the places of its sine and cosine among the components."""
+
+    number: int
+    sin: int
+    cos: int
+
+
+class Components(tuple[str, ...]):
+    """Names of components, in their order.
+
+    >>> components = Components(("bias", "sin", "cos", "sin3", "cos3"))
+    >>> components.bias, components.sin(3), components.highest
+    (0, 3, 3)
+    """
+
+    @classmethod
+    def up_to(cls, highest: int, *, is_odd: bool = False) -> Self:
+        """Those of all harmonics up to a number, with the bias; or of the odd ones, without."""
+        numbers = range(1, highest + 1, 2 if is_odd else 1)
+        oscillating = [f"{part}{h if h > 1 else ''}" for h in numbers for part in (SIN, COS)]
+        return cls(oscillating if is_odd else (BIAS, *oscillating))
+
+    @cached_property
+    def number(self) -> NDArray[np.int64]:
+        """Number of the harmonic of each component, 0 of the bias."""
+        return np.array([0 if name == BIAS else int(name[len(SIN) :] or 1) for name in self])
+
+    @cached_property
+    def is_sine(self) -> NDArray[np.bool_]:
+        """Whether each component is a sine."""
+        return np.array([name.startswith(SIN) for name in self])
+
+    @property
+    def highest(self) -> int:
+        """Number of the highest harmonic."""
+        return int(self.number.max())
+
+    @property
+    def has_bias(self) -> bool:
+        """Whether there is a mean."""
+        return BIAS in self
+
+    @property
+    def bias(self) -> int:
+        """Place of the bias."""
+        return self.index(BIAS)
+
+    def sin(self, harmonic: int = 1) -> int:
+        """Place of the sine of a harmonic."""
+        return self.index(f"{SIN}{harmonic if harmonic > 1 else ''}")
+
+    def cos(self, harmonic: int = 1) -> int:
+        """Place of the cosine of a harmonic."""
+        return self.index(f"{COS}{harmonic if harmonic > 1 else ''}")
+
+    @cached_property
+    def harmonics(self) -> tuple[Harmonic, ...]:
+        """All harmonics in the order of their sines."""
+        numbers = self.number[self.is_sine].tolist()
+        return tuple(Harmonic(h, self.sin(h), self.cos(h)) for h in numbers)
+
+    def rows(self, x: NDArray) -> NDArray:
+        """What stands in a vector one component after another, shape (components, ...)."""
+        return x.reshape(len(self), -1)
+
+    def quarter_later(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Where each component of the motion a quarter of each period later stands, and its sign.
+
+        With ``phi = s + i c`` that is ``i phi``: the derivative by the phase over the number. That
+        of a bias vanishes.
+        """
+        place, sign = np.arange(len(self)), np.zeros(len(self))
+        for _, s, c in self.harmonics:
+            place[[s, c]], sign[[s, c]] = (c, s), (-1.0, 1.0)
+        return place, sign
+
+    def at_samples(self, samples: int) -> NDArray[np.float64]:
+        """Value of each component at equally spaced times of a period, (components, samples)."""
+        # whole periods are subtracted as integers, without rounding
+        turns = np.outer(self.number, np.arange(samples)) % samples / samples
+        return np.where(self.is_sine[:, None], np.sin(2 * np.pi * turns), np.cos(2 * np.pi * turns))
