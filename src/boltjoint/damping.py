@@ -266,7 +266,8 @@ def choose_damping(loss_factor: float | None, damping: Damping | None) -> Dampin
         If both or neither are given, or the loss factor is negative.
     """
     if (loss_factor is None) == (damping is None):
-        raise ValueError("one of loss_factor and damping must be given, not both")
+        given = "neither was" if damping is None else "both were"
+        raise ValueError(f"give either loss_factor or damping: {given} given")
     if damping is None:
         return LossFactor(loss_factor)
     checks.instance("damping", damping, Damping)

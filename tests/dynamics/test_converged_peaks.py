@@ -88,6 +88,25 @@ def test_the_error_bar_of_a_peak_holds_that_of_many_more_harmonics(either):
         assert (abs(own / best - 1) <= found[f"peak_{what}_error"]).all()
 
 
+def test_bars_hold_what_is_estimated_of_basis_and_weights(either):
+    joint, response = either
+    converged = converge_peaks(joint, response)
+    alone = add_converged_peaks(response, converged)
+    of_model = {
+        f"{of}_{what}_error": error
+        for of, errors in {"basis": (1e-3, 0.02), "weights": (np.nan, 0.01)}.items()
+        for what, error in zip(("frequency", "amplitude"), errors, strict=True)
+    }
+    whole = add_converged_peaks(response, converged.assign(of_model))
+    for what, ratio in (("frequency", 1.001), ("amplitude", 1.02 * 1.01)):
+        left_out = converged[f"peak_{what}_truncation_error"]
+        name = f"peak_{what}_converged_error"
+        np.testing.assert_allclose(1 + alone[name], 1 + left_out, rtol=1e-14)
+        np.testing.assert_allclose(1 + whole[name], (1 + left_out) * ratio, rtol=1e-14)
+        own = f"peak_{what}_error"
+        np.testing.assert_allclose(1 + whole[own], (1 + alone[own]) * ratio, rtol=1e-12)
+
+
 def test_the_peaks_on_the_way_are_kept(either):
     joint, response = either
     found = converge_peaks(joint, response)

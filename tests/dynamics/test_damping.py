@@ -360,8 +360,8 @@ def test_ratios_by_mode_are_those_of_the_modes_in_any_vectors(ratios, vectors):
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        ((None, None), "one of loss_factor and damping"),
-        ((0.01, LossFactor(0.01)), "one of loss_factor and damping"),
+        ((None, None), "give either loss_factor or damping"),
+        ((0.01, LossFactor(0.01)), "give either loss_factor or damping"),
         ((None, 0.01), "damping is of type float: it must be Damping"),
         ((-0.01, None), "loss_factor is -0.01: it must be at least 0"),
     ],

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from boltjoint import dataset
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.io import (
     ImpossibleJoint,
+    basis_errors,
     free_mode_quantities,
     joint_from_dataset,
     joint_to_dataset,
     load_joint,
+    model_errors,
     save_joint,
 )
 from boltjoint.joint.model import merge_points
@@ -90,3 +93,23 @@ def test_participation_has_the_unit_of_its_vectors():
     assert of_pod_modes["free_participation"].attrs["units"] == "s"
     assert of_pod_modes["free_participation"].dims == ("free_mode", "pod_mode")
     assert free_mode_quantities([50.0], [[1.0]])["free_participation"].attrs["units"] == "1"
+
+
+def test_the_error_of_the_basis_is_kept_by_what_is_reduced(either):
+    modes = xr.Dataset(attrs={"estimated_frequency_error": 1e-3, "estimated_amplitude_error": 0.02})
+    stored = joint_to_dataset(either).assign(basis_errors(modes))
+    regions = merge_points(either, np.arange(either.points) // 30)
+    reduced = joint_to_dataset(regions, stored)
+    for each in (stored, reduced):
+        errors = model_errors(each)
+        assert errors["basis_frequency_error"] == 1e-3
+        assert errors["basis_amplitude_error"] == 0.02
+        assert errors["weights_amplitude_error"] == 0
+    # of weights there is an estimate, or it is not known
+    weighted = stored.assign(weight=("point", np.ones(either.points)))
+    assert np.isnan(model_errors(weighted)["weights_amplitude_error"])
+    estimated = weighted.assign(estimated_amplitude_error=0.007)
+    assert model_errors(estimated)["weights_amplitude_error"] == 0.007
+    # nothing is estimated of a basis without contact
+    assert not basis_errors(xr.Dataset())
+    assert np.isnan(model_errors(joint_to_dataset(either))["basis_amplitude_error"])

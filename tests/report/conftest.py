@@ -223,7 +223,16 @@ def artefacts(tmp_path, monkeypatch):
         Artefact("elements", "table", **of_case, joint=few): elements,
         Artefact("regions", "table", **of_case, joint=regions): of_regions,
     }
-    joint = xr.Dataset({"slip_force": ("element", np.ones(1178), {"units": "N"})})
+    joint = xr.Dataset(
+        {
+            "slip_force": ("element", np.ones(1178), {"units": "N"}),
+            "resonance_range": (
+                ("resonance", "bound"),
+                [[70.6, 102.0], [350.0, 420.0]],
+                {"units": "Hz"},
+            ),
+        }
+    )
     dataset.save(joint, NODES.path)
     return [*map(save, figures), *(save(table, frame) for table, frame in tables.items())]
 

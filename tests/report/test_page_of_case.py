@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 from page_examples import edit, figure, plain, write
 
@@ -8,7 +10,7 @@ from boltjoint.report.pages.document import compressed_page
 def test_a_figure_tells_its_number_in_the_source_and_its_errors(page):
     response = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
     assert "Figure 3.9 of the source" in response
-    assert "The peak lies at 70.6 Hz with 0.001 N" in response
+    assert "70.6 Hz and 1.5 mm/N with one harmonic, whose error is not tested" in response
     reduced = figure(page, "response_mine_free-4_regions=6_elements=4_rdnm-1_resonance=1")
     assert "Figure 3.21 of the source" in reduced
     assert "20 % in amplitude (at 0.001 N)" in reduced
@@ -25,6 +27,43 @@ def test_a_figure_of_several_in_the_source_tells_all_their_numbers(artefacts):
     assert "of the source" not in figure(write(artefacts), states)
 
 
+def with_all_harmonics(frame, estimate=2.37):
+    """The table of accuracy with converged peaks; in a basis whose error is estimated, or not."""
+    return frame.assign(
+        converged_peak_frequency_Hz=70.5,
+        converged_frequency_error_bar_percent=0.04,
+        converged_peak_mm_per_N=1.2,
+        converged_amplitude_error_bar_percent=2.9,
+        basis_amplitude_error_percent=estimate,
+    )
+
+
+def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
+    edit("accuracy", with_all_harmonics)
+    page = plain(write(artefacts))
+    lead = plain(re.search("<h1>.*?<section", page, re.DOTALL)[0])
+    assert "Resonance 1 lies at 102 Hz while the contact sticks and at 70.6 Hz without" in lead
+    assert "at 0.001 N 70.5 Hz (± 0.04 %) and 1.2 mm/N (± 2.9 %); at 50 N 70.5 Hz" in lead
+    # the first table has it too, and what one harmonic leaves out beside it
+    first = plain(re.sub("<.*?>", " ", page.split("<table")[1]))
+    assert "70.50 0.04 1.2 2.90 70.61 1.5 25" in first
+    assert page.index("estimated to be off by up to 2.4 %") < page.index("Configuration")
+    for text in ("not tested", "converged_peaks: true"):
+        assert text not in page
+    edit("accuracy", lambda frame: with_all_harmonics(frame, np.nan))
+    page = plain(write(artefacts))
+    assert "The error of the basis free-4 is not tested" in page
+    # a bar without the basis would say too little
+    assert "at 0.001 N 70.5 Hz and 1.2 mm/N" in page and "±\u00a0" not in page and "(± " not in page
+
+
+def test_a_study_without_converged_peaks_claims_none(artefacts):
+    page = plain(write(artefacts))
+    assert "0.001 N 70.6 Hz and 1.5 mm/N with one harmonic, whose error is not tested" in page
+    assert "Peaks with all harmonics and error bars are not computed" in page
+    assert "converged in" not in page and "±" not in page
+
+
 def test_published_times_stand_beside_ours(page):
     nodes = figure(page, "table-3.3-free-4")
     assert "0.001 0.3 685.3 0.3 295.8 40.00 56.84" in nodes
@@ -33,7 +72,11 @@ def test_published_times_stand_beside_ours(page):
 
 
 def test_sums_of_slip_forces_stand_beside_each_other(page):
-    assert "300 N here, 700 N in the source" in figure(page, "table-3.5-free-4")
+    elements = figure(page, "table-3.5-free-4")
+    assert "3 kN/mm here, 4 kN/mm in the source (-25 %)" in elements
+    assert "slip forces are 300 N here and 700 N in the source; they agree by construction" in (
+        elements
+    )
 
 
 def test_facts_stand_beside_those_of_the_source(page):

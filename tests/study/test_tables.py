@@ -236,6 +236,8 @@ def test_models_are_compared_with_the_converged_peaks_of_the_reference(study):
             assert in_harmonics[1] == pytest.approx(100 * error)
             assert in_harmonics[most] == 0
             assert in_harmonics.index[-1] == most
+            of_converged = accuracy.loc[force, f"converged_{what}_error_bar_percent"]
+            assert of_converged == pytest.approx(100 * at[f"peak_{what}_converged_error"].item())
             bar = accuracy.loc[force, f"{what}_error_bar_percent"]
             left_out = by_harmonics.loc[(force, most), f"{what}_truncation_error_percent"]
             # over the smaller of both, and of their product

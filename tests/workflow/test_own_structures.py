@@ -51,7 +51,10 @@ def of_matrices(tmp_path):
 
 
 def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finished):
-    run(of_matrices)
+    said = run(of_matrices)
+    assert "small (free-2): Resonance 1 lies at " in said
+    assert "The error of the basis is not tested." in said
+    assert "Open results/report/overview.html" in said.splitlines()
     for joint in JOINTS:
         mine, of_mesh = (
             dataset.load(folder / LINEAR.format(joint=joint)) for folder in (of_matrices, finished)

@@ -16,12 +16,12 @@ from boltjoint.config.settings import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName, Preload
+from boltjoint.provenance import environment
+from boltjoint.provenance.code_dependencies import source_hash
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, layout
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
-from boltjoint.provenance import environment
-from boltjoint.provenance.code_dependencies import source_hash
 
 RULES = workflow.current_basedir
 

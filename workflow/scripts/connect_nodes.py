@@ -3,7 +3,7 @@
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.joint.io import joint_to_dataset, save_joint
+from boltjoint.joint.io import basis_errors, joint_to_dataset, save_joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.provenance import logs
 from boltjoint.structure.excitation import place_excitation
@@ -17,7 +17,8 @@ assembly, modes, preload = (
 
 def connect() -> xr.Dataset:
     excited = place_excitation(assembly, modes, params.excitation, params.sensors)
-    return joint_to_dataset(connect_pairs(excited, preload, **params.contact))
+    joint = connect_pairs(excited, preload, **params.contact)
+    return joint_to_dataset(joint).assign(basis_errors(modes))
 
 
 save_joint(connect, snakemake.output.joint, params, params.of_sweep)

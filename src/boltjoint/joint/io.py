@@ -33,6 +33,11 @@ _RELATIVE_MODES = {
 }
 
 
+#: sources of the errors of peaks that are estimated where a model is made, and the words on them
+_BASIS_ERRORS = ("basis_frequency_error", "basis_amplitude_error")
+_ESTIMATED = {"basis": "of the basis", "weights": "of the weights of contact pairs"}
+
+
 class ImpossibleJoint(ValueError):
     """A joint that cannot be made, with its reason."""
 
@@ -129,6 +134,8 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     stored["slip_force"] = quantity("element", law.slip_force, "N", meaning)
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", law.quantity(name), unit, meaning)
+    if reduced_from is not None:
+        stored |= {name: reduced_from[name] for name in _BASIS_ERRORS if name in reduced_from}
     if len(parts) > 1:
         meaning = "law of the element, by its place in the names of law"
         stored["law_of_element"] = quantity("element", law.part_of_element, "1", meaning)
@@ -149,6 +156,50 @@ def _relative_mode(joint: Joint, direction: str) -> xr.Variable:
     """The relative modes of the contact points in a direction."""
     mode = getattr(joint, MODES[direction])
     return quantity(("point", "mode"), mode, "kg^-1/2", _RELATIVE_MODES[direction])
+
+
+def basis_errors(modes: xr.Dataset) -> dict[str, xr.Variable]:
+    """Estimated errors of peaks by the basis, as ``joint.nc`` holds them, where there are any.
+
+    Parameters
+    ----------
+    modes
+        ``modes.nc``, with ``estimated_frequency_error`` and ``estimated_amplitude_error`` of a
+        contact-adapted basis among its attributes.
+    """
+    return {
+        f"basis_{what}_error": quantity((), float(modes.attrs[known]), "1", "of a peak, relative")
+        for what in ("frequency", "amplitude")
+        if (known := f"estimated_{what}_error") in modes.attrs
+    }
+
+
+def model_errors(stored: xr.Dataset) -> xr.Dataset:
+    """Estimated errors of the peaks of a joint by its model, relative.
+
+    Parameters
+    ----------
+    stored
+        ``joint.nc``.
+
+    Returns
+    -------
+    Dataset
+        ``basis_frequency_error``, ``basis_amplitude_error``, ``weights_frequency_error`` and
+        ``weights_amplitude_error``: not a number where nothing is estimated; those of the weights
+        are 0 of a joint without.
+    """
+    found = {}
+    for what in ("frequency", "amplitude"):
+        none = np.nan if "weight" in stored else 0.0
+        known = {
+            "basis": stored.get(f"basis_{what}_error", np.nan),
+            "weights": stored.get(f"estimated_{what}_error", none),
+        }
+        for of, words in _ESTIMATED.items():
+            meaning = f"estimated error {words} in peak_{what}, relative"
+            found[f"{of}_{what}_error"] = quantity((), float(known[of]), "1", meaning)
+    return xr.Dataset(found)
 
 
 def free_mode_quantities(

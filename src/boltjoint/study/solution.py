@@ -1,6 +1,6 @@
 """The responses of a case in a basis, with the joints, windows and options of its stages."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ from boltjoint.dynamics.response.converged_response import (
 )
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import window_around
-from boltjoint.joint.io import joint_from_dataset
+from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
@@ -30,6 +30,10 @@ from boltjoint.study.timing import time_solver
 
 if TYPE_CHECKING:
     from boltjoint.study.response_list import Response
+
+
+#: a joint, the range of each of its resonances [Hz], and the estimated errors of its model
+_Loaded = tuple[Joint, list[list[float]], xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,9 @@ class CaseInBasis:
         Where the harmonics are chosen, these are the options of that.
         """
         converged: dict[tuple[str, int], xr.Dataset] = {}
-        for response, joint, how in self._problems(responses):
+        load = cache(self._load)
+        for response, joint, how in self._problems(responses, load):
+            of_model = load(response.joint)[2]
             given = {
                 "coordinates": str(response.coordinates),
                 **self._excitation(response),
@@ -86,13 +92,13 @@ class CaseInBasis:
             if self._chooses_harmonics:
                 how["harmonics"] = harmonics = harmonics or HarmonicConvergence()
                 if peaks not in converged:
-                    converged[peaks] = find_converged_peaks(joint, **how, **given)
+                    converged[peaks] = find_converged_peaks(joint, **how, **given).merge(of_model)
                 found = solve_converged_response(joint, **how, **given, peaks=converged[peaks])
             else:
                 found = solve_response(joint, **how, **given, backbone=backbones.get(response))
                 if harmonics is not None:
                     if peaks not in converged:
-                        converged[peaks] = converge_peaks(joint, found, harmonics)
+                        converged[peaks] = converge_peaks(joint, found, harmonics).merge(of_model)
                     found = add_converged_peaks(found, converged[peaks])
             if harmonics is not None:
                 found.attrs["harmonic_convergence"] = harmonics.stored()
@@ -105,7 +111,8 @@ class CaseInBasis:
         **options: object,
     ) -> Iterator[pd.DataFrame]:
         """The solution times of the frequency responses (``time_solver``)."""
-        for (response, joint, how), timed in zip(self._problems(responses), jacobians, strict=True):
+        problems = self._problems(responses, cache(self._load))
+        for (response, joint, how), timed in zip(problems, jacobians, strict=True):
             yield time_solver(
                 joint,
                 **how,
@@ -119,28 +126,27 @@ class CaseInBasis:
         self, responses: "Sequence[Response]"
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
-        for response, joint, how in self._problems(responses):
+        for response, joint, how in self._problems(responses, cache(self._load)):
             given = self._excitation(response)
             yield find_backbone(joint, **how, **given), self._parameters(response, given)
 
     def _problems(
-        self, responses: "Sequence[Response]"
+        self, responses: "Sequence[Response]", load: Callable[[str], _Loaded]
     ) -> "Iterator[tuple[Response, Joint, dict[str, object]]]":
         """Joint, frequency window and step-length control of each response."""
-        load = cache(self._load)
         for response in responses:
-            joint, ranges = load(response.joint)
+            joint, ranges, _ = load(response.joint)
             resonance = response.resonance
             window = window_around(*ranges[resonance - 1], resonance, self.windows[resonance])
             yield response, joint, {"window": window, "control": StepControl(**self.steps)}
 
-    def _load(self, name: str) -> tuple[Joint, list[list[float]]]:
-        """A joint, and the range of each of its resonances [Hz]."""
+    def _load(self, name: str) -> _Loaded:
+        """A joint, the range of each of its resonances [Hz], and the errors of its model."""
         path = layout.path("joint", case=self.case, basis=self.basis, joint=name)
         stored = dataset.load(path)
         ranges = stored["resonance_range"].to_numpy().tolist()
         sampling = None if self._chooses_harmonics else self.sampling
-        return joint_from_dataset(stored, sampling), ranges
+        return joint_from_dataset(stored, sampling), ranges, model_errors(stored)
 
     @property
     def _chooses_harmonics(self) -> bool:

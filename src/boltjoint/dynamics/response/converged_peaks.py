@@ -291,29 +291,38 @@ def _judge(
 
 
 def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
-    """A response with the converged peaks of its joint, and the error bars of its own.
+    """A response with the converged peaks of its joint, their error bars and those of its own.
 
     Parameters
     ----------
     response
         ``response.nc`` in any coordinates.
     converged
-        As from ``converge_peaks``, for the same joint, resonance and forces.
+        As from ``converge_peaks``, for the same joint, resonance and forces; with the estimated
+        errors of basis and weights (``joint.io.model_errors``), if they are to count.
 
     Returns
     -------
     Dataset
-        Both, and ``peak_frequency_error`` and ``peak_amplitude_error``, relative: the difference
-        from the converged peak over the smaller of both, and the truncation error of that.
+        Both, and relative error bars. ``peak_frequency_converged_error`` and
+        ``peak_amplitude_converged_error`` hold the truncation error of the converged peak and what
+        is estimated of its model; ``peak_frequency_error`` and ``peak_amplitude_error`` hold the
+        difference of the response's own peak from it too, over the smaller of both.
     """
     errors = {}
     for what in ("frequency", "amplitude"):
         ratio = (response[f"peak_{what}"] / converged[f"peak_{what}_converged"]).to_numpy()
-        left_out = converged[f"peak_{what}_truncation_error"].to_numpy()
+        bar = 1 + converged[f"peak_{what}_truncation_error"].to_numpy()
+        for of in ("basis", "weights"):
+            estimate = float(converged.get(f"{of}_{what}_error", 0.0))
+            # what is not estimated is no part of the bar, and told apart from it
+            bar = bar * (1 + (0.0 if np.isnan(estimate) else estimate))
+        meaning = f"error bar of peak_{what}_converged, relative"
+        errors[f"peak_{what}_converged_error"] = quantity("force", bar - 1, "1", meaning)
         # over the smaller of both, so that it holds the difference over either
-        error = np.maximum(ratio, 1 / ratio) * (1 + left_out) - 1
-        bar = quantity("force", error, "1", f"error bar of peak_{what}, relative")
-        errors[f"peak_{what}_error"] = bar
+        own = np.maximum(ratio, 1 / ratio) * bar - 1
+        meaning = f"error bar of peak_{what}, relative"
+        errors[f"peak_{what}_error"] = quantity("force", own, "1", meaning)
     return response.merge(converged).assign(errors)
 
 

@@ -36,7 +36,10 @@ def accuracy_page(
         Names of the study's cases, to which the page links.
     """
     content = PageContent(artefacts, results, published)
-    sections = [Section("reading", "Reading the results", _TEXT.reading(not published.is_empty))]
+    sections = []
+    if any(each.basis is not None and each.basis.is_contact_adapted for each in artefacts):
+        body = _TEXT.reading(not published.is_empty)
+        sections.append(Section("reading", "Reading the results", body))
     if body := _patterns(content):
         sections.append(Section("patterns", "Bases against the finite-element model", body))
     if figure := content.figures("reductions"):

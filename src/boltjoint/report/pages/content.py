@@ -73,6 +73,14 @@ class PageContent:
             return None
         return self.results.dataset("joint", **which).sizes["element"]
 
+    def resonance_range(self, case: str, basis: str, resonance: int) -> tuple[float, float] | None:
+        """A resonance without contact and while nothing slips [Hz]; None where it is unknown."""
+        which = {"case": case, "basis": basis, "joint": REFERENCE[0]}
+        if not self.results.has("joint", **which):
+            return None
+        between = self.results.dataset("joint", **which)["resonance_range"].to_numpy()
+        return tuple(between[resonance - 1].tolist())
+
     def figures(self, kind: str, *notes: str, title: str = "", **values: object) -> Markup:
         """All figures of a kind that are left, as HTML; often one or none.
 

@@ -1,6 +1,6 @@
 """The overview: main results, validity, and an index of the source if any case is compared."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import pandas as pd
@@ -9,16 +9,28 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE, Coordinates, JointName
-from boltjoint.report.pages.content import PageContent, select
+from boltjoint.report.pages.content import PageContent, StudyTable, select
 from boltjoint.report.pages.document import Section, render_page
+from boltjoint.report.pages.headline import (
+    ALL,
+    NOT_TESTED,
+    ONE,
+    by_trust,
+    headline_basis,
+    peaks_of_reference,
+    summary,
+)
 from boltjoint.report.pages.markup import link, prose, table_with_caption
 from boltjoint.report.pages.references import anchor_of, figures_in_source, page_of
-from boltjoint.report.pages.statements import format_residual_in_time, reference_statement
+from boltjoint.report.pages.statements import format_residual_in_time
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
 from boltjoint.study.results import Results
 
 _TEXT = prose("overview")
+
+#: by case and basis
+_Accuracies = Mapping[tuple[str, str], StudyTable | None]
 
 #: time saved with numeric Jacobians, as in the source
 _NUMERIC = ("time saved", "numeric_percent")
@@ -59,10 +71,11 @@ def overview_page(
     content = PageContent(artefacts, results, published)
     index = (study, all_artefacts, published)
     is_compared = not published.is_empty
-    lead = reference_statement(content) + _TEXT.lead(is_compared)
+    accuracies = _accuracies(study, content)
+    lead = _TEXT.answers(_answers(study, content, accuracies)) + _TEXT.lead(is_compared)
     validity = _TEXT.validity_of_source() if is_compared else _TEXT.validity()
     sections = [
-        Section("results", "Results at a glance", _results(study, content)),
+        Section("results", "Results at a glance", _results(study, content, accuracies)),
         Section("validity", "Validity", validity + _sampling(content)),
     ]
     if is_compared:
@@ -86,11 +99,30 @@ def _sampling(content: PageContent) -> Markup:
     return body
 
 
-def _results(study: Study, content: PageContent) -> Markup:
+def _accuracies(study: Study, content: PageContent) -> _Accuracies:
+    """The table of accuracy of each case and basis, where the study has one."""
+    return {
+        (name, family): content.table("accuracy", case=name, basis=family)
+        for name, case in study.cases.items()
+        for family in case.bases
+    }
+
+
+def _answers(
+    study: Study, content: PageContent, accuracies: _Accuracies
+) -> Iterator[tuple[Markup, Markup]]:
+    """A link to each case, and a sentence on what its joint does."""
+    for name, case in study.cases.items():
+        accuracy = accuracies[name, headline_basis(case)]
+        if accuracy is not None and len(accuracy.frame):
+            yield link(f"{name}.html", name), summary(name, case, accuracy.frame, content)
+
+
+def _results(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup:
     rows, published = [], []
     for name, case in study.cases.items():
-        for family in case.bases:
-            accuracy = content.table("accuracy", case=name, basis=family)
+        for family in by_trust(case.bases):
+            accuracy = accuracies[name, family]
             times = content.table("times", case=name, basis=family)
             row = _identity(study, name, family, content)
             if accuracy is not None:
@@ -102,11 +134,10 @@ def _results(study: Study, content: PageContent) -> Markup:
             rows.append(row)
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
-    response = "response" if study.solver.harmonics == 1 else "first-harmonic response"
     peaks = [column for column in frame if column[0] == "" or column[0].startswith("peak")]
     names = [column for column in peaks if column[1] in ("case", "basis")]
     errors = names + [column for column in frame if column not in peaks]
-    body = table_with_caption(frame[peaks], "The cases", [_TEXT.cases(response)])
+    body = table_with_caption(frame[peaks], "The cases", [_TEXT.cases()])
     if not (numeric := not content.published.is_empty):
         errors = [column for column in errors if column != _NUMERIC]
     body += table_with_caption(
@@ -138,19 +169,19 @@ def _peaks_and_errors(
     study: Study, case: Case, family: str, accuracy: pd.DataFrame
 ) -> dict[tuple[str, str], object]:
     row: dict[tuple[str, str], object] = {}
-    nodes = select(accuracy, joint=REFERENCE[0], resonance=case.resonances(family)[0])
-    linear = select(nodes, coordinates=REFERENCE[1])
+    resonance = case.resonances(family)[0]
+    nodes = select(accuracy, joint=REFERENCE[0], resonance=resonance)
+    peaks = peaks_of_reference(accuracy, resonance)
+    columns = ["frequency_Hz", "frequency_±_percent", "response_mm_per_N", "response_±_percent"]
     for which, extreme in (("lowest", min), ("highest", max)):
         force = extreme(case.levels)
         is_common = all(extreme(each.levels) == force for each in study.cases.values())
         span = f"peak at {force:g} N" if is_common else f"peak at the {which} force"
-        # the largest response of a part of a branch need not be the peak
-        complete = select(linear, force_N=force, complete=True)
-        peak = complete.iloc[0] if len(complete) else {}
-        row |= {
-            (span, "frequency_Hz"): peak.get("peak_frequency_Hz"),
-            (span, "response_mm_per_N"): peak.get("peak_mm_per_N"),
-        }
+        of_force = peaks[peaks["", "force_N"] == force]
+        for column in columns:
+            known = [(under, column) for under in (ALL, ONE) if (under, column) in peaks]
+            value = of_force[known[0]].iloc[0] if known and len(of_force) else None
+            row[span, column] = value if known else NOT_TESTED
     kinds = nodes["coordinates"].map(lambda name: Coordinates(name).kind)
     for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
         rows = nodes[kinds == kind]

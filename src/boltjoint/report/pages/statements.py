@@ -11,32 +11,39 @@ from boltjoint.study.tables.html import number
 RESOLUTION_IN_TIME = 1e-6
 
 _ERROR = "peak_amplitude_error_percent"
+_BASIS = "basis_amplitude_error_percent"
+_LEFT_OUT = "amplitude_truncation_error_percent"
 
 
 def reference_statement(content: PageContent) -> Markup:
-    """The reference of all errors, and the error of few harmonics against it, as HTML.
+    """The reference of all errors, what is known of its own, and what few harmonics leave out.
 
     It takes the tables of peaks with more harmonics from the content: those of contact-adapted
-    bases, where there are any.
+    bases count, where there are any.
     """
     tables = []
     while table := content.table("harmonic_peaks"):
         tables.append(table)
-    tables = [table for table in tables if table.artefact.basis.is_contact_adapted] or tables
+    adapted = [table for table in tables if table.artefact.basis.is_contact_adapted]
     peaks = pd.concat(
-        [pd.DataFrame(columns=["force_N", "harmonics", _ERROR])]
-        + [with_fewest_harmonics(table.frame) for table in tables]
+        [pd.DataFrame(columns=["force_N", "harmonics", _ERROR, _BASIS, _LEFT_OUT])]
+        + [table.frame for table in adapted or tables]
     )
-    forces = (
-        sorted(peaks.dropna(subset="peak_amplitude_error_percent")["force_N"].unique())
-        if len(peaks)
-        else []
-    )
+    fewest = with_fewest_harmonics(peaks)
+    forces = sorted(fewest.dropna(subset=_ERROR)["force_N"].unique())
     return prose("statements").reference(
-        harmonics_in_words(peaks),
-        largest_errors(peaks),
+        bool(adapted),
+        *(_largest(peaks, column) for column in (_BASIS, _LEFT_OUT)),
+        harmonics_in_words(fewest),
+        largest_errors(fewest),
         ", ".join(f"{force:g}" for force in forces),
     )
+
+
+def _largest(peaks: pd.DataFrame, column: str) -> str:
+    """The largest of some errors [%]; empty where none is known."""
+    known = peaks[column].dropna() if column in peaks else pd.Series(dtype=float)
+    return number(known.abs().max(), 2) if len(known) else ""
 
 
 def with_fewest_harmonics(peaks: pd.DataFrame) -> pd.DataFrame:

@@ -143,7 +143,10 @@ def _error_bars(at: xr.Dataset) -> dict[str, float]:
         return {}
     return {
         "converged_peak_frequency_Hz": float(at["peak_frequency_converged"]),
+        "converged_frequency_error_bar_percent": 100 * float(at["peak_frequency_converged_error"]),
         "converged_peak_mm_per_N": 1e3 * float(at["peak_amplitude_converged"] / at["force_level"]),
+        "converged_amplitude_error_bar_percent": 100 * float(at["peak_amplitude_converged_error"]),
+        "basis_amplitude_error_percent": 100 * float(at.get("basis_amplitude_error", np.nan)),
         "harmonics": float(at["peak_harmonics"]),
         "frequency_error_bar_percent": 100 * float(at["peak_frequency_error"]),
         "amplitude_error_bar_percent": 100 * float(at["peak_amplitude_error"]),

@@ -32,8 +32,9 @@ def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
         ``force_N, harmonics, peak_frequency_Hz, peak_mm_per_N``; ``peak_frequency_error_percent``
         and ``peak_amplitude_error_percent`` against the most harmonics with a peak, empty where
         they are not enough; and of that last peak, ``frequency_truncation_error_percent`` and
-        ``amplitude_truncation_error_percent``, and ``superharmonic``: the harmonic in resonance
-        and that resonance, or nothing.
+        ``amplitude_truncation_error_percent``, ``basis_amplitude_error_percent``, which is empty
+        where it is not estimated, and ``superharmonic``: the harmonic in resonance and that
+        resonance, or nothing.
 
     Raises
     ------
@@ -65,12 +66,14 @@ def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
                     1e3 * peak[1] / force,
                     *(100 * (peak / last - 1)),
                     *(100 * errors.to_array().to_numpy() if is_last else (np.nan, np.nan)),
+                    100 * float(response.get("basis_amplitude_error", np.nan)),
                     _superharmonic(at) if is_last else "",
                 )
             )
     columns = ["force_N", "harmonics", "peak_frequency_Hz", "peak_mm_per_N"]
     columns += ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
     columns += ["frequency_truncation_error_percent", "amplitude_truncation_error_percent"]
+    columns += ["basis_amplitude_error_percent"]
     return pd.DataFrame(rows, columns=[*columns, "superharmonic"])
 
 

@@ -6,10 +6,14 @@ from markupsafe import Markup
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.content import StudyTable, capitalize, select
+from boltjoint.report.pages.headline import ALL, ONE, peaks_of_coordinates, statement_of
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.tables.html import number
 
 _TEXT = prose("case")
+
+#: difference of preloads, relative, by which one was computed from the other
+_SAME = 1e-3
 
 
 def joint_figures(basis: CaseBasis, joint: str) -> Markup:
@@ -29,17 +33,22 @@ def joint_figures(basis: CaseBasis, joint: str) -> Markup:
         region = content.published.region_of_loops(joint)
         body += content.figures("loops", title=f"Hysteresis loops of region {region}", **values)
         if table := content.table("elements", **values):
-            body += _elements(table, basis.without_published(table.frame))
+            body += _elements(table, basis)
     return body
 
 
-def _elements(table: StudyTable, frame: pd.DataFrame) -> Markup:
+def _elements(table: StudyTable, basis: CaseBasis) -> Markup:
     notes = ["In the order in which they start to slip."]
-    anchor = None
+    frame, anchor = basis.without_published(table.frame), None
     if "source_table" in frame:
         printed = frame["source_table"].iloc[0].split(" and ")
-        sums = (frame[name].sum() for name in ("slip_force_N", "published_slip_force_N"))
-        notes += [_TEXT.sums_of_slip_forces(*sums), source_reference("Table", printed)]
+        sums = {
+            name: (frame[name].sum(), frame[f"published_{name}"].sum())
+            for name in ("k_kN_per_mm", "slip_force_N")
+        }
+        implied = basis.content.published.implied_preload()
+        is_circular = implied is not None and abs(basis.case.preload_N / implied - 1) < _SAME
+        notes += [_TEXT.sums(*sums.values(), is_circular), source_reference("Table", printed)]
         anchor = f"table-{'-'.join(printed)}-{table.artefact.basis}"
         frame = frame.drop(columns="source_table")
     return table.html("Fitted elements", notes, ["region"], frame=frame, anchor=anchor)
@@ -61,19 +70,16 @@ def peaks(basis: CaseBasis, resonance: int) -> Markup:
     if basis.accuracy is None:
         return Markup()
     nodes = select(basis.accuracy.frame, joint=REFERENCE[0], resonance=resonance)
-    columns = {"peak_frequency_Hz": "frequency_Hz", "peak_mm_per_N": "response_mm_per_N"}
-    # the largest response of a part of a branch need not be the peak
-    nodes = nodes.assign(**{name: nodes[name].where(nodes["complete"]) for name in columns})
-    parts = {
-        Coordinates(coordinates).label: rows.set_index("force_N")[list(columns)].rename(
-            columns=columns
-        )
-        for coordinates, rows in nodes.groupby("coordinates", sort=False)
-    }
-    if not parts:
+    if nodes.empty:
         return Markup()
+    parts = {}
+    for coordinates, rows in nodes.groupby("coordinates", sort=False):
+        peaks = peaks_of_coordinates(rows).set_index(("", "force_N"))
+        if ALL in peaks and not parts:
+            parts[ALL] = peaks[ALL]
+        parts[Coordinates(coordinates).label] = peaks[ONE]
     title = "Peaks of the node-to-node joint"
-    return table_with_caption(side_by_side(parts), title, [_TEXT.peaks()])
+    return table_with_caption(side_by_side(parts), title, [_TEXT.peaks(ALL in parts)])
 
 
 def side_by_side(parts: dict[str, pd.DataFrame]) -> pd.DataFrame:
@@ -90,21 +96,10 @@ def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -
     values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
     rows = select(basis.accuracy.frame, **values)
     is_reference = (joint, coordinates) == REFERENCE
-    about_peaks = _peaks_of_reference(rows) if is_reference else _errors_of_peaks(rows)
+    about_peaks = statement_of(rows) if is_reference else _errors_of_peaks(rows)
     about_folds = _folds(rows), _isolated(rows)
     statements = (about_peaks, *about_folds, _replaced(rows), _wrong(rows), _broken_off(rows))
     return Markup(" ").join(filter(None, statements))
-
-
-def _peaks_of_reference(rows: pd.DataFrame) -> str:
-    complete = rows[rows["complete"]]
-    if complete.empty:
-        return ""
-    low, high = complete.iloc[0], complete.iloc[-1]
-    return (
-        f"The peak lies at {low['peak_frequency_Hz']:.1f} Hz with {low['force_N']:g} N and at "
-        f"{high['peak_frequency_Hz']:.1f} Hz with {high['force_N']:g} N."
-    )
 
 
 def _errors_of_peaks(rows: pd.DataFrame) -> str:

@@ -20,6 +20,7 @@ from boltjoint.report.pages.case.tables import (
 )
 from boltjoint.report.pages.content import PageContent, capitalize
 from boltjoint.report.pages.document import Section, render_page
+from boltjoint.report.pages.headline import by_trust, headline, summary
 from boltjoint.report.pages.markup import joined, prose
 from boltjoint.report.pages.references import address_of_sweep
 from boltjoint.study import layout
@@ -45,7 +46,7 @@ def case_page(
     published: Published,
     cases: Sequence[str],
 ) -> str:
-    """Node-to-node joint, regions and few elements of a case, in the order of the source.
+    """The peaks of a case, then its joints from node to node to few elements.
 
     Parameters
     ----------
@@ -63,12 +64,19 @@ def case_page(
         Names of the study's cases, to which the page links.
     """
     content = PageContent(artefacts, results, published)
+    bases = [CaseBasis.of(case, basis, content) for basis in by_trust(case.bases)]
+    first = bases[0].accuracy
+    answer = first.frame if first is not None and len(first.frame) else None
     sections = [Section("case", "The case", facts(name, case, solver, content))]
-    for basis in case.bases:
-        sections += _sections(CaseBasis.of(case, basis, content))
+    if answer is not None:
+        body = headline(name, case, answer, content)
+        sections.insert(0, Section("answer", "Peaks", body))
+    for basis in bases:
+        sections += _sections(basis)
     sections += [*_sweeps(artefacts, content), *content.remainder()]
     law = case.contact.declaration.label
-    lead = _TEXT.lead(published.case_study(), case, law, solver.harmonics)
+    said = "" if answer is None else summary(name, case, answer, content)
+    lead = _TEXT.lead(said, published.case_study(), case, law, solver.harmonics)
     return render_page(name, "Case study", lead, sections, cases, f"{name}.html")
 
 

@@ -1,0 +1,39 @@
+"""What the joints of a study do, in a few lines for the terminal at the end of a run."""
+
+from pathlib import Path
+
+from boltjoint.config.study import Study
+from boltjoint.names import REFERENCE
+from boltjoint.report.pages.content import PageContent
+from boltjoint.report.pages.headline import headline_basis, summary
+from boltjoint.study import layout
+from boltjoint.study.published import Published
+from boltjoint.study.results import Results
+
+_OVERVIEW = "results/report/overview.html"
+
+
+def answers(study: Study) -> str:
+    """A line for each case whose peaks are known, and the page to open.
+
+    Parameters
+    ----------
+    study
+        Whose files are sought in the working directory.
+    """
+    lines = []
+    for name, case in study.cases.items():
+        of_basis = {"case": name, "basis": headline_basis(case)}
+        joint = layout.path("joint", **of_basis, joint=REFERENCE[0])
+        table = layout.shown("table", "accuracy", **of_basis)
+        if not (Path(table).exists() and Path(joint).exists()):
+            continue
+        results = Results([joint, table])
+        accuracy = results.table("accuracy", **of_basis)
+        if len(accuracy):
+            content = PageContent([], results, Published(None))
+            said = summary(name, case, accuracy, content).striptags()
+            lines.append(f"{name} ({of_basis['basis']}): {said}")
+    if Path(_OVERVIEW).exists():
+        lines.append(f"Open {_OVERVIEW}")
+    return "\n".join(lines)

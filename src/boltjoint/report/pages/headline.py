@@ -1,0 +1,154 @@
+"""The answer of a case, which its pages give first: peaks with all harmonics and error bars."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+from markupsafe import Markup
+
+from boltjoint.config.case import Case
+from boltjoint.names import REFERENCE, Basis
+from boltjoint.report.pages.content import PageContent, select
+from boltjoint.report.pages.markup import prose, table_with_caption
+from boltjoint.study.tables.html import number
+
+_TEXT = prose("headline")
+
+#: headings above the columns of the peaks
+ALL, ONE = "peak with all harmonics", "with one harmonic"
+
+#: what stands in place of an error that nobody knows
+NOT_TESTED = "not tested"
+
+
+def by_trust(bases: Sequence[Basis]) -> list[Basis]:
+    """Contact-adapted bases first, the largest before all; then the others."""
+    return sorted(bases, key=lambda basis: (basis.is_contact_adapted, basis.most), reverse=True)
+
+
+def headline_basis(case: Case) -> Basis:
+    """The basis of a case whose peaks stand first."""
+    return by_trust(case.bases)[0]
+
+
+def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
+    """Peaks of the node-to-node joint by force, with all harmonics and with one.
+
+    Parameters
+    ----------
+    accuracy
+        The table of accuracy of a case in a basis.
+    resonance
+        Around which they lie.
+
+    Returns
+    -------
+    DataFrame
+        Columns under ``ALL``: frequency, response over force and their error bars, where the study
+        has such peaks; bars are not tested in a basis whose error is not estimated. Under ``ONE``,
+        those of one harmonic and how far the response is off; empty where a branch broke off.
+    """
+    which = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
+    return peaks_of_coordinates(select(accuracy, **which))
+
+
+def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
+    """As ``peaks_of_reference``, of some rows of a table of accuracy in any coordinates."""
+    # the largest response of a part of a branch need not be the peak
+    of_one = rows[["peak_frequency_Hz", "peak_mm_per_N"]].where(rows["complete"])
+    columns = {("", "force_N"): rows["force_N"]}
+    if "converged_peak_mm_per_N" in rows:
+        all_harmonics, off = rows["converged_peak_mm_per_N"], "off_by_percent"
+        is_tested = rows["basis_amplitude_error_percent"].notna().any()
+        of_frequency, of_response = (
+            rows[f"converged_{what}_error_bar_percent"] if is_tested else NOT_TESTED
+            for what in ("frequency", "amplitude")
+        )
+        columns |= {
+            (ALL, "frequency_Hz"): rows["converged_peak_frequency_Hz"],
+            (ALL, "frequency_±_percent"): of_frequency,
+            (ALL, "response_mm_per_N"): all_harmonics,
+            (ALL, "response_±_percent"): of_response,
+        }
+        error = 100 * (of_one["peak_mm_per_N"] / all_harmonics - 1).abs()
+    else:
+        off, error = "error", NOT_TESTED
+    columns |= {
+        (ONE, "frequency_Hz"): of_one["peak_frequency_Hz"],
+        (ONE, "response_mm_per_N"): of_one["peak_mm_per_N"],
+        (ONE, off): error,
+    }
+    frame = pd.DataFrame(columns)
+    frame.columns = pd.MultiIndex.from_tuples(frame.columns)
+    return frame
+
+
+def peak_in_words(row: pd.Series) -> str:
+    """A peak of ``peaks_of_reference`` in a sentence, with its error bar or the lack of one."""
+    force = f"at {row['', 'force_N']:g} N"
+    if (ALL, "frequency_Hz") in row and not pd.isna(row[ALL, "response_mm_per_N"]):
+        frequency, response = row[ALL, "frequency_Hz"], row[ALL, "response_mm_per_N"]
+        bars = [row[ALL, name] for name in ("frequency_±_percent", "response_±_percent")]
+        if NOT_TESTED in bars:
+            return f"{force} {frequency:.1f} Hz and {number(response, 3)} mm/N"
+        of_frequency, of_response = (f"(± {number(bar, 2)} %)" for bar in bars)
+        return (
+            f"{force} {frequency:.1f} Hz {of_frequency} and {number(response, 3)} mm/N "
+            f"{of_response}"
+        )
+    frequency, response = row[ONE, "frequency_Hz"], row[ONE, "response_mm_per_N"]
+    if pd.isna(response):
+        return f"{force} none: the branch broke off"
+    return (
+        f"{force} {frequency:.1f} Hz and {number(response, 3)} mm/N with one harmonic, whose error "
+        "is not tested"
+    )
+
+
+def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> str:
+    """Sentence on a case: where it resonates, and its peaks at the ends of its forces.
+
+    Parameters
+    ----------
+    name, case
+        The case.
+    accuracy
+        The table of its accuracy in ``headline_basis``.
+    content
+        Of a page that has its node-to-node joint.
+    """
+    basis = headline_basis(case)
+    resonance = case.resonances(basis)[0]
+    peaks = peaks_of_reference(accuracy, resonance)
+    between = content.resonance_range(name, basis, resonance)
+    return _TEXT.summary(resonance, between, _in_words(peaks), _is_untested(peaks))
+
+
+def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
+    """Table of the peaks of a case in its most trusted basis, with what their bars hold."""
+    basis = headline_basis(case)
+    peaks = peaks_of_reference(accuracy, case.resonances(basis)[0])
+    estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
+    notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
+    return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes])
+
+
+def statement_of(rows: pd.DataFrame) -> str:
+    """Peaks at the first and the last force with a complete branch; nothing without one."""
+    complete = rows[rows["complete"]]
+    if complete.empty:
+        return ""
+    peaks = peaks_of_coordinates(complete)
+    return _TEXT.peaks(_in_words(peaks), ALL in peaks, _is_untested(peaks))
+
+
+def _is_untested(peaks: pd.DataFrame) -> bool:
+    """Whether there are peaks with all harmonics in a basis whose error is not known."""
+    return ALL in peaks and (peaks[ALL, "response_±_percent"] == NOT_TESTED).all()
+
+
+def _in_words(peaks: pd.DataFrame) -> str:
+    """The first and the last of some peaks, and between them that with the least response."""
+    response = peaks[ALL if ALL in peaks else ONE, "response_mm_per_N"]
+    known = response.reset_index(drop=True).dropna()
+    places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
+    return "; ".join(peak_in_words(peaks.iloc[place]) for place in sorted(places))
