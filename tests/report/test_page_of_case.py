@@ -10,7 +10,7 @@ from boltjoint.report.pages.document import compressed_page
 def test_a_figure_tells_its_number_in_the_source_and_its_errors(page):
     response = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
     assert "Figure 3.9 of the source" in response
-    assert "70.6 Hz and 1.5 mm/N with one harmonic, whose error is not tested" in response
+    assert "70.6 Hz and 1.5 mm/N at 0.001 N with one harmonic, whose error is not" in response
     reduced = figure(page, "response_mine_free-4_regions=6_elements=4_rdnm-1_resonance=1")
     assert "Figure 3.21 of the source" in reduced
     assert "20 % in amplitude (at 0.001 N)" in reduced
@@ -43,23 +43,28 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     page = plain(write(artefacts))
     lead = plain(re.search("<h1>.*?<section", page, re.DOTALL)[0])
     assert "Resonance 1 lies at 102 Hz while the contact sticks and at 70.6 Hz without" in lead
-    assert "at 0.001 N 70.5 Hz (± 0.04 %) and 1.2 mm/N (± 2.9 %); at 50 N 70.5 Hz" in lead
+    assert "70.5 Hz (± 0.04 %) and 1.2 mm/N (± 2.9 %) at 0.001 N; 70.5 Hz (±" in lead
     # the first table has it too, and what one harmonic leaves out beside it
     first = plain(re.sub("<.*?>", " ", page.split("<table")[1]))
     assert "70.50 0.04 1.2 2.90 70.61 1.5 25" in first
     assert page.index("estimated to be off by up to 2.4 %") < page.index("Configuration")
     for text in ("not tested", "converged_peaks: true"):
         assert text not in page
+    assert "of its length" not in page
+    share = {"displacement_over_length_percent": [0.01, 91.3] * 6}
+    edit("accuracy", lambda frame: frame.assign(**share))
+    page = plain(write(artefacts))
+    assert "At 50 N the structure would move by up to 91 % of its length" in page
     edit("accuracy", lambda frame: with_all_harmonics(frame, np.nan))
     page = plain(write(artefacts))
     assert "The error of the basis free-4 is not tested" in page
     # a bar without the basis would say too little
-    assert "at 0.001 N 70.5 Hz and 1.2 mm/N" in page and "±\u00a0" not in page and "(± " not in page
+    assert "70.5 Hz and 1.2 mm/N at 0.001 N" in page and "±\u00a0" not in page and "(± " not in page
 
 
 def test_a_study_without_converged_peaks_claims_none(artefacts):
     page = plain(write(artefacts))
-    assert "0.001 N 70.6 Hz and 1.5 mm/N with one harmonic, whose error is not tested" in page
+    assert "70.6 Hz and 1.5 mm/N at 0.001 N with one harmonic, whose error is not" in page
     assert "Peaks with all harmonics and error bars are not computed" in page
     assert "converged in" not in page and "±" not in page
 

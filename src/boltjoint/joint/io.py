@@ -33,8 +33,10 @@ _RELATIVE_MODES = {
 }
 
 
+#: what files of joints keep of their modes
+_OF_MODES = ("basis_frequency_error", "basis_amplitude_error", "structure_length", "farthest_mode")
+
 #: sources of the errors of peaks that are estimated where a model is made, and the words on them
-_BASIS_ERRORS = ("basis_frequency_error", "basis_amplitude_error")
 _ESTIMATED = {"basis": "of the basis", "weights": "of the weights of contact pairs"}
 
 
@@ -135,7 +137,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     for name, (unit, meaning) in law.quantities.items():
         stored[name] = quantity("element", law.quantity(name), unit, meaning)
     if reduced_from is not None:
-        stored |= {name: reduced_from[name] for name in _BASIS_ERRORS if name in reduced_from}
+        stored |= {name: reduced_from[name] for name in _OF_MODES if name in reduced_from}
     if len(parts) > 1:
         meaning = "law of the element, by its place in the names of law"
         stored["law_of_element"] = quantity("element", law.part_of_element, "1", meaning)

@@ -32,7 +32,7 @@ def answers(study: Study) -> str:
         accuracy = results.table("accuracy", **of_basis)
         if len(accuracy):
             content = PageContent([], results, Published(None))
-            said = summary(name, case, accuracy, content).striptags()
+            said = " ".join(summary(name, case, accuracy, content).striptags().split())
             lines.append(f"{name} ({of_basis['basis']}): {said}")
     if Path(_OVERVIEW).exists():
         lines.append(f"Open {_OVERVIEW}")

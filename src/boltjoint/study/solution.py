@@ -21,6 +21,7 @@ from boltjoint.dynamics.response.converged_response import (
     solve_converged_response,
 )
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
 from boltjoint.dynamics.response.windows import window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
     from boltjoint.study.response_list import Response
 
 
-#: a joint, the range of each of its resonances [Hz], and the estimated errors of its model
-_Loaded = tuple[Joint, list[list[float]], xr.Dataset]
+#: a joint, the range of each of its resonances [Hz], the errors of its model, and its file
+_Loaded = tuple[Joint, list[list[float]], xr.Dataset, xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class CaseInBasis:
         converged: dict[tuple[str, int], xr.Dataset] = {}
         load = cache(self._load)
         for response, joint, how in self._problems(responses, load):
-            of_model = load(response.joint)[2]
+            _, _, of_model, of_structure = load(response.joint)
             given = {
                 "coordinates": str(response.coordinates),
                 **self._excitation(response),
@@ -100,6 +101,7 @@ class CaseInBasis:
                     if peaks not in converged:
                         converged[peaks] = converge_peaks(joint, found, harmonics).merge(of_model)
                     found = add_converged_peaks(found, converged[peaks])
+            found = add_largest_displacement(found, of_structure)
             if harmonics is not None:
                 found.attrs["harmonic_convergence"] = harmonics.stored()
             yield found, self._parameters(response, given)
@@ -135,18 +137,18 @@ class CaseInBasis:
     ) -> "Iterator[tuple[Response, Joint, dict[str, object]]]":
         """Joint, frequency window and step-length control of each response."""
         for response in responses:
-            joint, ranges, _ = load(response.joint)
+            joint, ranges, *_ = load(response.joint)
             resonance = response.resonance
             window = window_around(*ranges[resonance - 1], resonance, self.windows[resonance])
             yield response, joint, {"window": window, "control": StepControl(**self.steps)}
 
     def _load(self, name: str) -> _Loaded:
-        """A joint, the range of each of its resonances [Hz], and the errors of its model."""
+        """What the responses of a joint are solved with."""
         path = layout.path("joint", case=self.case, basis=self.basis, joint=name)
         stored = dataset.load(path)
         ranges = stored["resonance_range"].to_numpy().tolist()
         sampling = None if self._chooses_harmonics else self.sampling
-        return joint_from_dataset(stored, sampling), ranges, model_errors(stored)
+        return joint_from_dataset(stored, sampling), ranges, model_errors(stored), stored
 
     @property
     def _chooses_harmonics(self) -> bool:

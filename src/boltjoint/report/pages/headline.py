@@ -9,12 +9,16 @@ from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, table_with_caption
+from boltjoint.structure.extent import LINEAR
 from boltjoint.study.tables.html import number
 
 _TEXT = prose("headline")
 
 #: headings above the columns of the peaks
 ALL, ONE = "peak with all harmonics", "with one harmonic"
+
+#: column of the largest displacement at the peak, over the length of the structure
+OF_LENGTH = ("largest displacement", "of_length_percent")
 
 #: what stands in place of an error that nobody knows
 NOT_TESTED = "not tested"
@@ -45,7 +49,8 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     DataFrame
         Columns under ``ALL``: frequency, response over force and their error bars, where the study
         has such peaks; bars are not tested in a basis whose error is not estimated. Under ``ONE``,
-        those of one harmonic and how far the response is off; empty where a branch broke off.
+        those of one harmonic and how far the response is off; empty where a branch broke off. Last
+        ``OF_LENGTH``, where the length of the structure is known.
     """
     which = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
     return peaks_of_coordinates(select(accuracy, **which))
@@ -77,6 +82,8 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
         (ONE, "response_mm_per_N"): of_one["peak_mm_per_N"],
         (ONE, off): error,
     }
+    if "displacement_over_length_percent" in rows:
+        columns[OF_LENGTH] = rows["displacement_over_length_percent"]
     frame = pd.DataFrame(columns)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
     return frame
@@ -85,23 +92,22 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
 def peak_in_words(row: pd.Series) -> str:
     """A peak of ``peaks_of_reference`` in a sentence, with its error bar or the lack of one."""
     force = f"at {row['', 'force_N']:g} N"
-    if (ALL, "frequency_Hz") in row and not pd.isna(row[ALL, "response_mm_per_N"]):
-        frequency, response = row[ALL, "frequency_Hz"], row[ALL, "response_mm_per_N"]
-        bars = [row[ALL, name] for name in ("frequency_±_percent", "response_±_percent")]
-        if NOT_TESTED in bars:
-            return f"{force} {frequency:.1f} Hz and {number(response, 3)} mm/N"
-        of_frequency, of_response = (f"(± {number(bar, 2)} %)" for bar in bars)
-        return (
-            f"{force} {frequency:.1f} Hz {of_frequency} and {number(response, 3)} mm/N "
-            f"{of_response}"
-        )
-    frequency, response = row[ONE, "frequency_Hz"], row[ONE, "response_mm_per_N"]
+    has_all = (ALL, "frequency_Hz") in row and not pd.isna(row[ALL, "response_mm_per_N"])
+    of_peak = row[ALL if has_all else ONE]
+    frequency, response = of_peak["frequency_Hz"], of_peak["response_mm_per_N"]
     if pd.isna(response):
-        return f"{force} none: the branch broke off"
-    return (
-        f"{force} {frequency:.1f} Hz and {number(response, 3)} mm/N with one harmonic, whose error "
-        "is not tested"
-    )
+        return f"none {force}, where the branch broke off"
+    if not has_all:
+        return (
+            f"{frequency:.1f} Hz and {number(response, 3)} mm/N {force} with one harmonic, whose "
+            "error is not tested"
+        )
+    bars = [of_peak[name] for name in ("frequency_±_percent", "response_±_percent")]
+    if NOT_TESTED in bars:
+        return f"{frequency:.1f} Hz and {number(response, 3)} mm/N {force}"
+    # no line breaks within a bar
+    of_frequency, of_response = (f"(±\N{NO-BREAK SPACE}{number(bar, 2)} %)" for bar in bars)
+    return f"{frequency:.1f} Hz {of_frequency} and {number(response, 3)} mm/N {of_response} {force}"
 
 
 def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> str:
@@ -120,7 +126,8 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     resonance = case.resonances(basis)[0]
     peaks = peaks_of_reference(accuracy, resonance)
     between = content.resonance_range(name, basis, resonance)
-    return _TEXT.summary(resonance, between, _in_words(peaks), _is_untested(peaks))
+    told = _in_words(peaks), _is_untested(peaks), _beyond_linear(peaks)
+    return _TEXT.summary(resonance, between, *told)
 
 
 def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
@@ -139,6 +146,17 @@ def statement_of(rows: pd.DataFrame) -> str:
         return ""
     peaks = peaks_of_coordinates(complete)
     return _TEXT.peaks(_in_words(peaks), ALL in peaks, _is_untested(peaks))
+
+
+def _beyond_linear(peaks: pd.DataFrame) -> tuple[str, str] | None:
+    """Forces at whose peaks the structure moves too far, and the largest share of its length."""
+    if OF_LENGTH not in peaks:
+        return None
+    far = peaks[peaks[OF_LENGTH] > 100 * LINEAR]
+    if far.empty:
+        return None
+    forces = ", ".join(f"{force:g}" for force in far["", "force_N"])
+    return forces, number(far[OF_LENGTH].max(), 2)
 
 
 def _is_untested(peaks: pd.DataFrame) -> bool:

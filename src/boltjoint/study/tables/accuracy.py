@@ -62,6 +62,9 @@ def tabulate_accuracy(
                 row[name] = float(abs(response[name].where(mine)).to_series().max())
             row |= _error_estimates(response.isel(force=level))
             row |= _error_bars(response.isel(force=level))
+            if "peak_displacement_over_length" in response:
+                share = float(response["peak_displacement_over_length"][level])
+                row["displacement_over_length_percent"] = 100 * share
             row["largest_multiplier"] = float(response["largest_multiplier"].where(mine).max())
             harmonics = response["stability_harmonics"].where(mine & (response["stable"] >= 0))
             row["stability_harmonics"] = int(harmonics.min().fillna(0))
