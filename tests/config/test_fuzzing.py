@@ -23,6 +23,7 @@ from boltjoint.config.types import ConfigError
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import estimate, estimated_jobs
 from boltjoint.study.artefact_list import Contents
+from boltjoint.study.plausible import implausible
 
 NUMBER = int(os.environ.get("BOLTJOINT_FUZZ", "480"))
 SEED = os.environ.get("BOLTJOINT_FUZZ_SEED", "1")
@@ -51,7 +52,8 @@ def problems_of(folder):
         if shortage := estimate.shortage(needed, MEMORY):
             return [shortage]
         assert estimate.summary(needed, MEMORY, 2).isprintable()
-        assert all(line.isprintable() for line in estimate.overstrained(found))
+        told = [*estimate.overstrained(found), *implausible(found)]
+        assert all(line.isprintable() for line in told)
         estimate.Resources(found).of_any("designs")
         assert Contents(found, DISPLAYS).files()
     return []

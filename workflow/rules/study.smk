@@ -19,7 +19,7 @@ from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.provenance import environment
 from boltjoint.provenance.code_dependencies import source_hash
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.study import estimate, layout
+from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
 
@@ -74,7 +74,7 @@ if workflow.is_main_process:
     memory = None if cores is None else estimate.machine_memory()
     if shortage := estimate.shortage(needed, memory):
         raise WorkflowError(shortage)
-    for line in estimate.overstrained(study):
+    for line in (*plausible.implausible(study), *estimate.overstrained(study)):
         logger.warning(line)
     logger.info(estimate.summary(needed, memory, cores))
 
