@@ -10,7 +10,17 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "src/boltjoint"
 #: highest first; a room imports from itself and from those after it
 ROOMS = (
-    *("report", "study", "verification", "dynamics", "structure", "joint", "config"),
+    *(
+        "__main__",
+        "command",
+        "report",
+        "study",
+        "verification",
+        "dynamics",
+        "structure",
+        "joint",
+        "config",
+    ),
     *("friction", "damping", "solvers", "provenance", "harmonics", "names", "dataset", "options"),
     *("checksums", "machine", "regular_file", "compiled", "checks", "__init__"),
 )

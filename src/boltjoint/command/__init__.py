@@ -1,0 +1,1 @@
+"""The command ``boltjoint``: thin calls of the workflow and the library."""

@@ -1,0 +1,200 @@
+"""The command ``boltjoint``: a new study, its check, its run, its report and its data."""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import webbrowser
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib import metadata
+from pathlib import Path
+
+from boltjoint import __version__
+from boltjoint.names import NAME
+
+#: of the workflow, in a checkout and in an installation
+_WORKFLOW = "workflow/Snakefile"
+_TEMPLATES = Path(__file__).parent / "templates"
+#: files of a new study, by their templates
+_FILES = {
+    "config.yaml": "config/config.yaml",
+    "assembly.yaml": "config/assemblies/{name}.yaml",
+    "case.yaml": "config/cases/{name}.yaml",
+    "sweep.yaml": "config/sweeps/{name}.yaml",
+}
+
+#: lines of Snakemake: of a job that has ended, of the share done, and those that tell nothing
+_FINISHED = re.compile(r"Finished jobid: \d+ \(Rule: (.+)\)$")
+_DONE = re.compile(r"(\d+) of (\d+) steps \(\d+%\) done$")
+_OF_SNAKEMAKE = re.compile(
+    r"$|\[.*\]$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using "
+    r"|Provided cores|Rules claiming|Conda environments|Loading script|Elapsed time|Complete log"
+)
+_UP_TO_DATE = "Nothing to be done"
+
+_OVERVIEW = "results/report/overview.html"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command with arguments, those of the process by default; the exit status."""
+    parser = _parser()
+    given, further = parser.parse_known_args(arguments)
+    if further and given.command is not _run:
+        parser.error(f"unrecognized arguments: {' '.join(further)}")
+    given.further = further
+    return given.command(given)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="boltjoint",
+        description="Nonlinear vibration of bolted joints, from dimensions in YAML to a report.",
+    )
+    parser.add_argument("--version", action="version", version=f"boltjoint {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name: str, command: Callable, words: str) -> argparse.ArgumentParser:
+        each = commands.add_parser(name, help=words, description=words)
+        each.set_defaults(command=command)
+        each.add_argument("folder", nargs="?" if name != "new" else None, default=".", type=Path)
+        return each
+
+    add("new", _new, "write a commented assembly, case and sweep into a folder")
+    add("check", _check, "read the configuration of a study and say what a run would need")
+    run = add("run", _run, "compute what is not up to date; further options are Snakemake's")
+    run.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
+    add("open", _open, "open the report of a study in a browser")
+    export = add("export", _export, "write responses and peaks for other programs")
+    export.add_argument("--format", choices=("csv", "mat", "uff"), default="csv")
+    export.add_argument("--to", type=Path, default=None, help="by default FOLDER/results/export")
+    return parser
+
+
+def _new(given: argparse.Namespace) -> int:
+    name = given.folder.resolve().name
+    if not re.fullmatch(NAME, name):
+        return _refuse(f"{name} is no name of a study: letters, digits, _, - and . only")
+    files = {given.folder / to.format(name=name): _TEMPLATES / each for each, to in _FILES.items()}
+    if there := [str(file) for file in files if file.exists()]:
+        return _refuse(f"{there[0]} is there already: nothing was written")
+    for file, template in files.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = template.read_text(encoding="utf-8").replace("NAME", name)
+        file.write_text(text, encoding="utf-8")
+        print(f"wrote {file}")
+    print(f"edit them, then: boltjoint run {given.folder}")
+    return 0
+
+
+def _check(given: argparse.Namespace) -> int:
+    from boltjoint.config.study import load_study
+    from boltjoint.config.types import ConfigError
+    from boltjoint.study import estimate, plausible
+
+    os.chdir(given.folder)
+    try:
+        study = load_study(Path.cwd())
+        needed = estimate.estimate(study)
+    except ConfigError as error:
+        return _refuse(str(error))
+    for line in (*plausible.implausible(study), *estimate.overstrained(study)):
+        print(line)
+    memory = estimate.machine_memory()
+    if shortage := estimate.shortage(needed, memory):
+        return _refuse(shortage)
+    print(estimate.summary(needed, memory, os.cpu_count()))
+    return 0
+
+
+def _run(given: argparse.Namespace) -> int:
+    if not (given.folder / "config/config.yaml").exists():
+        return _refuse(f"{given.folder} has no config/config.yaml: boltjoint new {given.folder}")
+    snakefile = workflow_file()
+    profile = snakefile.parents[1] / "profiles/default"
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile)]
+    command += ["--workflow-profile", str(profile)]
+    command += ["--directory", str(given.folder), "--cores", str(given.cores)]
+    command += ["--quiet", "host", "reason", "rules", "--show-failed-logs", *given.further]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, errors="replace")
+    is_up_to_date = False
+    try:
+        for line in told(running.stderr):
+            print(line, file=sys.stderr, flush=True)
+            is_up_to_date |= line.startswith(_UP_TO_DATE)
+    except KeyboardInterrupt:
+        # Snakemake has got it too, and ends its jobs
+        pass
+    status = running.wait()
+    if is_up_to_date and not status:
+        print(_answers(given.folder))
+    return status
+
+
+def _answers(folder: Path) -> str:
+    """What a run says at its end, of a study that is up to date."""
+    from boltjoint.config.study import load_study
+    from boltjoint.report.answers import answers
+
+    os.chdir(folder)
+    return answers(load_study(Path.cwd()))
+
+
+def _open(given: argparse.Namespace) -> int:
+    page = (given.folder / _OVERVIEW).resolve()
+    if not page.exists():
+        return _refuse(f"{page} is not there: boltjoint run {given.folder}")
+    print(page)
+    return 0 if webbrowser.open(page.as_uri()) else _refuse("no browser was found")
+
+
+def _export(given: argparse.Namespace) -> int:
+    from boltjoint.study.export import export_responses
+
+    to = given.folder / "results/export" if given.to is None else given.to
+    try:
+        written = export_responses(given.folder, to, given.format)
+    except ValueError as error:
+        return _refuse(str(error))
+    for file in written:
+        print(f"wrote {file}")
+    return 0
+
+
+def told(lines: Iterable[str]) -> Iterator[str]:
+    """What a user is told of the lines of Snakemake: a line for each job that has ended.
+
+    Where it plans and starts jobs is left out, and so are tables of these; all else is kept.
+    """
+    finished, is_table = "", False
+    for line in map(str.rstrip, lines):
+        is_table = line == "Job stats:" or (is_table and line != "")
+        if job := _FINISHED.match(line):
+            finished = job[1].replace("_", " ")
+        elif done := _DONE.match(line):
+            yield f"{done[1]:>4} of {done[2]} done: {finished}"
+        elif not is_table and not _OF_SNAKEMAKE.match(line):
+            yield line
+
+
+def workflow_file() -> Path:
+    """The Snakefile of the workflow: of the checkout, or beside the installed package.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none, as in an installation of the library alone.
+    """
+    checkout = Path(__file__).parents[3] / _WORKFLOW
+    if checkout.exists():
+        return checkout
+    for installed in metadata.distributions(name="boltjoint"):
+        for file in installed.files or ():
+            if file.as_posix().endswith(f"share/boltjoint/{_WORKFLOW}"):
+                return Path(file.locate()).resolve()
+    raise FileNotFoundError("the workflow of boltjoint is not installed")
+
+
+def _refuse(line: str) -> int:
+    print(f"boltjoint: {line}", file=sys.stderr)
+    return 1

@@ -1,0 +1,170 @@
+"""Responses of a study for other programs: CSV tables, MATLAB files and universal files."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint import checks, dataset
+from boltjoint.harmonics import Components
+
+_CASES = "results/cases"
+
+#: of each peak, in files that have it
+_OF_PEAKS = (
+    *("peak_frequency_converged", "peak_frequency_converged_error"),
+    *("peak_amplitude_converged", "peak_amplitude_converged_error"),
+    *("peak_frequency", "peak_frequency_error", "peak_amplitude", "peak_amplitude_error"),
+    *("peak_displacement_over_length", "complete"),
+)
+
+
+def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> list[Path]:
+    """Write all frequency responses of a study, and their peaks.
+
+    Parameters
+    ----------
+    folder
+        Of the study, with ``results/cases``.
+    to
+        Folder of the files, each named by case, basis, joint, coordinates and resonance.
+    form
+        ``csv``: a table of solutions and one of peaks; ``mat``: a file of MATLAB with arrays of
+        both; ``uff``: a universal file with a data set 58 for each force, the displacement of the
+        output point over the force, which needs pyuff.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    ValueError
+        If the form is not known, there is no response, or pyuff is not installed.
+    """
+    write, cases = _FORMS[checks.choice("form", form, _FORMS)], Path(folder) / _CASES
+    written = []
+    for path in sorted(cases.glob("**/response.nc")):
+        joint, *_ = path.parents[2:]
+        name = "_".join(path.relative_to(cases).parent.parts)
+        stored = dataset.load(path), dataset.load(joint / "joint.nc")
+        Path(to).mkdir(parents=True, exist_ok=True)
+        written += write(Path(to) / name, _solutions(*stored), _peaks(stored[0]))
+    if not written:
+        raise ValueError(f"{cases} has no response.nc: run the study first")
+    return written
+
+
+def _solutions(response: xr.Dataset, joint: xr.Dataset) -> pd.DataFrame:
+    """Force, frequency and first harmonic of the output point at all solutions."""
+    components = Components(map(str, response["component"].to_numpy()))
+    amplitude = response["modal_coordinate"].transpose("component", "solution", "mode").to_numpy()
+    sine, cosine = (
+        amplitude[place] @ joint["response_mode"].to_numpy()
+        for place in (components.sin(), components.cos())
+    )
+    unit = response["excitation_force"].attrs["units"].replace("/", "_per_")
+    columns = {
+        f"excitation_{unit}": response["excitation_force"].to_numpy(),
+        "frequency_Hz": response["frequency"].to_numpy(),
+        "amplitude_m": np.hypot(sine, cosine),
+        "sine_m": sine,
+        "cosine_m": cosine,
+        "converged": response["converged"].to_numpy(),
+    }
+    return pd.DataFrame(columns)
+
+
+def _peaks(response: xr.Dataset) -> pd.DataFrame:
+    """Peaks by force level, with the units of what is no number alone."""
+    unit = response["excitation_force"].attrs["units"].replace("/", "_per_")
+    columns = {f"excitation_{unit}": response["force_level"].to_numpy()}
+    for name in _OF_PEAKS:
+        if name in response:
+            unit = response[name].attrs["units"]
+            columns[name if unit == "1" else f"{name}_{unit}"] = response[name].to_numpy()
+    return pd.DataFrame(columns)
+
+
+def _write_csv(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list[Path]:
+    files = []
+    for what, table in (("response", solutions), ("peaks", peaks)):
+        files.append(stem.with_name(f"{stem.name}_{what}.csv"))
+        table.to_csv(files[-1], index=False)
+    return files
+
+
+def _write_mat(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list[Path]:
+    from scipy.io import savemat
+
+    file = stem.with_name(f"{stem.name}.mat")
+    content = {"response": _arrays(solutions), "peaks": _arrays(peaks)}
+    savemat(file, content, long_field_names=True, oned_as="column")
+    return [file]
+
+
+def _arrays(table: pd.DataFrame) -> dict[str, NDArray]:
+    return {name: column.to_numpy() for name, column in table.items()}
+
+
+#: data set 58 of a universal file: displacement over force along z, over uneven frequencies
+_DATA_SET = {
+    "type": 58,
+    "binary": 0,
+    **{f"id{place}": "NONE" for place in range(1, 6)},
+    **{"func_type": 4, "func_id": 0, "ver_num": 0, "load_case_id": 0},
+    **{"rsp_ent_name": "NONE", "rsp_node": 1, "rsp_dir": 3},
+    **{"ref_ent_name": "NONE", "ref_node": 1, "ref_dir": 3},
+    **{"ord_data_type": 6, "abscissa_spacing": 0, "abscissa_min": 0.0, "abscissa_inc": 0.0},
+    "z_axis_value": 0.0,
+    **{
+        f"{axis}_{name}": value
+        for axis, kind, label, unit in (
+            ("abscissa", 18, "Frequency", "Hz"),
+            ("ordinate", 8, "Displacement", "m"),
+            ("orddenom", 13, "Excitation Force", "N"),
+            ("z_axis", 0, "NONE", "NONE"),
+        )
+        for name, value in {
+            "spec_data_type": kind,
+            "len_unit_exp": 0,
+            "force_unit_exp": 0,
+            "temp_unit_exp": 0,
+            "axis_lab": label,
+            "axis_units_lab": unit,
+        }.items()
+    },
+}
+
+
+def _write_uff(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list[Path]:
+    try:
+        import pyuff
+    except ImportError:
+        raise ValueError("uff needs pyuff: pip install boltjoint[uff]") from None
+    file = stem.with_name(f"{stem.name}.uff")
+    file.unlink(missing_ok=True)
+    excitation, universal = solutions.columns[0], pyuff.UFF(str(file))
+    for force, branch in solutions.groupby(excitation):
+        # excitation goes with the sine: as multiples of e^(i w t) both are sine + i cosine
+        response = (branch["sine_m"] + 1j * branch["cosine_m"]).to_numpy() / force
+        data = {
+            **_DATA_SET,
+            "id1": f"{stem.name} {force:g}"[:80],
+            "data": response,
+            "x": branch["frequency_Hz"].to_numpy(),
+            "num_pts": len(branch),
+        }
+        universal.write_sets(data, mode="add")
+    return [file]
+
+
+_FORMS: dict[str, Callable[[Path, pd.DataFrame, pd.DataFrame], list[Path]]] = {
+    "csv": _write_csv,
+    "mat": _write_mat,
+    "uff": _write_uff,
+}

@@ -1,0 +1,175 @@
+"""The command ``boltjoint``, in a checkout and from a wheel."""
+
+import os
+import site
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import pyuff
+from scipy.io import loadmat
+
+from boltjoint import dataset
+from boltjoint.command.main import main, told
+from boltjoint.config.study import load_study
+from boltjoint.study.export import export_responses
+from boltjoint.study.plausible import implausible
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_a_new_study_is_complete_and_plausible(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my_joint"]) == 0
+    study = load_study(tmp_path / "my_joint")
+    assert list(study.cases) == ["my_joint"]
+    assert not list(implausible(study))
+    with_sweep = load_study(tmp_path / "my_joint", {"sweeps": ["my_joint"]})
+    assert list(with_sweep.sweeps) == ["my_joint"]
+    capsys.readouterr()
+    # what is there is never overwritten
+    assert main(["new", "my_joint"]) == 1
+    assert "is there already: nothing was written" in capsys.readouterr().err
+    assert main(["new", "my joint"]) == 1
+    assert "is no name of a study" in capsys.readouterr().err
+    assert not (tmp_path / "my joint").exists()
+
+
+def test_check_says_what_is_wrong_or_needed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    main(["new", "mine"])
+    capsys.readouterr()
+    assert main(["check", str(tmp_path / "mine")]) == 0
+    assert "Estimate: 2 frequency responses in some" in capsys.readouterr().out
+    assembly = tmp_path / "mine/config/assemblies/mine.yaml"
+    text = assembly.read_text()
+    assembly.write_text(text.replace("modulus_GPa: 70 ", "modulus_GPa: 70000 "))
+    assembly.write_text(text.replace("youngs_modulus_GPa: 70", "youngs_modulus_GPa: 70000"))
+    assert main(["check", str(tmp_path / "mine")]) == 0
+    assert "is this in MPa?" in capsys.readouterr().out
+    assembly.write_text(text.replace("youngs_modulus_GPa", "young_modulus_GPa"))
+    assert main(["check", str(tmp_path / "mine")]) == 1
+    assert "did you mean youngs_modulus_GPa?" in capsys.readouterr().err
+
+
+def test_what_is_not_there_is_said_with_what_to_do(tmp_path, capsys):
+    assert main(["run", str(tmp_path)]) == 1
+    assert "has no config/config.yaml: boltjoint new" in capsys.readouterr().err
+    assert main(["open", str(tmp_path)]) == 1
+    assert "overview.html is not there: boltjoint run" in capsys.readouterr().err
+    assert main(["export", str(tmp_path)]) == 1
+    assert "run the study first" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["open", str(tmp_path), "--forceall"])
+
+
+def test_a_run_tells_a_line_for_each_job_and_all_that_is_wrong():
+    lines = """Using workflow specific profile profiles/default for setting default arguments.
+Estimate: 2 frequency responses
+Building DAG of jobs...
+Job stats:
+job       count
+------  -------
+build         1
+
+Select jobs to execute...
+[Thu Nov 26 04:06:38 2026]
+Finished jobid: 5 (Rule: apply_preload)
+3 of 18 steps (17%) done
+2026-11-26 WARNING boltjoint: a preload strains the shanks
+Error in rule find_modes:
+    log: results/logs/find_modes.log (check log file(s) for error details)
+Nothing to be done (all requested files are present and up to date)."""
+    assert list(told(f"{line}\n" for line in lines.splitlines())) == [
+        "Estimate: 2 frequency responses",
+        "   3 of 18 done: apply preload",
+        "2026-11-26 WARNING boltjoint: a preload strains the shanks",
+        "Error in rule find_modes:",
+        "    log: results/logs/find_modes.log (check log file(s) for error details)",
+        "Nothing to be done (all requested files are present and up to date).",
+    ]
+
+
+@pytest.mark.workflow
+def test_a_wheel_runs_a_new_study_in_an_empty_folder(tmp_path):
+    """In an environment of its own, with the dependencies of this one and no checkout."""
+    source = tmp_path / "source"
+    source.mkdir()
+    # pip builds in the folder of the project
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        (source / name).write_bytes((ROOT / name).read_bytes())
+    for name in ("src", "workflow", "profiles", "resources"):
+        (source / name).symlink_to(ROOT / name)
+    pip = [sys.executable, "-m", "pip", "--quiet", "wheel", "--no-deps", str(source)]
+    subprocess.run([*pip, "--wheel-dir", str(tmp_path)], check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    venv.create(tmp_path / "venv", with_pip=True)
+    python = tmp_path / "venv/bin/python"
+    install = [str(python), "-m", "pip", "--quiet", "install", "--no-deps", str(wheel)]
+    subprocess.run(install, check=True, capture_output=True)
+    kept = {name: os.environ[name] for name in ("PATH", "OMP_NUM_THREADS") if name in os.environ}
+    (dependencies,) = site.getsitepackages()
+    environment = kept | {"PYTHONPATH": dependencies, "HOME": str(tmp_path)}
+    folder = tmp_path / "empty"
+    folder.mkdir()
+
+    def call(*arguments):
+        return subprocess.run(
+            [str(python.with_name("boltjoint")), *arguments],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    assert "wrote mine/config/cases/mine.yaml" in call("new", "mine").stdout
+    ran = call("run", "mine", "--cores", "2")
+    assert ran.returncode == 0, ran.stderr
+    answer = "mine (enriched-24): Resonance 1 lies at 142.9 Hz while the contact sticks"
+    assert answer in ran.stdout
+    assert answer in " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert "±" in ran.stdout
+    assert ran.stdout.rstrip().splitlines()[-1] == "Open results/report/overview.html"
+    said = (ran.stdout + ran.stderr).splitlines()
+    assert len(said) < 40, "\n".join(said)
+    again = call("run", "mine")
+    assert "Nothing to be done" in again.stderr
+    assert again.stdout == ran.stdout
+    check_exports(folder / "mine")
+
+
+def check_exports(folder):
+    """Files for other programs hold what the results do."""
+    of_response = "mine_enriched-24_node-to-node_linear_resonance=1"
+    path = "results/cases/mine/enriched-24/node-to-node/linear/resonance=1/response.nc"
+    response = dataset.load(folder / path)
+    to = folder / "export"
+    written = export_responses(folder, to)
+    assert {file.suffix for file in written} == {".csv"}
+    table = pd.read_csv(to / f"{of_response}_response.csv")
+    assert table["amplitude_m"].to_numpy() == pytest.approx(
+        response["response_amplitude"].to_numpy(), rel=1e-9
+    )
+    peaks = pd.read_csv(to / f"{of_response}_peaks.csv")
+    converged = response["peak_amplitude_converged"].to_numpy()
+    assert peaks["peak_amplitude_converged_m"].to_numpy() == pytest.approx(converged)
+    export_responses(folder, to, "mat")
+    arrays = loadmat(to / f"{of_response}.mat", simplify_cells=True)
+    assert arrays["peaks"]["peak_amplitude_converged_m"] == pytest.approx(converged)
+    assert arrays["response"]["frequency_Hz"] == pytest.approx(response["frequency"].to_numpy())
+    export_responses(folder, to, "uff")
+    sets = pyuff.UFF(str(to / f"{of_response}.uff")).read_sets()
+    assert len(sets) == response.sizes["force"]
+    mine = response["excitation_force"] == response["force_level"][0]
+    over_force = response["response_amplitude"][mine] / response["force_level"][0]
+    assert abs(sets[0]["data"]) == pytest.approx(over_force.to_numpy(), rel=1e-5)
+    # abscissas have five decimals in the format
+    assert sets[0]["x"] == pytest.approx(response["frequency"][mine].to_numpy(), rel=1e-5)
+    # the displacement lags behind the force, by a quarter of a period at the peak
+    assert (sets[0]["data"].imag < 0).all()
+    peak = sets[0]["data"][abs(sets[0]["data"]).argmax()]
+    assert abs(peak.real) < 0.1 * abs(peak)
