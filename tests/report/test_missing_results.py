@@ -59,8 +59,8 @@ def test_a_case_without_a_reference_has_its_page(artefacts, situation):
 def test_a_case_without_a_reference_stands_in_the_overview(artefacts, situation):
     change, changed = WITHOUT_REFERENCE[situation]
     edit("accuracy", change)
-    # frequency and response at both forces
-    assert overview_of(artefacts, **changed)[1][4:8] == ["–"] * 4
+    # frequency and response at both forces, and their errors
+    assert overview_of(artefacts, **changed)[1][4:12] == ["–"] * 8
     assert overview_of(artefacts, "Errors of reduced models and time saved", **changed)[1][1] == "–"
 
 
@@ -84,8 +84,10 @@ def test_peaks_of_branches_that_broke_off_are_left_out(artefacts):
     peaks = re.search(
         r"Peaks of the node-to-node joint</strong>.*?</table>", write(artefacts), re.S
     )
-    assert re.findall(r"<td.*?>(.*?)</td>", peaks[0])[5:] == ["50", *["–"] * 4]
-    assert overview_of(artefacts)[1][4:8] == ["71.5", "1.5", "–", "–"]
+    # frequency, response and error in linear modes and in one response-dependent mode
+    assert re.findall(r"<td.*?>(.*?)</td>", peaks[0])[7:] == ["50", *["–"] * 6]
+    untested = ["71.5", "not tested", "1.5", "not tested"]
+    assert overview_of(artefacts)[1][4:12] == [*untested, *["–"] * 4]
     assert overview_of(artefacts, "Errors of reduced models and time saved")[1][1] == "20.00"
 
 
@@ -108,4 +110,4 @@ def test_a_case_of_which_nothing_was_solved_has_its_pages(artefacts):
     reference = figure(page, "response_mine_free-4_node-to-node_linear_resonance=1")
     assert "Broken off at 0.001, 50 N: no solution found at the start of the window." in reference
     assert not re.search(r"\bnan\b", re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL))
-    assert overview_of(artefacts)[1][4:8] == ["–"] * 4
+    assert overview_of(artefacts)[1][4:12] == ["–"] * 8

@@ -65,7 +65,7 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
         all_harmonics, off = rows["converged_peak_mm_per_N"], "off_by_percent"
         is_tested = rows["basis_amplitude_error_percent"].notna().any()
         of_frequency, of_response = (
-            rows[f"converged_{what}_error_bar_percent"] if is_tested else NOT_TESTED
+            rows[f"converged_{what}_error_bar_percent"] if is_tested else _not_tested(all_harmonics)
             for what in ("frequency", "amplitude")
         )
         columns |= {
@@ -76,7 +76,7 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
         }
         error = 100 * (of_one["peak_mm_per_N"] / all_harmonics - 1).abs()
     else:
-        off, error = "error", NOT_TESTED
+        off, error = "error", _not_tested(of_one["peak_mm_per_N"])
     columns |= {
         (ONE, "frequency_Hz"): of_one["peak_frequency_Hz"],
         (ONE, "response_mm_per_N"): of_one["peak_mm_per_N"],
@@ -89,9 +89,18 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     return frame
 
 
-def peak_in_words(row: pd.Series) -> str:
-    """A peak of ``peaks_of_reference`` in a sentence, with its error bar or the lack of one."""
-    force = f"at {row['', 'force_N']:g} N"
+def _not_tested(response: pd.Series) -> pd.Series:
+    """What stands in place of the errors of responses, where there are any."""
+    return pd.Series(NOT_TESTED, response.index).where(response.notna())
+
+
+def peak_in_words(row: pd.Series, unit: str = "N") -> str:
+    """A peak of ``peaks_of_reference`` in a sentence, with its error bar or the lack of one.
+
+    ``unit`` is that of the excitation.
+    """
+    force = f"at {row['', 'force_N']:g} {unit}"
+    per_level = "mm/N" if unit == "N" else f"mm/({unit})"
     has_all = (ALL, "frequency_Hz") in row and not pd.isna(row[ALL, "response_mm_per_N"])
     of_peak = row[ALL if has_all else ONE]
     frequency, response = of_peak["frequency_Hz"], of_peak["response_mm_per_N"]
@@ -99,15 +108,16 @@ def peak_in_words(row: pd.Series) -> str:
         return f"none {force}, where the branch broke off"
     if not has_all:
         return (
-            f"{frequency:.1f} Hz and {number(response, 3)} mm/N {force} with one harmonic, whose "
-            "error is not tested"
+            f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force} with one harmonic, "
+            "whose error is not tested"
         )
     bars = [of_peak[name] for name in ("frequency_±_percent", "response_±_percent")]
     if NOT_TESTED in bars:
-        return f"{frequency:.1f} Hz and {number(response, 3)} mm/N {force}"
+        return f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force}"
     # no line breaks within a bar
     of_frequency, of_response = (f"(±\N{NO-BREAK SPACE}{number(bar, 2)} %)" for bar in bars)
-    return f"{frequency:.1f} Hz {of_frequency} and {number(response, 3)} mm/N {of_response} {force}"
+    amplitude = f"{number(response, 3)} {per_level} {of_response}"
+    return f"{frequency:.1f} Hz {of_frequency} and {amplitude} {force}"
 
 
 def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> str:
@@ -126,14 +136,20 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     resonance = case.resonances(basis)[0]
     peaks = peaks_of_reference(accuracy, resonance)
     between = content.resonance_range(name, basis, resonance)
-    told = _in_words(peaks), _is_untested(peaks), _beyond_linear(peaks)
-    return _TEXT.summary(resonance, between, *told)
+    unit = "m/s²" if case.is_base_excited else "N"
+    told = _in_words(peaks, unit), _is_untested(peaks), _beyond_linear(peaks)
+    return _TEXT.summary(resonance, between, *told, unit)
 
 
 def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
-    """Table of the peaks of a case in its most trusted basis, with what their bars hold."""
+    """Table of the peaks of a case in its most trusted basis, with what their bars hold.
+
+    Nothing of a case whose node-to-node joint is not solved in linear modes.
+    """
     basis = headline_basis(case)
     peaks = peaks_of_reference(accuracy, case.resonances(basis)[0])
+    if peaks.empty:
+        return Markup()
     estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
     return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes])
@@ -161,12 +177,14 @@ def _beyond_linear(peaks: pd.DataFrame) -> tuple[str, str] | None:
 
 def _is_untested(peaks: pd.DataFrame) -> bool:
     """Whether there are peaks with all harmonics in a basis whose error is not known."""
-    return ALL in peaks and (peaks[ALL, "response_±_percent"] == NOT_TESTED).all()
+    return ALL in peaks and (peaks[ALL, "response_±_percent"] == NOT_TESTED).any()
 
 
-def _in_words(peaks: pd.DataFrame) -> str:
+def _in_words(peaks: pd.DataFrame, unit: str = "N") -> str:
     """The first and the last of some peaks, and between them that with the least response."""
+    if peaks.empty:
+        return ""
     response = peaks[ALL if ALL in peaks else ONE, "response_mm_per_N"]
     known = response.reset_index(drop=True).dropna()
     places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
-    return "; ".join(peak_in_words(peaks.iloc[place]) for place in sorted(places))
+    return "; ".join(peak_in_words(peaks.iloc[place], unit) for place in sorted(places))

@@ -181,7 +181,9 @@ def _peaks_and_errors(
         for column in columns:
             known = [(under, column) for under in (ALL, ONE) if (under, column) in peaks]
             value = of_force[known[0]].iloc[0] if known and len(of_force) else None
-            row[span, column] = value if known else NOT_TESTED
+            value = None if pd.isna(value) else value
+            has_peak = row.get((span, "frequency_Hz")) is not None
+            row[span, column] = NOT_TESTED if not known and has_peak else value
     kinds = nodes["coordinates"].map(lambda name: Coordinates(name).kind)
     for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
         rows = nodes[kinds == kind]

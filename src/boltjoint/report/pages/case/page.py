@@ -69,8 +69,8 @@ def case_page(
     answer = first.frame if first is not None and len(first.frame) else None
     sections = [Section("case", "The case", facts(name, case, solver, content))]
     if answer is not None:
-        body = headline(name, case, answer, content)
-        sections.insert(0, Section("answer", "Peaks", body))
+        if body := headline(name, case, answer, content):
+            sections.insert(0, Section("answer", "Peaks", body))
     for basis in bases:
         sections += _sections(basis)
     sections += [*_sweeps(artefacts, content), *content.remainder()]

@@ -1,0 +1,37 @@
+"""Sentences on peaks."""
+
+import pandas as pd
+import pytest
+
+from boltjoint.names import Basis
+from boltjoint.report.pages.headline import by_trust, peak_in_words, peaks_of_coordinates
+
+ROWS = pd.DataFrame(
+    {
+        "force_N": [1.0, 10.0],
+        "complete": True,
+        "peak_frequency_Hz": [75.4, 71.9],
+        "peak_mm_per_N": [0.85, 0.35],
+        "converged_peak_frequency_Hz": [75.18, None],
+        "converged_frequency_error_bar_percent": [0.04, None],
+        "converged_peak_mm_per_N": [0.928, None],
+        "converged_amplitude_error_bar_percent": [2.4, None],
+        "basis_amplitude_error_percent": [2.37, 2.37],
+    }
+)
+
+
+@pytest.mark.parametrize(("unit", "per"), [("N", "mm/N"), ("m/s²", "mm/(m/s²)")])
+def test_a_peak_has_its_bar_and_the_unit_of_its_excitation(unit, per):
+    peaks = peaks_of_coordinates(ROWS)
+    words = peak_in_words(peaks.iloc[0], unit).replace("\u00a0", " ")
+    assert words == f"75.2 Hz (± 0.04 %) and 0.928 {per} (± 2.4 %) at 1 {unit}"
+    # where no peak with all harmonics was found, there is one of one harmonic
+    assert peak_in_words(peaks.iloc[1], unit) == (
+        f"71.9 Hz and 0.35 {per} at 10 {unit} with one harmonic, whose error is not tested"
+    )
+
+
+def test_contact_adapted_bases_come_first_and_the_largest_of_them():
+    bases = [Basis(name) for name in ("free-16", "enriched-8", "all-4", "enriched-40")]
+    assert by_trust(bases)[:2] == ["enriched-40", "enriched-8"]
