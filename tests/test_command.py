@@ -43,7 +43,7 @@ def test_check_says_what_is_wrong_or_needed(tmp_path, monkeypatch, capsys):
     main(["new", "mine"])
     capsys.readouterr()
     assert main(["check", str(tmp_path / "mine")]) == 0
-    assert "Estimate: 2 frequency responses in some" in capsys.readouterr().out
+    assert "Estimate: 2 frequency responses in less than a minute" in capsys.readouterr().out
     assembly = tmp_path / "mine/config/assemblies/mine.yaml"
     text = assembly.read_text()
     assembly.write_text(text.replace("modulus_GPa: 70 ", "modulus_GPa: 70000 "))
@@ -58,10 +58,17 @@ def test_check_says_what_is_wrong_or_needed(tmp_path, monkeypatch, capsys):
 def test_what_is_not_there_is_said_with_what_to_do(tmp_path, capsys):
     assert main(["run", str(tmp_path)]) == 1
     assert "has no config/config.yaml: boltjoint new" in capsys.readouterr().err
+    assert main(["check", str(tmp_path / "nowhere")]) == 1
+    assert "has no config/config.yaml: boltjoint new" in capsys.readouterr().err
     assert main(["open", str(tmp_path)]) == 1
     assert "overview.html is not there: boltjoint run" in capsys.readouterr().err
     assert main(["export", str(tmp_path)]) == 1
+    assert "has no config/config.yaml: boltjoint new" in capsys.readouterr().err
+    main(["new", str(tmp_path / "mine")])
+    assert main(["export", str(tmp_path / "mine")]) == 1
     assert "run the study first" in capsys.readouterr().err
+    assert main([]) == 0
+    assert "write a commented assembly, case and sweep" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         main(["open", str(tmp_path), "--forceall"])
 
@@ -82,6 +89,9 @@ Finished jobid: 5 (Rule: apply_preload)
 2026-11-26 WARNING boltjoint: a preload strains the shanks
 Error in rule find_modes:
     log: results/logs/find_modes.log (check log file(s) for error details)
+usage: __main__.py [-h] [--dry-run]
+  --dry-run   Do not execute anything.
+__main__.py: error: unrecognized arguments: --fast
 Nothing to be done (all requested files are present and up to date)."""
     assert list(told(f"{line}\n" for line in lines.splitlines())) == [
         "Estimate: 2 frequency responses",
@@ -89,6 +99,7 @@ Nothing to be done (all requested files are present and up to date)."""
         "2026-11-26 WARNING boltjoint: a preload strains the shanks",
         "Error in rule find_modes:",
         "    log: results/logs/find_modes.log (check log file(s) for error details)",
+        "__main__.py: error: unrecognized arguments: --fast",
         "Nothing to be done (all requested files are present and up to date).",
     ]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from examples import symmetric_part
 
 from boltjoint import solve_branch
@@ -15,7 +16,7 @@ from boltjoint.config.study import load_study
 from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, _trace, find_pod_modes
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.structure.basis.candidates import find_candidates
-from boltjoint.structure.basis.pod import EnergyCoordinates
+from boltjoint.structure.basis.pod import EnergyCoordinates, estimated_errors
 from boltjoint.structure.basis.snapshots import uniform_modes
 from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
@@ -199,3 +200,18 @@ def test_a_basis_of_two_surfaces_has_the_errors_that_it_estimates(structure):
     errors = abs(np.divide(*peaks) - 1)
     for error, what in zip(errors, ("frequency", "amplitude"), strict=True):
         assert error < few.attrs[f"estimated_{what}_error"]
+
+
+def test_more_vectors_err_at_most_as_fewer_that_were_tried():
+    tried = xr.Dataset(
+        {
+            "trial_vectors": ("trial", [8, 16]),
+            "frequency_error": ("trial", [4e-3, 1e-3]),
+            "amplitude_error": ("trial", [0.2, 0.03]),
+        }
+    )
+    exact = {"estimated_frequency_error": 1e-3, "estimated_amplitude_error": 0.03}
+    assert estimated_errors(tried, 16) == exact
+    assert estimated_errors(tried, 20) == exact
+    assert estimated_errors(tried, 12)["estimated_amplitude_error"] == 0.2
+    assert estimated_errors(tried, 4) == {}

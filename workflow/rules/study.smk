@@ -220,5 +220,5 @@ on_accuracy = DISPLAYS.on_page(contents, "accuracy") + contents.select(
     "harmonic_peaks", form="table"
 )
 on_overview = DISPLAYS.on_page(contents, "overview") + contents.select(
-    "accuracy", "times", "harmonic_peaks", form="table"
+    "accuracy", "times", form="table"
 )

@@ -52,7 +52,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Nonlinear vibration of bolted joints, from dimensions in YAML to a report.",
     )
     parser.add_argument("--version", action="version", version=f"boltjoint {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    parser.set_defaults(command=lambda _: parser.print_help() or 0, folder=Path())
+    commands = parser.add_subparsers(metavar="COMMAND")
 
     def add(name: str, command: Callable, words: str) -> argparse.ArgumentParser:
         each = commands.add_parser(name, help=words, description=words)
@@ -92,6 +93,8 @@ def _check(given: argparse.Namespace) -> int:
     from boltjoint.config.types import ConfigError
     from boltjoint.study import estimate, plausible
 
+    if refused := _refuse_without_study(given.folder):
+        return refused
     os.chdir(given.folder)
     try:
         study = load_study(Path.cwd())
@@ -108,8 +111,8 @@ def _check(given: argparse.Namespace) -> int:
 
 
 def _run(given: argparse.Namespace) -> int:
-    if not (given.folder / "config/config.yaml").exists():
-        return _refuse(f"{given.folder} has no config/config.yaml: boltjoint new {given.folder}")
+    if refused := _refuse_without_study(given.folder):
+        return refused
     snakefile = workflow_file()
     profile = snakefile.parents[1] / "profiles/default"
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile)]
@@ -151,6 +154,8 @@ def _open(given: argparse.Namespace) -> int:
 def _export(given: argparse.Namespace) -> int:
     from boltjoint.study.export import export_responses
 
+    if refused := _refuse_without_study(given.folder):
+        return refused
     to = given.folder / "results/export" if given.to is None else given.to
     try:
         written = export_responses(given.folder, to, given.format)
@@ -158,6 +163,7 @@ def _export(given: argparse.Namespace) -> int:
         return _refuse(str(error))
     for file in written:
         print(f"wrote {file}")
+    print("curves have the harmonics they were solved with, one as a rule; peaks have all too")
     return 0
 
 
@@ -166,14 +172,16 @@ def told(lines: Iterable[str]) -> Iterator[str]:
 
     Where it plans and starts jobs is left out, and so are tables of these; all else is kept.
     """
-    finished, is_table = "", False
+    finished, is_table, is_usage = "", False, False
     for line in map(str.rstrip, lines):
         is_table = line == "Job stats:" or (is_table and line != "")
+        # all options of Snakemake, before the one that it does not know
+        is_usage = line.startswith("usage: ") or (is_usage and ": error: " not in line)
         if job := _FINISHED.match(line):
             finished = job[1].replace("_", " ")
         elif done := _DONE.match(line):
             yield f"{done[1]:>4} of {done[2]} done: {finished}"
-        elif not is_table and not _OF_SNAKEMAKE.match(line):
+        elif not (is_table or is_usage or _OF_SNAKEMAKE.match(line)):
             yield line
 
 
@@ -193,6 +201,13 @@ def workflow_file() -> Path:
             if file.as_posix().endswith(f"share/boltjoint/{_WORKFLOW}"):
                 return Path(file.locate()).resolve()
     raise FileNotFoundError("the workflow of boltjoint is not installed")
+
+
+def _refuse_without_study(folder: Path) -> int:
+    """The exit status where a folder has no study, which is said; else 0."""
+    if (folder / "config/config.yaml").exists():
+        return 0
+    return _refuse(f"{folder} has no config/config.yaml: boltjoint new FOLDER writes one")
 
 
 def _refuse(line: str) -> int:

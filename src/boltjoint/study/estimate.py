@@ -103,7 +103,8 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
     Both are None where jobs go to a cluster.
     """
     minutes = needed.seconds / (cores or 1) / 60
-    time = f"{minutes:.0f} minutes" if minutes < 100 else f"{minutes / 60:.0f} hours"
+    time = f"some {minutes:.0f} minutes" if minutes < 100 else f"some {minutes / 60:.0f} hours"
+    time = "less than a minute" if minutes < 1 else time
     solved = f"{needed.responses} frequency responses"
     if needed.designs:
         solved += f" and {needed.designs} designs"
@@ -114,7 +115,7 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
             )
     where = "of one core" if cores is None else f"on {cores} core{'s'[: cores - 1]}"
     line = (
-        f"Estimate: {solved} in some {time} {where} if "
+        f"Estimate: {solved} in {time} {where} if "
         f"nothing of it is there yet; up to {needed.memory / _GIB:.2g} GiB of memory a job "
         f"({needed.job})"
     )

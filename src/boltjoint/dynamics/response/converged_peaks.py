@@ -277,7 +277,12 @@ def _judge(
     last = sequence.peaks[-1]
     if not sequence.converged:
         force, most = balance.excitation_force, last.harmonics
-        logger.warning("%g N: %d harmonics do not suffice for the tolerances", force, most)
+        logger.warning(
+            "%g N: the peak still changes by more than the tolerances with %d harmonics, the most "
+            "that are tried: its error bar is wider",
+            force,
+            most,
+        )
     law = AlternatingFrequencyTime(balance.joint.law, **options.sampling(last.harmonics))
     balance = replace(balance, joint=replace(balance.joint, law=law))
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency

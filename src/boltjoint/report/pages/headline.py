@@ -137,7 +137,7 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     peaks = peaks_of_reference(accuracy, resonance)
     between = content.resonance_range(name, basis, resonance)
     unit = "m/s²" if case.is_base_excited else "N"
-    told = _in_words(peaks, unit), _is_untested(peaks), _beyond_linear(peaks)
+    told = _in_words(peaks, unit), _is_untested(peaks), ALL in peaks, _beyond_linear(peaks)
     return _TEXT.summary(resonance, between, *told, unit)
 
 

@@ -231,6 +231,9 @@ def basis_of_pod_modes(structure: Structure, pod_modes: xr.Dataset, number: int)
 def estimated_errors(pod_modes: xr.Dataset, number: int) -> dict[str, float]:
     """Attributes with the estimated errors of peaks in the first POD modes, where they are known.
 
+    They are those of as many vectors, or of the most that were tried of fewer: vectors are nested,
+    so that more err less.
+
     Parameters
     ----------
     pod_modes
@@ -238,10 +241,11 @@ def estimated_errors(pod_modes: xr.Dataset, number: int) -> dict[str, float]:
     number
         Number of vectors.
     """
-    trial = np.flatnonzero(pod_modes["trial_vectors"].to_numpy() == number)
-    if not trial.size:
+    vectors = pod_modes["trial_vectors"].to_numpy()
+    if not np.any(vectors <= number):
         return {}
+    trial = np.where(vectors <= number, vectors, 0).argmax()
     return {
-        f"estimated_{what}_error": float(pod_modes[f"{what}_error"][trial[0]])
+        f"estimated_{what}_error": float(pod_modes[f"{what}_error"][trial])
         for what in ("frequency", "amplitude")
     }

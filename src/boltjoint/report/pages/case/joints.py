@@ -76,7 +76,8 @@ def peaks(basis: CaseBasis, resonance: int) -> Markup:
     for coordinates, rows in nodes.groupby("coordinates", sort=False):
         peaks = peaks_of_coordinates(rows).set_index(("", "force_N"))
         if ALL in peaks and not parts:
-            parts[ALL] = peaks[ALL]
+            # the bars stand in the first table of the page
+            parts[ALL] = peaks[ALL][["frequency_Hz", "response_mm_per_N"]]
         parts[Coordinates(coordinates).label] = peaks[ONE]
     title = "Peaks of the node-to-node joint"
     return table_with_caption(side_by_side(parts), title, [_TEXT.peaks(ALL in parts)])
