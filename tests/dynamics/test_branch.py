@@ -162,3 +162,11 @@ def test_no_motion_has_no_energy_error():
     branch = solve_branch(make_joint(), 1.0, loss_factor=LOSS)
     still = replace(branch, modal_coordinate=0 * branch.modal_coordinate)
     assert not to_dataset(make_joint(), [still], LOSS)["energy_error"].any()
+
+
+def test_a_branch_is_told_in_a_line():
+    branch = solve_branch(make_joint(), 5.0, loss_factor=0.01)
+    peak = f"peak {branch.peak_amplitude:.4g} m at {branch.peak_frequency:.4f} Hz"
+    assert f"at a force of 5: {peak}, complete>" in repr(branch)
+    broken = replace(branch, complete=False, reason="the branch would turn back")
+    assert "not complete: the branch would turn back>" in repr(broken)

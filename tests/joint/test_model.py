@@ -93,3 +93,8 @@ def test_weights_that_leave_a_region_without_a_mean_are_refused(joint):
         merge_points(joint, region, np.repeat([0.0, 1], [20, 40]))
     with pytest.raises(ValueError, match="weight must be at least 0, but is -1 at index 59"):
         merge_points(joint, region, np.repeat([1.0, -1], [59, 1]))
+
+
+def test_a_joint_is_told_in_a_line(either):
+    elements = f"60 elements ({either.law.name})"
+    assert repr(either) == f"<Joint of {elements} on 60 contact points, in 3 modes>"

@@ -150,6 +150,12 @@ class Joint:
                 f"point_of_element of the law: elements must sit on points 0 to {points - 1}"
             )
 
+    def __repr__(self) -> str:
+        """The joint in a line, without its arrays."""
+        elements = f"{self.law.point_of_element.size} elements ({self.law.name})"
+        modes = self.natural_frequency.size
+        return f"<Joint of {elements} on {self.points} contact points, in {modes} modes>"
+
     @property
     def excitation(self) -> NDArray:
         """Modes at the excitation, sine part + i cosine part; real where all is in phase."""
@@ -218,10 +224,7 @@ class Joint:
 
     @cached_property
     def is_rigid(self) -> NDArray[np.bool_]:
-        """The modes in which the structure moves as a rigid body, shape (modes,).
-
-        They are at 0 Hz, and no contact point moves in them.
-        """
+        """Modes of the rigid body, shape (modes,): at 0 Hz, and no contact point moves in them."""
         moved = np.max([abs(B).max(axis=0) for B in self.rows], axis=0)
         at_rest = moved <= checks.ROUNDING_OF_MODES * moved.max()
         return (self.natural_frequency == 0) & at_rest
@@ -368,19 +371,10 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
 
 
 def count_alike(joint: Joint) -> Array:
-    """How many elements move and slip as each does; 0 of those that another one stands for.
+    """How many elements move and slip as each does, shape (elements,).
 
-    Elements on both sides of a plane of symmetry are alike in motion that is symmetric too.
-
-    Parameters
-    ----------
-    joint
-        A joint whose law is made of elements.
-
-    Returns
-    -------
-    ndarray
-        Shape (elements,).
+    It is 0 of those that another one stands for: elements on both sides of a plane of symmetry are
+    alike in motion that is symmetric too. The law of the joint is made of elements.
     """
     law = joint.law
     described = [B[law.point_of_element] for B in joint.rows]

@@ -73,6 +73,15 @@ class Branch:
         if complete and not self.reason and not located.any():
             object.__setattr__(self, "reason", "no peak in the window")
 
+    def __repr__(self) -> str:
+        """The branch in a line, without its arrays."""
+        peak = self.reason or "no peak"
+        if self.peak is not None:
+            peak = f"peak {self.peak_amplitude:.4g} m at {self.peak_frequency:.4f} Hz"
+        whole = "complete" if self.complete else f"not complete: {self.reason}"
+        count = self.frequency.size
+        return f"<Branch of {count} solutions at a force of {self.force:g}: {peak}, {whole}>"
+
     @property
     def peak(self) -> int | None:
         """Index of the largest located maximum; None if there is none."""
