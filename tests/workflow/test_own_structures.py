@@ -53,7 +53,7 @@ def of_matrices(tmp_path):
 def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finished):
     said = run(of_matrices)
     assert "small (free-2): Resonance 1 lies at " in said
-    assert "The error of the basis is not tested." in said
+    assert "in a basis whose error is not tested." in said
     assert "Open results/report/overview.html" in said.splitlines()
     for joint in JOINTS:
         mine, of_mesh = (

@@ -56,3 +56,19 @@ def test_a_case_that_asks_for_it_is_compared_and_the_other_is_not(copied):
     assert not among(found, "tables/elements_variable_*.csv")
     pages = {Path(path).stem for path in among(found, "report/*.html")}
     assert pages == {"overview", "accuracy", "structure", "small"}
+
+
+def test_no_amplitude_stands_without_its_error(finished):
+    """In the same sentence, or in a column of the same table."""
+    for path in sorted((finished / "results/report").glob("*.html")):
+        page = path.read_text(encoding="utf-8")
+        page = re.sub(r"<(svg|style|script).*?</\1>", "", page, flags=re.DOTALL)
+        for table in re.findall(r"<table.*?</table>", page, re.DOTALL):
+            words = re.sub(r"\s+", " ", re.sub("<.*?>", " ", table))
+            if "(mm/N)" in words:
+                assert re.search("±|off by|error|not tested", words), (path.name, words[:300])
+        text = re.sub(r"<table.*?</table>", "", page, flags=re.DOTALL)
+        text = re.sub(r"\s+", " ", re.sub("<.*?>", " ", text))
+        for sentence in re.split(r"(?<=[.!?]) ", text):
+            if re.search(r"\d.mm/N", sentence):
+                assert re.search("±|not tested", sentence), (path.name, sentence)
