@@ -27,6 +27,12 @@ def test_a_new_study_is_complete_and_plausible(tmp_path, monkeypatch, capsys):
     study = load_study(tmp_path / "my_joint")
     assert list(study.cases) == ["my_joint"]
     assert not list(implausible(study))
+    # what is commented out is right, too
+    case = tmp_path / "my_joint/config/cases/my_joint.yaml"
+    text = case.read_text()
+    case.write_text(text.replace("# excitation:", "excitation:").replace("# sensors:", "sensors:"))
+    assert load_study(tmp_path / "my_joint").case("my_joint").sensors[0].name == "tip"
+    case.write_text(text)
     with_sweep = load_study(tmp_path / "my_joint", {"sweeps": ["my_joint"]})
     assert list(with_sweep.sweeps) == ["my_joint"]
     capsys.readouterr()
@@ -43,7 +49,7 @@ def test_check_says_what_is_wrong_or_needed(tmp_path, monkeypatch, capsys):
     main(["new", "mine"])
     capsys.readouterr()
     assert main(["check", str(tmp_path / "mine")]) == 0
-    assert "Estimate: 2 frequency responses in less than a minute" in capsys.readouterr().out
+    assert "Estimate: 8 frequency responses in less than a minute" in capsys.readouterr().out
     assembly = tmp_path / "mine/config/assemblies/mine.yaml"
     text = assembly.read_text()
     assembly.write_text(text.replace("modulus_GPa: 70 ", "modulus_GPa: 70000 "))

@@ -76,7 +76,7 @@ def estimate(study: Study) -> Estimate:
         key=largest.key,
         job=largest.does,
         seconds=sum(job.seconds for job in jobs),
-        responses=sum(len(case.responses) for case in study.cases.values()),
+        responses=sum(len(case.responses) * len(case.levels) for case in study.cases.values()),
         designs=sum(study.designs.values()),
         meshes=len({each.assembly_name for each in variants}),
         tightenings=len({(each.assembly_name, each.case.preload) for each in variants}),
