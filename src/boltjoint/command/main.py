@@ -31,6 +31,7 @@ _OF_SNAKEMAKE = re.compile(
     r"$|\[.*\]$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using "
     r"|Provided cores|Rules claiming|Conda environments|Loading script|Elapsed time|Complete log"
 )
+_DRY_RUN = {"-n", "--dry-run", "--dryrun"}
 _UP_TO_DATE = "Nothing to be done"
 
 _OVERVIEW = "results/report/overview.html"
@@ -75,7 +76,7 @@ def _parser() -> argparse.ArgumentParser:
 def _new(given: argparse.Namespace) -> int:
     name = given.folder.resolve().name
     if not re.fullmatch(NAME, name):
-        return _refuse(f"{name} is no name of a study: letters, digits, _, - and . only")
+        return _refuse(f"{name} is no name of a study: letters, digits, _ and - only")
     files = {given.folder / to.format(name=name): _TEMPLATES / each for each, to in _FILES.items()}
     if there := [str(file) for file in files if file.exists()]:
         return _refuse(f"{there[0]} is there already: nothing was written")
@@ -119,6 +120,9 @@ def _run(given: argparse.Namespace) -> int:
     command += ["--workflow-profile", str(profile)]
     command += ["--directory", str(given.folder), "--cores", str(given.cores)]
     command += ["--quiet", "host", "reason", "rules", "--show-failed-logs", *given.further]
+    if _DRY_RUN & set(given.further):
+        # its table of jobs is what was asked for
+        return subprocess.run(command, check=False).returncode
     running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, errors="replace")
     is_up_to_date = False
     try:
