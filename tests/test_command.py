@@ -157,6 +157,10 @@ def test_a_wheel_runs_a_new_study_in_an_empty_folder(tmp_path):
     assert "Nothing to be done" in again.stderr
     assert again.stdout == ran.stdout
     check_exports(folder / "mine")
+    # what is exported of an edited study is told to be of before
+    assert "edited since" not in call("export", "mine").stderr
+    (folder / "mine/config/cases/mine.yaml").touch()
+    assert "config was edited since the last run" in call("export", "mine").stderr
 
 
 def check_exports(folder):

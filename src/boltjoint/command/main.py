@@ -167,6 +167,9 @@ def _export(given: argparse.Namespace) -> int:
         return _refuse(str(error))
     for file in written:
         print(f"wrote {file}")
+    if _is_edited_since_run(given.folder):
+        line = "config was edited since the last run: these are results of before"
+        print(f"boltjoint: {line}", file=sys.stderr)
     print("curves have the harmonics they were solved with, one as a rule; peaks have all too")
     return 0
 
@@ -205,6 +208,15 @@ def workflow_file() -> Path:
             if file.as_posix().endswith(f"share/boltjoint/{_WORKFLOW}"):
                 return Path(file.locate()).resolve()
     raise FileNotFoundError("the workflow of boltjoint is not installed")
+
+
+def _is_edited_since_run(folder: Path) -> bool:
+    """Whether a file of the configuration is newer than all responses."""
+    edited, solved = (
+        max((file.stat().st_mtime for file in folder.glob(pattern)), default=0.0)
+        for pattern in ("config/**/*.yaml", "results/cases/**/response.nc")
+    )
+    return edited > solved
 
 
 def _refuse_without_study(folder: Path) -> int:
