@@ -12,6 +12,7 @@ from pathlib import Path
 
 from boltjoint import __version__
 from boltjoint.names import NAME
+from boltjoint.study.layout import OVERVIEW
 
 #: of the workflow, in a checkout and in an installation
 _WORKFLOW = "workflow/Snakefile"
@@ -33,8 +34,6 @@ _OF_SNAKEMAKE = re.compile(
 )
 _DRY_RUN = {"-n", "--dry-run", "--dryrun"}
 _UP_TO_DATE = "Nothing to be done"
-
-_OVERVIEW = "results/report/overview.html"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -148,7 +147,7 @@ def _answers(folder: Path) -> str:
 
 
 def _open(given: argparse.Namespace) -> int:
-    page = (given.folder / _OVERVIEW).resolve()
+    page = (given.folder / OVERVIEW).resolve()
     if not page.exists():
         return _refuse(f"{page} is not there: boltjoint run {given.folder}")
     print(page)

@@ -38,12 +38,10 @@ def elements_by_surface(
         As for ``ContactPairs.keys`` and the laws, or if there is no such surface, or one lacks a
         key of its law.
     """
-    checks.mapping("surfaces", surfaces)
     names = np.full(pairs.normal_load.shape, "") if pairs.surface is None else pairs.surface
     there = np.unique(names).tolist()
-    for name, own in surfaces.items():
+    for name in surfaces:
         checks.choice("surface", name, there)
-        checks.mapping(f"surface {name}", own)
     law_of = {name: surfaces.get(name, {}).get("law", law) for name in there}
     found = []
     for each in dict.fromkeys(law_of.values()):

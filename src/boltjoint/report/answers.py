@@ -10,8 +10,6 @@ from boltjoint.study import layout
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 
-_OVERVIEW = "results/report/overview.html"
-
 
 def answers(study: Study) -> str:
     """A line for each case whose peaks are known, and the page to open.
@@ -34,6 +32,6 @@ def answers(study: Study) -> str:
             content = PageContent([], results, Published(None))
             said = " ".join(summary(name, case, accuracy, content).striptags().split())
             lines.append(f"{name} ({of_basis['basis']}): {said}")
-    if Path(_OVERVIEW).exists():
-        lines.append(f"Open {_OVERVIEW}")
+    if Path(layout.OVERVIEW).exists():
+        lines.append(f"Open {layout.OVERVIEW}")
     return "\n".join(lines)

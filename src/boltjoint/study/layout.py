@@ -6,6 +6,9 @@ a new stiffness never touches the mesh.
 
 from boltjoint.checksums import BESIDE
 
+#: the page that a report opens on
+OVERVIEW = "results/report/overview.html"
+
 _ASSEMBLY = "results/assemblies/{assembly}"
 _PRELOAD = _ASSEMBLY + "/preload={preload_N}"
 _BASIS = "results/cases/{case}/{basis}"

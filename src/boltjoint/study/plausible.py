@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 from boltjoint.config.study import Study
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER
-from boltjoint.study.tables.html import number
 
 
 class Plausible(NamedTuple):
@@ -68,6 +67,9 @@ def _doubt(key: str, value: float) -> str:
     lowest, highest, below, above = RANGES[key]
     if lowest <= value <= highest:
         return ""
+    # every job reads this module, and tables take their time to import
+    from boltjoint.study.tables.html import number
+
     guess = below if value < lowest else above
     usual = f"{number(lowest)} to {number(highest)}"
     return f"{number(value)} is unusual for a bolted joint ({usual}){guess and ': ' + guess}"

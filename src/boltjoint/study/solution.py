@@ -1,6 +1,6 @@
 """The responses of a case in a basis, with the joints, windows and options of its stages."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -31,10 +31,6 @@ from boltjoint.study.timing import time_solver
 
 if TYPE_CHECKING:
     from boltjoint.study.response_list import Response
-
-
-#: a joint, the range of each of its resonances [Hz], the errors of its model, and its file
-_Loaded = tuple[Joint, list[list[float]], xr.Dataset, xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -81,9 +77,7 @@ class CaseInBasis:
         Where the harmonics are chosen, these are the options of that.
         """
         converged: dict[tuple[str, int], xr.Dataset] = {}
-        load = cache(self._load)
-        for response, joint, how in self._problems(responses, load):
-            _, _, of_model, of_structure = load(response.joint)
+        for response, joint, how, stored in self._problems(responses):
             given = {
                 "coordinates": str(response.coordinates),
                 **self._excitation(response),
@@ -93,15 +87,19 @@ class CaseInBasis:
             if self._chooses_harmonics:
                 how["harmonics"] = harmonics = harmonics or HarmonicConvergence()
                 if peaks not in converged:
-                    converged[peaks] = find_converged_peaks(joint, **how, **given).merge(of_model)
+                    converged[peaks] = find_converged_peaks(joint, **how, **given).merge(
+                        model_errors(stored)
+                    )
                 found = solve_converged_response(joint, **how, **given, peaks=converged[peaks])
             else:
                 found = solve_response(joint, **how, **given, backbone=backbones.get(response))
                 if harmonics is not None:
                     if peaks not in converged:
-                        converged[peaks] = converge_peaks(joint, found, harmonics).merge(of_model)
+                        converged[peaks] = converge_peaks(joint, found, harmonics).merge(
+                            model_errors(stored)
+                        )
                     found = add_converged_peaks(found, converged[peaks])
-            found = add_largest_displacement(found, of_structure)
+            found = add_largest_displacement(found, stored)
             if harmonics is not None:
                 found.attrs["harmonic_convergence"] = harmonics.stored()
             yield found, self._parameters(response, given)
@@ -113,8 +111,8 @@ class CaseInBasis:
         **options: object,
     ) -> Iterator[pd.DataFrame]:
         """The solution times of the frequency responses (``time_solver``)."""
-        problems = self._problems(responses, cache(self._load))
-        for (response, joint, how), timed in zip(problems, jacobians, strict=True):
+        problems = self._problems(responses)
+        for (response, joint, how, _), timed in zip(problems, jacobians, strict=True):
             yield time_solver(
                 joint,
                 **how,
@@ -128,27 +126,29 @@ class CaseInBasis:
         self, responses: "Sequence[Response]"
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
-        for response, joint, how in self._problems(responses, cache(self._load)):
+        for response, joint, how, _ in self._problems(responses):
             given = self._excitation(response)
             yield find_backbone(joint, **how, **given), self._parameters(response, given)
 
     def _problems(
-        self, responses: "Sequence[Response]", load: Callable[[str], _Loaded]
-    ) -> "Iterator[tuple[Response, Joint, dict[str, object]]]":
-        """Joint, frequency window and step-length control of each response."""
+        self, responses: "Sequence[Response]"
+    ) -> "Iterator[tuple[Response, Joint, dict[str, object], xr.Dataset]]":
+        """Joint, window and step-length control of each response, and the file of the joint."""
+        load = cache(self._load)
         for response in responses:
-            joint, ranges, *_ = load(response.joint)
+            joint, stored = load(response.joint)
+            ranges = stored["resonance_range"].to_numpy().tolist()
             resonance = response.resonance
             window = window_around(*ranges[resonance - 1], resonance, self.windows[resonance])
-            yield response, joint, {"window": window, "control": StepControl(**self.steps)}
+            how = {"window": window, "control": StepControl(**self.steps)}
+            yield response, joint, how, stored
 
-    def _load(self, name: str) -> _Loaded:
-        """What the responses of a joint are solved with."""
+    def _load(self, name: str) -> tuple[Joint, xr.Dataset]:
+        """A joint and its file."""
         path = layout.path("joint", case=self.case, basis=self.basis, joint=name)
         stored = dataset.load(path)
-        ranges = stored["resonance_range"].to_numpy().tolist()
         sampling = None if self._chooses_harmonics else self.sampling
-        return joint_from_dataset(stored, sampling), ranges, model_errors(stored), stored
+        return joint_from_dataset(stored, sampling), stored
 
     @property
     def _chooses_harmonics(self) -> bool:

@@ -84,5 +84,5 @@ def solve_periodic(
         shape = "components", joint.natural_frequency.size
         x = checks.array("start", start.in_components(law.components), shape).ravel()
     solution = NewtonKrylov(LinearModes(balance), control).solve(x, w)
-    amplitude = solution.x.reshape(len(law.components), -1)
+    amplitude = law.components.rows(solution.x)
     return PeriodicMotion(law.components, amplitude, solution.converged)

@@ -209,7 +209,7 @@ class FoldedBranch:
 
     def _with_all_harmonics(self, x: Array) -> Array:
         """A motion of few harmonics in the components of all."""
-        motion = PeriodicMotion(self._of_few, x.reshape(len(self._of_few), -1))
+        motion = PeriodicMotion(self._of_few, self._of_few.rows(x))
         return motion.in_components(self.balance.components).ravel()
 
 

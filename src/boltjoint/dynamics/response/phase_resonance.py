@@ -228,7 +228,7 @@ class PhaseResonance:
         off = abs(np.log(self._equations.output.value(q)) - parabola.highest)
         return LocatedPeak(
             frequency=w / (2 * np.pi),
-            motion=PeriodicMotion(components, q.reshape(len(components), -1)),
+            motion=PeriodicMotion(components, components.rows(q)),
             frequency_by_phase=parabola.frequency_by_phase,
             sharpness=sharpness,
             distance=distance,
@@ -385,7 +385,7 @@ class PhaseResonance:
         equations = self._fewer._equations
         q, w = equations.solution(self._fewer._between(phase))
         components = equations.balance.components
-        motion = PeriodicMotion(components, q.reshape(len(components), -1))
+        motion = PeriodicMotion(components, components.rows(q))
         mine = motion.in_components(self._equations.balance.components)
         return self._equations.unknown(mine.ravel(), w)
 
