@@ -1,0 +1,198 @@
+"""Lines of a deck of Abaqus or CalculiX as blocks: a keyword, its options and its data lines.
+
+Keywords, options and names are told apart by their letters alone, not by capitals. Included files
+stand where they are named, so that a block may begin in one file and go on in the next.
+"""
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from os.path import normpath
+from pathlib import Path
+from typing import NamedTuple
+
+from boltjoint.regular_file import read_bytes
+
+#: bytes of a file: more than 10 million nodes
+LARGEST = 2**31
+#: files within files, beyond which they are taken for a circle
+_DEEPEST = 20
+#: commas between options, but not those within quotes
+_COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
+_INCLUDE = re.compile(rb"^[ \t]*\*[ \t]*include\b[^\r\n]*", re.IGNORECASE | re.MULTILINE)
+#: options by which data lines of a keyword stand in a file of their own
+_WITH_INPUT = ("NODE", "ELEMENT", "INCLUDE")
+
+
+class Place(NamedTuple):
+    """A line of a file of a deck."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}, line {self.line}"
+
+
+@dataclass(eq=False)
+class Block:
+    """A keyword with its data lines.
+
+    Attributes
+    ----------
+    keyword
+        In capitals, words apart by one blank.
+    options
+        Values as written, by names in capitals; empty where an option has none.
+    place
+        Of the keyword.
+    rows
+        Data lines without blanks at their ends.
+    """
+
+    keyword: str
+    options: dict[str, str]
+    place: Place
+    rows: list[str] = field(default_factory=list)
+    _lines: list[int] = field(default_factory=list)
+    _starts: list[int] = field(default_factory=list)
+    _files: list[str] = field(default_factory=list)
+
+    def add(self, row: str, file: str, line: int) -> None:
+        """Add a data line."""
+        if not self._files or self._files[-1] != file:
+            self._starts.append(len(self.rows))
+            self._files.append(file)
+        self.rows.append(row)
+        self._lines.append(line)
+
+    def place_of(self, row: int) -> Place:
+        """Place of a data line, or of the keyword where there is no such line."""
+        if not 0 <= row < len(self.rows):
+            return self.place
+        return Place(self._files[bisect_right(self._starts, row) - 1], self._lines[row])
+
+    def refused(self, sentence: str, row: int | None = None) -> ValueError:
+        """An error of one line: place, keyword and what is wrong."""
+        place = self.place if row is None else self.place_of(row)
+        return ValueError(f"{place}: *{self.keyword}: {sentence}")
+
+    def option(self, name: str) -> str:
+        """An option that must be there."""
+        if not self.options.get(name):
+            raise self.refused(f"{name} is missing")
+        return self.options[name]
+
+    def fields(self, row: int) -> list[str]:
+        """Values of a data line, apart by commas, without an empty one at its end."""
+        values = [each.strip() for each in self.rows[row].split(",")]
+        return values[:-1] if len(values) > 1 and not values[-1] else values
+
+
+def read_blocks(folder: Path, file: str) -> list[Block]:
+    """All blocks of a deck and of the files that it includes.
+
+    Parameters
+    ----------
+    folder
+        From which the file is seen, and within which all others lie.
+    file
+        The deck.
+
+    Raises
+    ------
+    ValueError
+        If a file is missing, or includes itself: file and line in one line.
+    """
+    blocks: list[Block] = []
+    for text, name, line in _lines_of(folder, file, (), None):
+        if text.startswith("*"):
+            blocks.append(_block(text, Place(name, line)))
+        elif blocks:
+            blocks[-1].add(text, name, line)
+        else:
+            place = Place(name, line)
+            raise ValueError(f"{place}: a deck begins with a keyword, as *NODE, not with data")
+    if not blocks:
+        raise ValueError(f"{file} has no keywords: it is no deck")
+    return blocks
+
+
+def included_files(folder: Path, file: str) -> tuple[str, ...]:
+    """The deck and all files that it includes, seen from the folder; missing ones are left out."""
+    names: list[str] = []
+    waiting = [file]
+    while waiting:
+        name = waiting.pop(0)
+        path = folder / name
+        if name in names or not path.is_file():
+            continue
+        names.append(name)
+        for line in _INCLUDE.findall(path.read_bytes()):
+            options = _options(line.decode("latin-1"))[1]
+            if options.get("INPUT"):
+                waiting.append(_included(folder, file, name, options["INPUT"]))
+    return tuple(names)
+
+
+def _included(folder: Path, deck: str, file: str, name: str) -> str:
+    """An included file as seen from the folder: beside the deck, or beside what includes it."""
+    name = name.replace("\\", "/")
+    beside = [normpath(Path(each).parent / name) for each in dict.fromkeys((deck, file))]
+    return next((each for each in beside if (folder / each).is_file()), beside[0])
+
+
+def _lines_of(
+    folder: Path, file: str, outer: tuple[str, ...], place: Place | None
+) -> Iterator[tuple[str, str, int]]:
+    """Keywords on one line each and data lines, with file and number of the line."""
+    if file in outer or len(outer) > _DEEPEST:
+        raise ValueError(f"{place}: *INCLUDE: {file} includes itself")
+    path = folder / file
+    if place is not None:
+        if file.startswith(("/", "..")):
+            raise ValueError(f"{place}: *INCLUDE: {file} must lie in the folder of the study")
+        if not path.is_file():
+            raise ValueError(f"{place}: *INCLUDE: file {file} is missing")
+    lines = read_bytes(path, LARGEST, folder).decode("latin-1").splitlines()
+    number = 0
+    while number < len(lines):
+        text = lines[number].strip()
+        number += 1
+        if not text or text.startswith("**"):
+            continue
+        start = number
+        if text[0] == "*":
+            # options go on where a line ends with a comma
+            while text.endswith(",") and number < len(lines):
+                more = lines[number].strip()
+                if more.startswith("*"):
+                    break
+                text += more
+                number += 1
+            keyword, options = _options(text)
+            if keyword in _WITH_INPUT and (name := options.get("INPUT")):
+                if keyword != "INCLUDE":
+                    yield text, file, start
+                inner = _included(folder, (*outer, file)[0], file, name)
+                yield from _lines_of(folder, inner, (*outer, file), Place(file, start))
+                continue
+            if keyword == "INCLUDE":
+                raise ValueError(f"{Place(file, start)}: *INCLUDE: INPUT is missing")
+        yield text, file, start
+
+
+def _options(text: str) -> tuple[str, dict[str, str]]:
+    """Keyword and options of a line."""
+    keyword, *options = _COMMA.split(text.strip().lstrip("*"))
+    found: dict[str, str] = {}
+    for option in options:
+        name, _, value = option.partition("=")
+        if name.strip():
+            found[" ".join(name.upper().split())] = value.strip().strip('"').strip()
+    return " ".join(keyword.upper().split()), found
+
+
+def _block(text: str, place: Place) -> Block:
+    return Block(*_options(text), place)
