@@ -1,6 +1,7 @@
 """Whatever a public function is given, it computes or raises a ``ValueError``."""
 
 from dataclasses import fields
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ from boltjoint.joint import bands, fit_options, fitting, io, masing, model, part
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_law, elasticity
+from boltjoint.structure.elements import assembly, kinds, matrices
 from boltjoint.structure.makers.half_lap import plan
 from boltjoint.study import convergence, timing
 from boltjoint.verification.multi_harmonic import solve_periodic
@@ -35,6 +37,11 @@ RESPONSE = boltjoint.solve_response(JOINT, **FORCES)
 IWAN = FourParameterIwan([0], [1.0], [1.0], [-0.5], [0.0])
 K, SLIP = np.array([1e6, 2e6, 4e6]), np.array([1.0, 2.0, 3.0])
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+SOLIDS = {
+    "connectivity": np.arange(8)[None],
+    "material": matrices.IsotropicMaterial(1.0, 0.3, np.ones(1)),
+    "label": np.array([7]),
+}
 MODES, PRELOAD = make_two_pairs()
 
 
@@ -167,6 +174,19 @@ CALLS = {
             "poissons_ratio": 0.3,
             "density": 7800.0,
         },
+    ),
+    "element_matrices": (
+        partial(matrices.element_matrices, kinds.KINDS["C3D8I"]),
+        {
+            "coordinate": CUBE[None],
+            "material": matrices.IsotropicMaterial(1.0, 0.3, 1.0),
+            "options": matrices.ElementOptions(),
+        },
+    ),
+    "ElementBlock": (partial(assembly.ElementBlock, kinds.KINDS["C3D8R"]), SOLIDS),
+    "assemble solids": (
+        partial(assembly.assemble, blocks=[assembly.ElementBlock(kinds.KINDS["C3D8"], **SOLIDS)]),
+        {"coordinate": CUBE, "options": matrices.ElementOptions()},
     ),
     "element_mass": (elasticity.element_mass, {"corners": CUBE[None], "density": 7800.0}),
     "rectangle_plan": (
