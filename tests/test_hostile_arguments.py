@@ -24,6 +24,7 @@ from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_law, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
 from boltjoint.structure.makers.half_lap import plan
+from boltjoint.structure.segments.weighted_points import weighted_points
 from boltjoint.study import convergence, timing
 from boltjoint.verification.multi_harmonic import solve_periodic
 
@@ -187,6 +188,17 @@ CALLS = {
     "assemble solids": (
         partial(assembly.assemble, blocks=[assembly.ElementBlock(kinds.KINDS["C3D8"], **SOLIDS)]),
         {"coordinate": CUBE, "options": matrices.ElementOptions()},
+    ),
+    "weighted_points": (
+        weighted_points,
+        {
+            "coordinate": np.concatenate([CUBE, CUBE + np.array([0.0, 0.0, 1.0])]),
+            "side_a": [np.array([[4, 5, 6, 7]])],
+            "side_b": [np.array([[8, 11, 10, 9]])],
+            "along": np.array([1.0, 0.0, 0.0]),
+            "weighting": "dual",
+            "largest_gap": 0.1,
+        },
     ),
     "element_mass": (elasticity.element_mass, {"corners": CUBE[None], "density": 7800.0}),
     "rectangle_plan": (

@@ -45,3 +45,13 @@ def box_of(name, divisions, size=(1.0, 1.0, 1.0), material=STEEL, amount=0.0):
         node = np.concatenate([node, node[unique].mean(axis=1)])
         corners = np.concatenate([corners, middles], axis=1)
     return node, ElementBlock(kind, corners, material)
+
+
+def faces_where(node, block, is_on):
+    """Faces of a block all of whose nodes are on a surface, outward, by their number of nodes."""
+    faces = {}
+    for face in block.kind.faces:
+        nodes = block.connectivity[:, face]
+        on = is_on(node[nodes]).all(axis=1)
+        faces.setdefault(len(face), []).append(nodes[on])
+    return [found for each in faces.values() if len(found := np.concatenate(each))]

@@ -21,7 +21,7 @@ class IntegrationRule(NamedTuple):
     weight: Array
 
 
-def _gauss(points: int, axes: int) -> IntegrationRule:
+def gauss(points: int, axes: int) -> IntegrationRule:
     """Gauss-Legendre points along each axis from -1 to 1, exact to degree 2 points - 1 in each."""
     x, w = np.polynomial.legendre.leggauss(points)
     grid = np.stack(np.meshgrid(*axes * [x], indexing="ij"), axis=-1).reshape(-1, axes)
@@ -52,7 +52,7 @@ def _permutations(values: list[float]) -> list[list[float]]:
 
 def _wedge(triangle: IntegrationRule, points: int) -> IntegrationRule:
     """A rule of the triangle at Gauss points along the axis."""
-    along = _gauss(points, 1)
+    along = gauss(points, 1)
     point = [(*p, *z) for z in along.point for p in triangle.point]
     weight = np.outer(along.weight, triangle.weight).ravel()
     return IntegrationRule(np.array(point), weight)
@@ -95,6 +95,6 @@ WEDGE_2_POINTS = _wedge(TRIANGLE_1_POINT, 2)
 WEDGE_6_POINTS = _wedge(TRIANGLE_3_POINTS, 2)
 WEDGE_9_POINTS = _wedge(TRIANGLE_3_POINTS, 3)
 WEDGE_21_POINTS = _wedge(TRIANGLE_7_POINTS, 3)
-HEXAHEDRON_1_POINT = _gauss(1, 3)
-HEXAHEDRON_8_POINTS = _gauss(2, 3)
-HEXAHEDRON_27_POINTS = _gauss(3, 3)
+HEXAHEDRON_1_POINT = gauss(1, 3)
+HEXAHEDRON_8_POINTS = gauss(2, 3)
+HEXAHEDRON_27_POINTS = gauss(3, 3)

@@ -86,7 +86,12 @@ class ShapeFunctions:
 
 def _monomials(point: Array, exponent: NDArray[np.int64]) -> Array:
     """Products of powers of the coordinates, shape (points, monomials)."""
-    return np.prod(np.asarray(point, dtype=float)[:, None, :] ** exponent, axis=2)
+    point = np.asarray(point, dtype=float)
+    powers = np.stack([np.ones_like(point), point, point**2])
+    found = np.ones((len(point), len(exponent)))
+    for axis in range(point.shape[1]):
+        found *= powers[exponent[:, axis], :, axis].T
+    return found
 
 
 def _of_degree(degree: int, axes: int) -> list[tuple[int, ...]]:
