@@ -1,8 +1,8 @@
 """Peaks of responses with as many harmonics as change nothing: what one harmonic leaves out.
 
 From a peak of one harmonic, peaks with more are sought one after another, each from the one before,
-until two successive changes are below a tolerance. Their truncation error is what corrections by
-the harmonics left out change (``left_out_harmonics``).
+until two successive changes are below a tolerance. Their truncation error is what the harmonics
+left out change (``left_out_harmonics``).
 """
 
 import logging
@@ -23,7 +23,7 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at
 from boltjoint.dynamics.balance.superharmonics import Superharmonic, find_superharmonic
 from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
-    changes_by_left_out_harmonics,
+    change_by_left_out_harmonics,
 )
 from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
@@ -285,14 +285,14 @@ def _judge(
         )
     law = AlternatingFrequencyTime(balance.joint.law, **options.sampling(last.harmonics))
     balance = replace(balance, joint=replace(balance.joint, law=law))
+    change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
+    frequency, amplitude = left_out.safety * change + sequence.extrapolated_change
+    frequency += last.located.frequency_error(change[1])
+    amplitude += last.located.amplitude_error + PeakSearch().tolerance
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
-    at = jacobian, last.motion, last.frequency
-    changes = changes_by_left_out_harmonics(balance, *at, left_out)
-    frequency, amplitude = left_out.error(changes) + sequence.extrapolated_change
-    amplitude += last.located.amplitude_error + PeakSearch().tolerance
-    frequency += last.located.frequency_error(amplitude)
-    return _Converged(sequence, (frequency, amplitude), find_superharmonic(balance, *at))
+    superharmonic = find_superharmonic(balance, jacobian, last.motion, last.frequency)
+    return _Converged(sequence, (frequency, amplitude), superharmonic)
 
 
 def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
