@@ -4,7 +4,8 @@ import pandas as pd
 import pytest
 
 from boltjoint.names import Basis
-from boltjoint.report.pages.headline import by_trust, peak_in_words, peaks_of_coordinates
+from boltjoint.report.pages.headline import peak_in_words, peaks_of_coordinates
+from boltjoint.study.trusted_bases import by_trust
 
 ROWS = pd.DataFrame(
     {

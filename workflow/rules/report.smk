@@ -100,6 +100,7 @@ rule write_page_of_case:
         joints=lambda w: [
             node_to_node(w.case, basis) for basis in study.case(w.case).bases
         ],
+        drawn=lambda w: drawn_on_page(w.case),
         published=lambda w: published if contents.is_compared(w.case) else [],
     output:
         page="results/report/{case}.html",

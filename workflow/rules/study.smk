@@ -19,6 +19,7 @@ from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.provenance import environment
 from boltjoint.provenance.code_dependencies import source_hash
 from boltjoint.report.displays import DISPLAYS
+from boltjoint.study.trusted_bases import headline_basis
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
@@ -152,6 +153,19 @@ def data(kind, **which):
 
 def node_to_node(case, basis):
     return layout.path("joint", case=case, basis=basis, joint=REFERENCE[0])
+
+
+def drawn_on_page(case):
+    """What the page of a case draws under the pointer: curves, and its joint in space."""
+    found = study.case(case)
+    of_assembly = {"assembly": found.assembly}
+    return [
+        *data("response", case=case),
+        *data("backbone", case=case),
+        *data("assembly", **of_assembly),
+        *data("modes", basis=headline_basis(found), **of_assembly),
+        preload_of(case),
+    ]
 
 
 def is_of_sweep(case, basis, joint):

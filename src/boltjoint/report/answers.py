@@ -5,10 +5,11 @@ from pathlib import Path
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE
 from boltjoint.report.pages.content import PageContent
-from boltjoint.report.pages.headline import headline_basis, summary
+from boltjoint.report.pages.headline import summary
 from boltjoint.study import layout
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
+from boltjoint.study.trusted_bases import headline_basis
 
 
 def answers(study: Study) -> str:

@@ -19,7 +19,7 @@ from boltjoint.report.figures.outlines import (
     SAME_POINT,
     ContactSurface,
     closed_shape,
-    element_faces,
+    outer_faces,
     outline_loops,
     polygon_area,
     polygon_edges,
@@ -239,7 +239,7 @@ def _visible_faces(
     Faces of a part with the same tone are one group: their nodes, shape (faces, 4), the kind of the
     part, and the light on them, between 0 and 1.
     """
-    faces, part = _outer_faces(assembly)
+    faces, part = outer_faces(assembly)
     centre = point[faces].mean(axis=1)
     diagonals = point[faces[:, 2:]] - point[faces[:, :2]]
     normal = np.cross(diagonals[:, 0], diagonals[:, 1])
@@ -259,14 +259,6 @@ def _visible_faces(
         (faces[seen[(style[seen] == one).all(axis=1)]], kinds[one[1]], one[2] / _TONES)
         for one in np.unique(style[seen], axis=0)
     ]
-
-
-def _outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Faces that belong to one element only: nodes, shape (faces, 4), and part, shape (faces,)."""
-    faces, part = element_faces(assembly)
-    _, first, count = np.unique(np.sort(faces), axis=0, return_index=True, return_counts=True)
-    outer = first[count == 1]
-    return faces[outer], part[outer]
 
 
 def _long_lines(polygon: NDArray[np.int64]) -> list[list[int]]:

@@ -31,6 +31,14 @@ def element_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.i
     return faces.reshape(-1, 4), np.repeat(assembly["part"].to_numpy(), faces.shape[1])
 
 
+def outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Faces that belong to one element only: nodes, shape (faces, 4), and part, shape (faces,)."""
+    faces, part = element_faces(assembly)
+    _, first, count = np.unique(np.sort(faces), axis=0, return_index=True, return_counts=True)
+    outer = first[count == 1]
+    return faces[outer], part[outer]
+
+
 def faces_among_nodes(
     assembly: xr.Dataset, chosen: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -1,7 +1,6 @@
 """Figures of frequency responses and backbones."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from boltjoint.names import JointName
+from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
 from boltjoint.report.figures.style import (
     BREAK_MARK,
     MM,
@@ -82,7 +82,7 @@ def plot_response(
     drawn, marks = [], {"peak": _PEAK_MARK}
     for name, (dataset, style) in layers.items():
         size = 0.6 if style is REFERENCE_LINE and not is_reference else 1.0
-        curves = _curves(dataset)
+        curves = response_curves(dataset)
         for index, (curve, colour) in enumerate(
             zip(curves, level_colours(forces.size), strict=True)
         ):
@@ -138,11 +138,7 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
     ):
         amplitude = backbone["response_amplitude"].to_numpy() * MM
         label = "\n".join([JointName(joint).label, *_isolated_branches(backbone)])
-        rising = np.argsort(backbone["peak_force"].to_numpy())
-        force = backbone["peak_force"].to_numpy()[rising]
-        reached = [each for each in forces if force.size and force[0] <= each <= force[-1]]
-        shares = np.log(force), np.log(amplitude[rising])
-        peaks = np.exp(np.interp(np.log(reached), *shares)) if reached else np.zeros(0)
+        peaks = np.array(list(peaks_on_backbone(backbone, forces).values()))
         for axes, name, scale in zip(
             panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
         ):
@@ -170,64 +166,12 @@ def _isolated_branches(backbone: xr.Dataset) -> Iterator[str]:
         yield f"isolated branch from {float(low):.4g} to {float(high):.4g} {unit}"
 
 
-@dataclass(frozen=True)
-class _Curve:
-    """Response at one force level: frequency [Hz] and amplitude over force [mm/N], where solved.
-
-    ``unstable`` has the harmonics of unstable motions, 0 at others; ``peak`` is the index of the
-    located peak, None where the branch has none; ``converged`` is the peak with as many harmonics
-    as change nothing, None where it was not found.
-    """
-
-    frequency: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    unstable: NDArray[np.int64]
-    peak: int | None
-    converged: tuple[float, float] | None
-    broken_off: bool
-    fell_back: bool
-
-    @property
-    def end(self) -> str:
-        if self.frequency.size == 0:
-            return "no solution found"
-        return f"breaks off at {self.frequency[-1]:.1f} Hz"
-
-
-def _curves(response: xr.Dataset) -> list[_Curve]:
-    curves = []
-    for level in range(response.sizes["force"]):
-        at = response.isel(force=level)
-        force = float(at["force_level"])
-        of_level = (response["excitation_force"] == force) & (response["converged"] == 1)
-        solutions = response.isel(solution=np.flatnonzero(of_level))
-        amplitude = solutions["response_amplitude"].to_numpy() * MM / force
-        peak = np.flatnonzero(solutions["response_amplitude"] == at["peak_amplitude"])
-        is_unstable = solutions["stable"].to_numpy() == 0
-        converged = None
-        if np.isfinite(at.get("peak_harmonics", np.nan)):
-            highest = float(at["peak_amplitude_converged"]) * MM / force
-            converged = float(at["peak_frequency_converged"]), highest
-        curves.append(
-            _Curve(
-                frequency=solutions["frequency"].to_numpy(),
-                amplitude=amplitude,
-                unstable=np.where(is_unstable, solutions["stability_harmonics"], 0),
-                peak=int(peak[0]) if peak.size else None,
-                converged=converged,
-                broken_off=not at["complete"],
-                fell_back=bool(at["fell_back"]),
-            )
-        )
-    return curves
-
-
 def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The mask extended by one place on each side."""
     return np.convolve(mask, [1, 1, 1], "same") > 0
 
 
-def _set_limits(axes: Axes, curves: Sequence[_Curve]) -> None:
+def _set_limits(axes: Axes, curves: Sequence[ResponseCurve]) -> None:
     """Limit both axes to where some curve is near its peak, or breaks off."""
     curves = [curve for curve in curves if curve.frequency.size]
     if not curves:

@@ -14,6 +14,10 @@ from boltjoint.report.pages.markup import TEMPLATES
 
 _log = logging.getLogger(__name__)
 
+_NO_SCRIPTS = Markup()
+#: drawings that answer the pointer, which a page within another has no room for
+_INTERACTIVE = re.compile("<!--interactive-->.*?<!--/interactive-->", re.S)
+
 #: Chromium shows no address longer than this many characters in a frame
 _LONGEST_ADDRESS = 2 * 1024 * 1024
 
@@ -32,12 +36,15 @@ class Section:
         HTML.
     level
         2, or 3 for a part of the section before it.
+    is_folded
+        Whether only its heading is seen until it is opened.
     """
 
     anchor: str
     title: str
     body: str
     level: int = 2
+    is_folded: bool = False
 
 
 def render_page(
@@ -47,6 +54,7 @@ def render_page(
     sections: Sequence[Section],
     cases: Sequence[str],
     here: str,
+    scripts: Markup = _NO_SCRIPTS,
 ) -> str:
     """A whole page.
 
@@ -60,6 +68,8 @@ def render_page(
         Names of the study's cases, to whose pages it links.
     here
         The file of this page.
+    scripts
+        What makes its drawings answer the pointer.
     """
     pages = {
         "overview.html": "Overview",
@@ -68,6 +78,7 @@ def render_page(
         **{f"{name}.html": name for name in cases},
     }
     content = {"title": title, "eyebrow": eyebrow, "lead": lead, "sections": sections}
+    content |= {"scripts": scripts}
     template = TEMPLATES.get_template("page.html.j2")
     return template.render(pages=pages, here=here, **content) + "\n"
 
@@ -83,8 +94,9 @@ def compressed_page(page: str) -> str:
     """The same page in a fraction of its size, which the browser decompresses when it opens it.
 
     It is embedded where no other file is at hand. Links to other files are left out, since a page
-    inside another has no folder that they could start from.
+    inside another has no folder that they could start from, and drawings that answer the pointer.
     """
+    page = _INTERACTIVE.sub("", page)
     alone = re.sub(r'<nav class="pages">.*?</nav>|<a class="file".*?</a>', "", page, flags=re.S)
     alone = re.sub(r'<a href="[^#"][^"]*">(.*?)</a>', r"\1", alone)
     data = base64.b64encode(gzip.compress(alone.encode(), mtime=0)).decode()

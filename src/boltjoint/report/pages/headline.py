@@ -1,16 +1,15 @@
 """The answer of a case, which its pages give first: peaks with all harmonics and error bars."""
 
-from collections.abc import Sequence
-
 import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
-from boltjoint.names import REFERENCE, Basis
+from boltjoint.names import REFERENCE
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.structure.extent import LINEAR
 from boltjoint.study.tables.html import number
+from boltjoint.study.trusted_bases import headline_basis
 
 _TEXT = prose("headline")
 
@@ -22,16 +21,6 @@ OF_LENGTH = ("largest displacement", "of_length_percent")
 
 #: what stands in place of an error that nobody knows
 NOT_TESTED = "not tested"
-
-
-def by_trust(bases: Sequence[Basis]) -> list[Basis]:
-    """Contact-adapted bases first, the largest before all; then the others."""
-    return sorted(bases, key=lambda basis: (basis.is_contact_adapted, basis.most), reverse=True)
-
-
-def headline_basis(case: Case) -> Basis:
-    """The basis of a case whose peaks stand first."""
-    return by_trust(case.bases)[0]
 
 
 def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:

@@ -11,21 +11,14 @@ from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, StudyTable, select
 from boltjoint.report.pages.document import Section, render_page
-from boltjoint.report.pages.headline import (
-    ALL,
-    NOT_TESTED,
-    ONE,
-    by_trust,
-    headline_basis,
-    peaks_of_reference,
-    summary,
-)
+from boltjoint.report.pages.headline import ALL, NOT_TESTED, ONE, peaks_of_reference, summary
 from boltjoint.report.pages.markup import link, prose, table_with_caption
 from boltjoint.report.pages.references import anchor_of, figures_in_source, page_of
 from boltjoint.report.pages.statements import format_residual_in_time
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import BASIS, Published
 from boltjoint.study.results import Results
+from boltjoint.study.trusted_bases import by_trust, headline_basis
 
 _TEXT = prose("overview")
 

@@ -59,7 +59,7 @@ def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
     body = Markup()
     for coordinates in basis.coordinates_by_joint(resonance)[joint]:
         values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
-        note = _statement(basis, **values)
+        note = statement_of_response(basis, **values)
         body += basis.content.figures("response", note, basis=basis.name, **values)
         body += basis.content.figures("states", basis=basis.name, **values)
     return body
@@ -90,7 +90,7 @@ def side_by_side(parts: dict[str, pd.DataFrame]) -> pd.DataFrame:
     return frame
 
 
-def _statement(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -> str:
+def statement_of_response(basis: CaseBasis, joint: str, coordinates: str, resonance: int) -> str:
     """Peaks or errors of a response, its folds, and where it is replaced, wrong or broken off."""
     if basis.accuracy is None:
         return ""

@@ -1,15 +1,22 @@
 """The page of a case: its joints from node-to-node to a few elements, then tables of them all."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
-from boltjoint.names import JointName
+from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.facts import facts
-from boltjoint.report.pages.case.joints import joint_figures, peaks, responses
+from boltjoint.report.pages.case.frequencies import natural_frequencies
+from boltjoint.report.pages.case.joints import (
+    joint_figures,
+    peaks,
+    responses,
+    statement_of_response,
+)
 from boltjoint.report.pages.case.tables import (
     accuracy,
     contact_states,
@@ -20,13 +27,15 @@ from boltjoint.report.pages.case.tables import (
 )
 from boltjoint.report.pages.content import PageContent, capitalize
 from boltjoint.report.pages.document import Section, render_page
-from boltjoint.report.pages.headline import by_trust, headline, summary
+from boltjoint.report.pages.headline import headline, summary
+from boltjoint.report.pages.interactive.parts import InteractiveParts
 from boltjoint.report.pages.markup import joined, prose
 from boltjoint.report.pages.references import address_of_sweep
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 from boltjoint.study.results import Results
+from boltjoint.study.trusted_bases import by_trust
 
 _TEXT = prose("case")
 _STAGES = {
@@ -46,7 +55,7 @@ def case_page(
     published: Published,
     cases: Sequence[str],
 ) -> str:
-    """The peaks of a case, then its joints from node to node to few elements.
+    """The answer of a case: its peaks, responses and joint; folded, all of its models.
 
     Parameters
     ----------
@@ -57,7 +66,8 @@ def case_page(
     artefacts
         Figures and tables of the page.
     results
-        The content of the tables, and the node-to-node joint (``joint.nc``) of every basis.
+        The content of the tables, and the node-to-node joint (``joint.nc``) of every basis. Where
+        they hold responses, backbones, mesh, modes and preload too, drawings answer the pointer.
     published
         The source's tables, of the case study that this case is compared with.
     cases
@@ -67,17 +77,40 @@ def case_page(
     bases = [CaseBasis.of(case, basis, content) for basis in by_trust(case.bases)]
     first = bases[0].accuracy
     answer = first.frame if first is not None and len(first.frame) else None
-    sections = [Section("case", "The case", facts(name, case, solver, content))]
-    if answer is not None:
-        if body := headline(name, case, answer, content):
-            sections.insert(0, Section("answer", "Peaks", body))
-    for basis in bases:
-        sections += _sections(basis)
-    sections += [*_sweeps(artefacts, content), *content.remainder()]
-    law = case.contact.declaration.label
+    parts = InteractiveParts.of_case(name, case, results)
+    peaks = Markup() if answer is None else headline(name, case, answer, content)
     said = "" if answer is None else summary(name, case, answer, content)
-    lead = _TEXT.lead(said, published.case_study(), case, law, solver.harmonics)
-    return render_page(name, "Case study", lead, sections, cases, f"{name}.html")
+    sections = {
+        "answer": ("Peaks", peaks),
+        "explore-responses": ("Responses", parts.responses + _still_response(bases[0])),
+        "natural-frequencies": ("Natural frequencies", natural_frequencies(name, case, content)),
+        "joint-in-space": ("The joint in space", parts.view),
+        "case": ("The case", facts(name, case, solver, content)),
+    }
+    shown = [Section(anchor, *found) for anchor, found in sections.items() if found[1]]
+    details = [
+        *(section for basis in bases for section in _sections(basis)),
+        *_sweeps(artefacts, content),
+        *content.remainder(),
+    ]
+    shown += [replace(section, is_folded=bool(section.body)) for section in details]
+    lead = _TEXT.lead(
+        said, published.case_study(), case, case.contact.declaration.label, solver.harmonics
+    )
+    return render_page(
+        name, "Case study", lead, shown, cases, f"{name}.html", scripts=parts.scripts
+    )
+
+
+def _still_response(basis: CaseBasis) -> Markup:
+    """The response of the node-to-node joint as a printed page and one without scripts have it."""
+    values = {"joint": REFERENCE[0], "coordinates": REFERENCE[1]}
+    resonance = basis.case.resonances(basis.name)[0]
+    note = statement_of_response(basis, **values, resonance=resonance)
+    figure = basis.content.figures(
+        "response", note, basis=basis.name, **values, resonance=resonance
+    )
+    return Markup('<div class="still">{}</div>').format(figure) if figure else Markup()
 
 
 def _sweeps(artefacts: Sequence[Artefact], content: PageContent) -> Iterator[Section]:

@@ -3,7 +3,6 @@
 Of many designs some are drawn, so that the page stays small. Arrays of numbers are packed.
 """
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +15,7 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from boltjoint.report.figures.style import MM
+from boltjoint.report.pages.interactive.packing import pack
 from boltjoint.study.tables.sweeps import drawn_designs, response_quantiles, values_of_keys
 
 Array = NDArray[np.float64]
@@ -138,11 +138,11 @@ class SweepData:
         """All that the page draws, as JSON can hold it."""
         return {
             "colours": _colours(),
-            "designs": _pack(self.designs, "<i4"),
+            "designs": pack(self.designs, "<i4"),
             "lines": self.lines,
             "keys": [_key(name, each, self.designs) for name, each in self.keys.items()],
             "peaks": [
-                {"words": words, "unit": unit, "log": log, "values": _pack(factor * found)}
+                {"words": words, "unit": unit, "log": log, "values": pack(factor * found)}
                 for name, words, unit, factor, log in _PEAKS.values()
                 for found in [by_level(self.sweep, name)[:, self.designs]]
             ],
@@ -157,9 +157,9 @@ class SweepData:
         bands = response_quantiles(self.sweep, _SHARES)[..., self.frequencies]
         return {
             "designs": drawn.size,
-            "frequency": _pack(self.sweep["frequency"].to_numpy()[self.frequencies]),
-            "amplitude": _pack(MM * amplitude),
-            "bands": _pack(MM * bands),
+            "frequency": pack(self.sweep["frequency"].to_numpy()[self.frequencies]),
+            "amplitude": pack(MM * amplitude),
+            "bands": pack(MM * bands),
         }
 
     def _indices(self) -> list[Mapping[str, object]]:
@@ -203,13 +203,8 @@ def _key(name: str, values: xr.DataArray, designs: Sequence[int]) -> dict[str, o
         "words": name.replace("_", " "),
         "unit": "" if unit == "1" else unit.replace("m/s2", "m/s²"),
         "log": bool(values.min() > 0 and values.max() > _WIDE * values.min()),
-        "values": _pack(values.to_numpy()[designs]),
+        "values": pack(values.to_numpy()[designs]),
     }
-
-
-def _pack(values: NDArray[np.generic], kind: str = "<f4") -> str:
-    """Numbers as text: to seven digits, unless another kind is given."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
 
 
 def _colours() -> list[str]:

@@ -1,0 +1,146 @@
+"""Responses and backbones of a case, as its page draws them under the pointer."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from boltjoint.config.case import Case
+from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
+from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
+from boltjoint.report.pages.interactive.packing import pack
+from boltjoint.structure.extent import LINEAR
+from boltjoint.study.results import Results
+from boltjoint.study.trusted_bases import by_trust
+
+_MM = 1e3
+
+#: a model is named by its basis, joint and coordinates
+_Model = tuple[Basis, JointName, Coordinates]
+
+
+def curves_of_case(name: str, case: Case, results: Results) -> dict[str, object] | None:
+    """Responses and backbones by resonance, as JSON can hold them; None without any.
+
+    Parameters
+    ----------
+    name, case
+        The case.
+    results
+        ``response.nc`` and ``backbone.nc`` of those to draw.
+    """
+    models = dict.fromkeys((basis, joint, at) for basis, joint, at, _ in _responses(case))
+    resonances = sorted({each[3] for each in _responses(case)})
+    by_resonance = [
+        {
+            "resonance": resonance,
+            "models": [
+                found
+                for model in models
+                if (found := _model(name, model, resonance, case.levels, results)) is not None
+            ],
+        }
+        for resonance in resonances
+    ]
+    drawn = [each for each in by_resonance if each["models"]]
+    if not drawn:
+        return None
+    return {
+        "case": name,
+        "unit": "m/s²" if case.is_base_excited else "N",
+        "levels": list(case.levels),
+        "colours": _colours(len(case.levels)),
+        "resonances": drawn,
+    }
+
+
+def _responses(case: Case) -> list[tuple[Basis, JointName, Coordinates, int]]:
+    """The responses of a case, those of the most trusted basis first."""
+    bases = by_trust(case.bases)
+    responses = [
+        (Basis(basis), JointName(joint), Coordinates(coordinates), resonance)
+        for basis, joint, coordinates, resonance in case.responses
+    ]
+    return sorted(responses, key=lambda each: bases.index(each[0]))
+
+
+def _model(
+    name: str, model: _Model, resonance: int, levels: list[float], results: Results
+) -> dict[str, object] | None:
+    """A model around a resonance: its curves, and of a backbone that; None without results."""
+    basis, joint, coordinates = model
+    which = {"case": name, "basis": basis, "joint": joint, "resonance": resonance}
+    if not results.has("response", **which, coordinates=coordinates):
+        return None
+    response = results.dataset("response", **which, coordinates=coordinates)
+    content = {
+        "basis": basis,
+        "words": f"{joint.label}, {coordinates.short_label}",
+        "reference": (joint, coordinates) == REFERENCE,
+        "curves": [_curve(each) for each in response_curves(response)],
+    }
+    if coordinates.kind == "backbone" and results.has("backbone", **which):
+        limits = [each["limit"] for each in content["curves"] if each["limit"] is not None]
+        backbone = results.dataset("backbone", **which)
+        content["backbone"] = _backbone(backbone, levels, min(limits, default=None))
+    return content
+
+
+def _curve(curve: ResponseCurve) -> dict[str, object]:
+    """A curve, as JSON can hold it."""
+    peak = None
+    if curve.peak is not None:
+        peak = [float(curve.frequency[curve.peak]), float(curve.amplitude[curve.peak])]
+    bars = [100 * bar if np.isfinite(bar) else None for bar in curve.error_bar]
+    return {
+        "x": pack(curve.frequency),
+        "y": pack(curve.amplitude),
+        "peak": peak,
+        "converged": None if curve.converged is None else [*curve.converged, *bars],
+        "unstable": list(_ranges(curve.unstable > 0)),
+        "brokenOff": curve.end if curve.broken_off else None,
+        "limit": float(curve.linear_limit) * curve.level
+        if np.isfinite(curve.linear_limit)
+        else None,
+    }
+
+
+def _ranges(mask: np.ndarray) -> Iterator[list[int]]:
+    """First and last place of each run of true values."""
+    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
+    for first, end in edges.reshape(-1, 2).tolist():
+        yield [first, end - 1]
+
+
+def _backbone(backbone: xr.Dataset, levels: list[float], limit: float | None) -> dict[str, object]:
+    """A backbone, and its states at the peaks of the levels, as JSON can hold them."""
+    amplitude = backbone["response_amplitude"].to_numpy() * _MM
+    of_mode = {
+        "frequency": backbone["natural_frequency"].to_numpy(),
+        "damping": 100 * backbone["damping_ratio"].to_numpy(),
+    }
+    peaks = peaks_on_backbone(backbone, levels)
+    at = np.log(list(peaks.values()))
+    return {
+        "amplitude": pack(amplitude),
+        **{quantity: pack(values) for quantity, values in of_mode.items()},
+        "peaks": [
+            {"level": level, "amplitude": peak, "frequency": frequency, "damping": damping}
+            for (level, peak), frequency, damping in zip(
+                peaks.items(),
+                *(np.interp(at, np.log(amplitude), values).tolist() for values in of_mode.values()),
+                strict=True,
+            )
+        ],
+        "limit": limit,
+        "linear": 100 * LINEAR,
+    }
+
+
+def _colours(count: int) -> list[str]:
+    """Colours of the levels, as in figures."""
+    from matplotlib.colors import to_hex
+
+    from boltjoint.report.figures.style import level_colours
+
+    return [to_hex(colour) for colour in level_colours(count)]

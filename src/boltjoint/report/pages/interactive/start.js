@@ -1,0 +1,3 @@
+// What the page has of all this starts with it.
+if (at("curves")) startResponses();
+if (at("view-open")) at("view-open").addEventListener("click", openView);
