@@ -40,11 +40,11 @@ class NumpyAFT(FrictionLaw):
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         return self.elements.stuck_stiffness(points)
 
-    def evaluate(self, motion: Array) -> Array:
+    def evaluate(self, motion: Array, w: float) -> Array:
         """Harmonic forces of all elements on each point."""
-        return self.evaluate_with_tangent(motion)[0]
+        return self.evaluate_with_tangent(motion, w)[0]
 
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
+    def evaluate_with_tangent(self, motion: Array, w: float) -> tuple[Array, Array]:
         """Harmonic forces on each point and their derivative by the motion of that point."""
         on, k = self.point_of_element, self.elements.tangential_stiffness
         limit = self.elements.slip_force
@@ -69,8 +69,9 @@ class NumpyAFT(FrictionLaw):
         np.add.at(t, on, np.einsum("cs,sed->ecd", analysis, gradients))
         return f, t
 
-    def _states(self, motion: Array) -> NDArray[np.int8]:
-        return self.elements._states(motion)
+    def states(self, motion: Array, w: float) -> NDArray[np.int8]:
+        """State of every element over the period."""
+        return self.elements.states(motion, w)
 
     @cached_property
     def _synthesis(self) -> Array:

@@ -211,13 +211,13 @@ ATTACKS = {
         lambda: residual_in_time.residuals_in_time(STORED, STORED, samples=0),
     ],
     "amplitude": [
-        lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((3, 3))),
+        lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((3, 3)), 0.0),
         lambda: unloading_branch(0.0, [0.0], K, SLIP),
     ],
     "rows": [
-        lambda: SAMPLED.modal_force_and_tangent(JOINT.rows, np.zeros((5, 3))),
-        lambda: SAMPLED.modal_force_and_tangent((np.zeros((1, 3)),) * 2, np.zeros((5, 3))),
-        lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((5, 2))),
+        lambda: SAMPLED.modal_force_and_tangent(JOINT.rows, np.zeros((5, 3)), 0.0),
+        lambda: SAMPLED.modal_force_and_tangent((np.zeros((1, 3)),) * 2, np.zeros((5, 3)), 0.0),
+        lambda: SAMPLED.modal_force_and_tangent(VARIABLE.rows, np.zeros((5, 2)), 0.0),
     ],
     "natural_frequency": [
         lambda: replace(JOINT, natural_frequency=[NAN, 360.0, 950.0]),
@@ -547,6 +547,6 @@ def test_a_joint_may_be_made_of_lists():
 def test_iterations_may_overflow():
     for law in (CONSTANT_LAW, VARIABLE_LAW, TABULATED, SAMPLED):
         motion = np.full((60, len(law.directions) * len(law.components)), NAN)
-        force, tangent = law.evaluate_with_tangent(motion)
+        force, tangent = law.evaluate_with_tangent(motion, 0.0)
         assert force.shape == motion.shape
         assert tangent.shape == (*motion.shape, motion.shape[1])

@@ -159,7 +159,7 @@ def test_modal_forces_are_projections_of_those_of_the_points(population, harmoni
     tangent = tangent.reshape(80, len(rows), count, len(rows), count)
     expected = np.einsum("dpr,pdi->ir", rows, force)
     expected_tangent = np.einsum("dpr,pdiej,eps->irjs", rows, tangent, rows)
-    found, found_tangent = aft.modal_force_and_tangent(tuple(rows), amplitude)
+    found, found_tangent = aft.modal_force_and_tangent(tuple(rows), amplitude, 0.0)
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
     np.testing.assert_allclose(
         found_tangent(), expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()

@@ -178,7 +178,6 @@ def test_sampled_forces_are_the_sums_of_those_of_each_law(names, harmonics):
 def test_forces_in_modal_coordinates_are_those_of_points(names):
     law = two_laws(names)
     sampled = AlternatingFrequencyTime(law, 3, samples=64)
-    assert sampled.sums_in_modal_coordinates
     random = np.random.default_rng(5)
     rows = tuple(random.normal(size=(80, 4)) for _ in law.directions)
     amplitude = 1e-7 * random.normal(size=(len(sampled.components), 4))
@@ -186,7 +185,7 @@ def test_forces_in_modal_coordinates_are_those_of_points(names):
     at_points, of_points = sampled.force_and_tangent(motion)
     count = len(sampled.components)
     expected = sum(at_points[:, d * count : (d + 1) * count].T @ B for d, B in enumerate(rows))
-    force, tangent = sampled.modal_force_and_tangent(rows, amplitude)
+    force, tangent = sampled.modal_force_and_tangent(rows, amplitude, 0.0)
     np.testing.assert_allclose(force, expected, rtol=0, atol=1e-11 * abs(expected).max())
     blocks = of_points.reshape(80, len(rows), count, len(rows), count)
     by_modes = sum(
@@ -212,9 +211,9 @@ def test_forces_in_time_and_states_are_those_of_each_law(names):
         at = np.concatenate([np.arange(3 * d, 3 * d + 3) for d in places])
         expected[:, at] += part.forces_in_time(motion[:, at], 64)
         own = displacement[:, [law.directions.index(each) for each in part.directions]]
-        states.append(part.states_at_samples(own))
+        states.append(part.at_samples.states(own, 0.0))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * abs(expected).max())
-    np.testing.assert_array_equal(law.states_at_samples(displacement), np.concatenate(states))
+    np.testing.assert_array_equal(law.at_samples.states(displacement, 0.0), np.concatenate(states))
 
 
 @pytest.mark.parametrize("names", [("coupled-constant", "variable"), ("iwan", "variable")])

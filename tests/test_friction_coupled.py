@@ -212,8 +212,7 @@ def test_without_samples_the_law_is_refused(load):
     for evaluate in (law.force, law.force_and_tangent, law.contact_state):
         with pytest.raises(ValueError, match="no closed form"):
             evaluate(motion)
-    with pytest.raises(ValueError, match="move in the plane"):
-        law.sliders()
+    assert law.sliders() is None
 
 
 @pytest.mark.parametrize("ratio", [1.1, 1.5, 2.0, 3.0, 5.0, 10.0])

@@ -134,8 +134,8 @@ def test_delay_is_the_derivative_by_the_rate_of_growth():
         tangents.append(2 / fine * values @ derivative)
     expected = (tangents[0] - tangents[1]) / (2 * rate), (tangents[0] + tangents[1]) / 2
     rows, amplitude = (np.ones((1, 1)),), motion[:, None]
-    delay = law.modal_slider_delay(rows, amplitude)[:, 0, :, 0] @ direction
-    tangent = law.modal_force_and_tangent(rows, amplitude)[1]()[:, 0, :, 0] @ direction
+    delay = law.modal_slider_delay(rows, amplitude, 0.0)[:, 0, :, 0] @ direction
+    tangent = law.modal_force_and_tangent(rows, amplitude, 0.0)[1]()[:, 0, :, 0] @ direction
     # which of 3000 sliders slips last is known to 0.6 % of their displacement
     for found, of_sliders in zip((delay, tangent), expected, strict=True):
         np.testing.assert_allclose(found, of_sliders, atol=5e-3 * abs(of_sliders).max())
@@ -147,8 +147,8 @@ def test_many_elements_are_summed_in_parts(monkeypatch):
     rows, amplitude = (random.normal(size=(60, 3)),), 1e-8 * random.normal(size=(4, 3))
 
     def found():
-        tangent = law.modal_force_and_tangent(rows, amplitude)[1]()
-        return tangent, law.modal_slider_delay(rows, amplitude)
+        tangent = law.modal_force_and_tangent(rows, amplitude, 0.0)[1]()
+        return tangent, law.modal_slider_delay(rows, amplitude, 0.0)
 
     whole = found()
     monkeypatch.setattr(iwan_at_samples, "_ELEMENTS_AT_ONCE", 7)

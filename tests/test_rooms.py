@@ -21,7 +21,17 @@ ROOMS = (
         "joint",
         "config",
     ),
-    *("friction", "damping", "solvers", "provenance", "harmonics", "names", "dataset", "options"),
+    *(
+        "friction",
+        "damping",
+        "solvers",
+        "provenance",
+        "harmonics",
+        "names",
+        "dataset",
+        "options",
+        "other_packages",
+    ),
     *("checksums", "machine", "regular_file", "compiled", "checks", "__init__"),
 )
 #: by the file, the syntax tree

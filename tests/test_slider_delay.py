@@ -70,12 +70,12 @@ def test_delay_is_the_derivative_by_the_rate_of_growth(kind, harmonics):
         derivative = (changed - start) / CHANGE / growth[-SAMPLES:]
         tangents.append((derivative @ values.T).T * weight[:, None])
     expected = (tangents[0] - tangents[1]) / (2 * RATE)
-    found = np.einsum("irjs,js->ir", law.modal_slider_delay(joint.rows, amplitude), change)
+    found = np.einsum("irjs,js->ir", law.modal_slider_delay(joint.rows, amplitude, 0.0), change)
     # differences round to 1e-16 of the forces over the change
     np.testing.assert_allclose(found, expected, atol=1e-5 * abs(expected).max())
     # beside them are the tangents themselves
     tangent = np.einsum(
-        "irjs,js->ir", law.modal_force_and_tangent(joint.rows, amplitude)[1](), change
+        "irjs,js->ir", law.modal_force_and_tangent(joint.rows, amplitude, 0.0)[1](), change
     )
     mean = (tangents[0] + tangents[1]) / 2
     np.testing.assert_allclose(tangent, mean, atol=1e-5 * abs(mean).max())
@@ -84,16 +84,16 @@ def test_delay_is_the_derivative_by_the_rate_of_growth(kind, harmonics):
 def test_sliders_that_rest_have_no_delay():
     joint = make_joint(6)
     law = AlternatingFrequencyTime(joint.law, samples=SAMPLES)
-    assert not law.modal_slider_delay(joint.rows, np.full((2, 3), 1e-9)).any()
+    assert not law.modal_slider_delay(joint.rows, np.full((2, 3), 1e-9), 0.0).any()
 
 
 def test_many_elements_are_followed_in_parts(monkeypatch):
     joint = make_joint(60)
     law = AlternatingFrequencyTime(joint.law, samples=SAMPLES)
     amplitude = 1e-4 * np.random.default_rng(0).normal(size=(2, 3))
-    whole = law.modal_slider_delay(joint.rows, amplitude)
+    whole = law.modal_slider_delay(joint.rows, amplitude, 0.0)
     monkeypatch.setattr("boltjoint.friction.modal_aft._ELEMENTS_AT_ONCE", 7)
-    parts = law.modal_slider_delay(joint.rows, amplitude)
+    parts = law.modal_slider_delay(joint.rows, amplitude, 0.0)
     assert whole.any()
     np.testing.assert_allclose(parts, whole, rtol=1e-9, atol=1e-12 * abs(whole).max())
 

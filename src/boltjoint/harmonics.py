@@ -91,8 +91,27 @@ class Components(tuple[str, ...]):
             place[[s, c]], sign[[s, c]] = (c, s), (-1.0, 1.0)
         return place, sign
 
+    @cached_property
+    def phase_derivative(self) -> NDArray[np.float64]:
+        """Matrix that gives the components of the derivative by the phase, as the function."""
+        return phase_derivative(self.number, self.is_sine)
+
     def at_samples(self, samples: int) -> NDArray[np.float64]:
         """Value of each component at equally spaced times of a period, (components, samples)."""
         # whole periods are subtracted as integers, without rounding
         turns = np.outer(self.number, np.arange(samples)) % samples / samples
         return np.where(self.is_sine[:, None], np.sin(2 * np.pi * turns), np.cos(2 * np.pi * turns))
+
+
+def phase_derivative(number: NDArray[np.int64], is_sine: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Matrix that gives the components of the derivative of a motion by its phase.
+
+    That of ``s sin(h x) + c cos(h x)`` is ``-h c sin(h x) + h s cos(h x)``.
+
+    Parameters
+    ----------
+    number, is_sine
+        Number of the harmonic of each component, and whether it is a sine, shape (components,).
+    """
+    of_same = (number[:, None] == number) & (is_sine[:, None] != is_sine)
+    return of_same * np.where(is_sine, 1.0, -1.0) * number

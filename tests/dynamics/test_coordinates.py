@@ -130,7 +130,7 @@ def test_describing_function_of_each_direction_is_its_force_over_its_displacemen
     stuck = variable.law.stuck_stiffness(variable.points)
     for found, wrong in ((tangential, normal), (tangential, stuck[:, 0]), (normal, stuck[:, 1])):
         assert np.linalg.norm(found - wrong) > 0.1 * np.linalg.norm(found)
-    secant = balance.describing_function(x)
+    secant = balance.describing_function(x, W)
     assert secant.shape == (variable.points, 2)
     # the same divisions in another order
     np.testing.assert_allclose(secant[:, 0], tangential, rtol=1e-10)

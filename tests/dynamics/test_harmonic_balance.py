@@ -59,7 +59,7 @@ def test_jacobian_equals_differences(any_balance):
         # relative to the stiffest entry; second differences of a force that is smooth twice
         np.testing.assert_allclose(jacobian[:, j], difference, atol=1e-6 * np.abs(jacobian).max())
     along = np.random.default_rng(8).normal(size=x.size)
-    tangent = balance.joint.law.evaluate_with_tangent(balance.motion(x))[1]
+    tangent = balance.joint.law.evaluate_with_tangent(balance.motion(x), 0.0)[1]
     change = balance.change(along, w, tangent)
     np.testing.assert_allclose(change, jacobian @ along, rtol=1e-9)
 
@@ -232,7 +232,7 @@ def test_residual_scales_with_force_slip_limit_and_motion(balance):
 def test_describing_function_gives_the_force_back(balance):
     x = state(balance)
     motion = balance.motion(x)
-    stiffness = balance.describing_function(x)[:, 0]
+    stiffness = balance.describing_function(x, 0.0)[:, 0]
     force = stiffness * (motion[:, 0] + 1j * motion[:, 1])
     np.testing.assert_allclose(
         np.column_stack([force.real, force.imag]), balance.joint.law.force(motion), rtol=1e-12
@@ -242,7 +242,7 @@ def test_describing_function_gives_the_force_back(balance):
 
 
 def test_describing_function_at_rest_is_that_of_the_springs(balance):
-    at_rest = balance.describing_function(np.zeros(balance.modal_force.size))
+    at_rest = balance.describing_function(np.zeros(balance.modal_force.size), 0.0)
     np.testing.assert_array_equal(at_rest, balance.joint.law.stuck_stiffness(balance.joint.points))
 
 
@@ -260,7 +260,7 @@ def test_in_a_basis_the_equations_are_projected(any_balance):
         reduced.frequency_derivative(x, w), V.T @ balance.frequency_derivative(V @ x, w), rtol=1e-12
     )
     np.testing.assert_allclose(
-        reduced.describing_function(x), balance.describing_function(V @ x), rtol=1e-9
+        reduced.describing_function(x, 0.0), balance.describing_function(V @ x, 0.0), rtol=1e-9
     )
 
 
@@ -297,7 +297,7 @@ def test_secants_are_forces_over_displacements(any_balance):
     motion = balance.motion(x)
     force = balance.joint.law.force(motion)
     secant = balance.contact.describing_function(motion, force)
-    np.testing.assert_array_equal(secant, balance.describing_function(x))
+    np.testing.assert_array_equal(secant, balance.describing_function(x, 0.0))
     names = balance.components
     for d in range(len(balance.contact.rows)):
         sin, cos = (d * len(names) + names.index(name) for name in ("sin", "cos"))
@@ -346,7 +346,7 @@ def test_stiffness_with_springs_is_that_of_the_modes_they_strain(any_balance):
     stuck = balance.joint.law.stuck_stiffness(balance.joint.points)
     springs = balance.contact.spring_stiffness
     np.testing.assert_allclose(springs(stuck), balance.joint.stuck_stiffness(), rtol=1e-12)
-    secant = balance.describing_function(state(balance, 3e-5))
+    secant = balance.describing_function(state(balance, 3e-5), 0.0)
     matrix = balance.complex_stiffness(600.0) + springs(secant)
     expected = L * (1 + 1j * LOSS)
     for point in range(balance.joint.points):
@@ -370,7 +370,7 @@ def test_weighted_products_say_how_the_force_of_the_secants_changes(any_balance)
     assert exact.shape == (3, x.size)
 
     def strained(x):
-        return balance.contact.spring_stiffness(balance.describing_function(x).real) @ shape
+        return balance.contact.spring_stiffness(balance.describing_function(x, 0.0).real) @ shape
 
     step = 1e-10
     near = [(strained(x + h) - strained(x - h)) / (2 * step) for h in step * np.eye(x.size)]

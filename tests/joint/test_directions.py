@@ -136,7 +136,7 @@ def test_a_response_holds_when_friction_is_followed_in_time(law):
     force = elements.forces_in_time(motion.reshape(joint.points, 9), 1024)
     force = force.reshape(joint.points, 3, 3)[:, : len(joint.rows), first:]
     modal = sum(force[:, d].T @ B for d, B in enumerate(joint.rows))
-    expected = HarmonicBalance(joint, 0.01, 20.0).contact.force(q.ravel()).reshape(q.shape)
+    expected = HarmonicBalance(joint, 0.01, 20.0).contact.force(q.ravel(), 0.0).reshape(q.shape)
     # samples of both, which converge with their square
     np.testing.assert_allclose(modal, expected, atol=2e-3 * np.abs(expected).max())
 

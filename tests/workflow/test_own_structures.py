@@ -114,12 +114,13 @@ CUBES = {
 
 
 def test_a_maker_of_another_package_is_used_as_those_of_this_one(tmp_path, monkeypatch):
-    """Two files: the module of the maker and the entry point that names it."""
+    """With a friction law and a table: modules that entry points name."""
     package = Path(__file__).with_name("maker_of_cubes")
     monkeypatch.setenv("PYTHONPATH", f"{package}:{ROOT / 'src'}")
     folder = tmp_path / "study"
     case = {**CASE, **OF_CASE, "assembly": "cubes", "outputs": ["top"], "preload_N": 2000}
     case["excitation"] = {"kind": "inputs", "inputs": [{"name": "top"}]}
+    case["contact"] = {**case["contact"], "law": "rough"}
     write(folder / "config/assemblies/cubes.yaml", CUBES)
     write(folder / "config/cases/small.yaml", case)
     used = {"cases": ["small"], "omit": ["timing"], "convergence": {}}
@@ -136,3 +137,11 @@ def test_a_maker_of_another_package_is_used_as_those_of_this_one(tmp_path, monke
     assert response["complete"].all()
     page = (folder / "results/report/structure.html").read_text(encoding="utf-8")
     assert "edge of the cubes (mm)" in page
+    # twice the friction coefficient of the case, which is that of all elements
+    joint = dataset.load(folder / "results/cases/small/free-2/node-to-node/joint.nc")
+    loaded = preload["normal_load"].to_numpy()
+    loaded = loaded[loaded > 0]
+    friction = 2 * case["contact"]["friction_coefficient"]
+    np.testing.assert_allclose(joint["slip_force"], friction * loaded, rtol=1e-12)
+    (table,) = (folder / "results/tables").glob("rows_of_cubes*.csv")
+    assert table.read_text().splitlines()[1] == f"rough,{loaded.size}"

@@ -1,23 +1,32 @@
 """Contact of a case: the friction law and its quantities, as the laws declare them."""
 
-from collections.abc import Collection, Iterator
-from functools import reduce
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cache, reduce
 from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    TypeAdapter,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    create_model,
+    model_serializer,
+)
 
 from boltjoint.config.entries import Entry, choice
 from boltjoint.config.types import Name, Number, Problems
 from boltjoint.friction.declarations import (
     DECLARATIONS,
+    OWN_DECLARATIONS,
     ContactKey,
     LawDeclaration,
     combined,
 )
 
-#: laws that a case can give its contact pairs
-_OF_PAIRS = [each for each in DECLARATIONS.values() if each.keys is not None]
+#: laws of this package that a case can give its contact pairs
+_OF_PAIRS = [law for law in OWN_DECLARATIONS.values() if law.keys is not None]
 
 *_BEFORE, _LAST = [each.label for each in _OF_PAIRS]
 _LAW = f"The friction law: {', '.join(_BEFORE)} or {_LAST}."
@@ -37,13 +46,16 @@ class SurfaceEntry(Entry):
     name: Name
     """Name of the surface in the assembly."""
 
-    law: Literal[tuple(each.name for each in _OF_PAIRS)] | None = None
+    law: str | None = None
     """The friction law there, where it is another one; what it needs of all surfaces, it keeps."""
+
+    #: quantities that pairs of any law have, each once
+    KEYS: ClassVar[tuple[ContactKey, ...]]
 
     @property
     def quantities(self) -> tuple[ContactKey, ...]:
         """What it gives, each in its form."""
-        return _quantities(self, _KEYS)
+        return _quantities(self, self.KEYS)
 
     @property
     def options(self) -> dict[str, float | str]:
@@ -52,7 +64,7 @@ class SurfaceEntry(Entry):
         return {**own, **_options(self, self.quantities)}
 
     def conflicts(self) -> Problems:
-        yield from _given_twice(self, _KEYS)
+        yield from _given_twice(self, self.KEYS)
         if not self.quantities and self.law is None:
             yield ("name",), "has no values that differ from those of all surfaces: give one"
 
@@ -154,27 +166,32 @@ def _given_twice(entry: Entry, keys: Collection[ContactKey]) -> Problems:
             yield (given[1].key,), f"must not stand beside {given[0].key}"
 
 
-#: quantities that pairs of any law have, each once
-_KEYS = tuple({each.name: each for law in _OF_PAIRS for each in law.keys}.values())
+def _surface_entry(laws: Sequence[LawDeclaration]) -> type[SurfaceEntry]:
+    """The entry of a surface that may have any of some laws, with the keys of all of them."""
+    keys = tuple({key.name: key for law in laws for key in law.keys}.values())
+    return create_model(
+        "ContactOfSurface",
+        __base__=SurfaceEntry,
+        __doc__=SurfaceEntry.__doc__,
+        __module__=__name__,
+        KEYS=(ClassVar[tuple[ContactKey, ...]], keys),
+        law=(
+            Literal[tuple(law.name for law in laws)] | None,
+            Field(None, description=SurfaceEntry.model_fields["law"].description),
+        ),
+        **{
+            form.key: (
+                Annotated[Number, Field(**form.limits)] | None,
+                Field(None, description=form.meaning),
+            )
+            for key in keys
+            for form in key.forms
+        },
+    )
 
-ContactOfSurface = create_model(
-    "ContactOfSurface",
-    __base__=SurfaceEntry,
-    __doc__=SurfaceEntry.__doc__,
-    __module__=__name__,
-    **{
-        form.key: (
-            Annotated[Number, Field(**form.limits)] | None,
-            Field(None, description=form.meaning),
-        )
-        for each in _KEYS
-        for form in each.forms
-    },
-)
 
-
-def _entry(law: LawDeclaration) -> type[ContactEntry]:
-    """The entry of a law."""
+def _entry(law: LawDeclaration, surface: type[SurfaceEntry]) -> type[ContactEntry]:
+    """The entry of a law, with that of surfaces."""
     fields = {}
     for each in law.keys:
         for form, other in zip(each.forms, reversed(each.forms), strict=True):
@@ -195,7 +212,7 @@ def _entry(law: LawDeclaration) -> type[ContactEntry]:
         __cls_kwargs__={"json_schema_extra": {"allOf": either} if either else None},
         law=(Literal[law.name], Field(description=_LAW)),
         **fields,
-        surfaces=(tuple[ContactOfSurface, ...], Field((), description=_SURFACES)),
+        surfaces=(tuple[surface, ...], Field((), description=_SURFACES)),
     )
 
 
@@ -204,4 +221,39 @@ def _has(key: str) -> dict[str, Any]:
     return {"required": [key], "properties": {key: {"type": "number"}}}
 
 
-Contact = Annotated[reduce(or_, map(_entry, _OF_PAIRS)), Field(discriminator="law")]
+ContactOfSurface = _surface_entry(_OF_PAIRS)
+
+
+def _of_laws(laws: Sequence[LawDeclaration], surface: type[SurfaceEntry]) -> object:
+    """The union of the entries of some laws, with that of surfaces."""
+    entries = [_entry(law, surface) for law in laws]
+    return Annotated[reduce(or_, entries), Field(discriminator="law")]
+
+
+@cache
+def _with_laws_of_other_packages(names: tuple[str, ...]) -> TypeAdapter:
+    """The union of the entries of all laws of this package and some of others."""
+    laws = [*_OF_PAIRS, *(DECLARATIONS[name] for name in names)]
+    return TypeAdapter(_of_laws(laws, _surface_entry(laws)))
+
+
+def _validated(content: object, own: ValidatorFunctionWrapHandler) -> ContactEntry:
+    """The entry of a law of this package, or, where content names one of another, of that."""
+    others = [name for name in _laws_in(content) if name not in OWN_DECLARATIONS]
+    if not others or any(name not in DECLARATIONS for name in others):
+        return own(content)
+    return _with_laws_of_other_packages(tuple(dict.fromkeys(others))).validate_python(content)
+
+
+def _laws_in(content: object) -> Iterator[str]:
+    """Names of laws in the content of a contact, whatever else it holds."""
+    if not isinstance(content, Mapping):
+        return
+    surfaces = content.get("surfaces", ())
+    surfaces = surfaces if isinstance(surfaces, Sequence) else ()
+    for part in (content, *surfaces):
+        if isinstance(part, Mapping) and isinstance(part.get("law"), str):
+            yield part["law"]
+
+
+Contact = Annotated[_of_laws(_OF_PAIRS, ContactOfSurface), WrapValidator(_validated)]

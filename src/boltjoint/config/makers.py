@@ -20,11 +20,11 @@ and may have
 """
 
 from collections.abc import Mapping
-from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from boltjoint.other_packages import entries
 
 if TYPE_CHECKING:
     from boltjoint.config.described import Described
@@ -39,27 +39,21 @@ _MODULES = {
 GROUP = "boltjoint.makers"
 
 
-@cache  # all installed packages are asked
-def _of_other_packages() -> dict[str, EntryPoint]:
-    """Makers of other packages by their names."""
-    return {each.name: each for each in entry_points(group=GROUP)}
-
-
 def maker_names() -> tuple[str, ...]:
     """Names of all makers, those of this package first."""
-    return (*_MODULES, *_of_other_packages())
+    return (*_MODULES, *entries(GROUP))
 
 
 def is_maker(name: object) -> bool:
     """Whether there is a maker of this name."""
-    return isinstance(name, str) and (name in _MODULES or name in _of_other_packages())
+    return isinstance(name, str) and (name in _MODULES or name in entries(GROUP))
 
 
 def maker(name: str) -> ModuleType:
     """The maker of this name; a ``KeyError`` if there is none."""
     if name in _MODULES:
         return import_module(_MODULES[name])
-    return _of_other_packages()[name].load()
+    return entries(GROUP)[name].load()
 
 
 def page_of(name: str) -> ModuleType:

@@ -15,6 +15,8 @@ class Unit(NamedTuple):
 _UNITS = {
     "N_per_m3": Unit("N/m³", "N/m3"),
     "kg_per_m3": Unit("kg/m³", "kg/m3"),
+    "N_s_per_m3": Unit("N s/m³", "N s/m3"),
+    "N_s_per_m": Unit("N s/m", "N s/m"),
     "N_per_m": Unit("N/m", "N/m"),
     "1_per_s": Unit("1/s", "1/s"),
     "m_per_s2": Unit("m/s²", "m/s2"),

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.aft_kernels import SampleTables
-from boltjoint.friction.law import Array, ElementLaw, FrictionLaw
+from boltjoint.friction.element_law import ElementLaw
+from boltjoint.friction.forms import Period
+from boltjoint.friction.law import Array, FrictionLaw
 from boltjoint.friction.modal_elements import HarmonicBasis, ModalElements, ModalTangent
 from boltjoint.harmonics import Components
 
@@ -60,11 +62,6 @@ class AlternatingFrequencyTime(FrictionLaw):
         return self.elements.name
 
     @property
-    def sums_in_modal_coordinates(self) -> bool:
-        """Whether it has ``modal_force_and_tangent``: for elements of sliders on lines."""
-        return self.elements.has_sliders
-
-    @property
     def directions(self) -> tuple[str, ...]:
         """Directions of motion that the law needs."""
         return self.elements.directions
@@ -97,23 +94,28 @@ class AlternatingFrequencyTime(FrictionLaw):
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         return self.elements.stuck_stiffness(points)
 
-    def evaluate(self, motion: Array) -> Array:
+    def evaluate(self, motion: Array, w: float) -> Array:
         """Harmonic forces of all elements on each point, as ``force``."""
         none = np.zeros((0, motion.shape[1], motion.shape[1]))
-        return self.elements.evaluate_at_samples(motion, self._tables, none)
+        return self.elements.at_samples.evaluate(motion, self._period(w), none)
 
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
+    def evaluate_with_tangent(self, motion: Array, w: float) -> tuple[Array, Array]:
         """Harmonic forces on each point and their derivative, as ``force_and_tangent``."""
         tangent = np.zeros((*motion.shape, motion.shape[1]))
-        return self.elements.evaluate_at_samples(motion, self._tables, tangent), tangent
+        return self.elements.at_samples.evaluate(motion, self._period(w), tangent), tangent
+
+    def frequency_derivative(self, motion: Array, w: float) -> Array | None:
+        """As of ``FrictionLaw``."""
+        return self.elements.at_samples.frequency_derivative(motion, self._period(w))
 
     def modal_force_and_tangent(
-        self, rows: tuple[Array, ...], amplitude: Array
-    ) -> tuple[Array, ModalTangent]:
+        self, rows: tuple[Array, ...], amplitude: Array, w: float
+    ) -> tuple[Array, ModalTangent] | None:
         """Harmonic forces in modal coordinates and their derivative, for any number of harmonics.
 
         The projection of ``force_and_tangent`` onto the modes, of amplitudes that need not be
-        finite, by sums over the elements at every sample: no tangents of points are formed.
+        finite, by sums over the elements at every sample: no tangents of points are formed. None of
+        elements that have no such sums.
 
         Parameters
         ----------
@@ -121,6 +123,8 @@ class AlternatingFrequencyTime(FrictionLaw):
             Modal rows of the points in each direction [kg^-1/2], each (points, modes).
         amplitude
             Modal coordinates by component [kg^1/2 m], shape (components, modes).
+        w
+            The frequency [rad/s].
 
         Returns
         -------
@@ -135,18 +139,20 @@ class AlternatingFrequencyTime(FrictionLaw):
         ValueError
             If shapes do not fit each other, the elements and the components.
         """
-        amplitude, elements = self._in_modes(rows, amplitude)
-        return elements.force_and_tangent(self._basis, amplitude)
+        amplitude, elements = self._in_modes(rows, amplitude, w)
+        return None if elements is None else elements.force_and_tangent(self._basis, amplitude)
 
-    def modal_slider_delay(self, rows: tuple[Array, ...], amplitude: Array) -> Array:
+    def modal_slider_delay(
+        self, rows: tuple[Array, ...], amplitude: Array, w: float
+    ) -> Array | None:
         """What the delay of the sliders adds to the derivative of ``modal_force_and_tangent``.
 
         That is by the rate, over a period, at which a change of the motion grows
-        (``ModalElements.delay``).
+        (``ModalElements.delay``). None of elements that have no sums in modal coordinates.
 
         Parameters
         ----------
-        rows, amplitude
+        rows, amplitude, w
             As for ``modal_force_and_tangent``.
 
         Returns
@@ -159,10 +165,12 @@ class AlternatingFrequencyTime(FrictionLaw):
         ValueError
             As for ``modal_force_and_tangent``.
         """
-        amplitude, elements = self._in_modes(rows, amplitude)
-        return elements.delay(self._basis, amplitude)
+        amplitude, elements = self._in_modes(rows, amplitude, w)
+        return None if elements is None else elements.delay(self._basis, amplitude)
 
-    def _in_modes(self, rows: tuple[Array, ...], amplitude: Array) -> tuple[Array, ModalElements]:
+    def _in_modes(
+        self, rows: tuple[Array, ...], amplitude: Array, w: float
+    ) -> tuple[Array, ModalElements | None]:
         """Modal coordinates by component, checked, and the elements in modal coordinates."""
         amplitude = checks.array(
             "amplitude", amplitude, (len(self.components), "modes"), finite=False
@@ -173,10 +181,15 @@ class AlternatingFrequencyTime(FrictionLaw):
         rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
         if min(map(len, rows)) < self._points:
             raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
-        return amplitude, self.elements.in_modes(rows)
+        return amplitude, self.elements.at_samples.in_modes(rows, w)
 
-    def _states(self, motion: Array) -> NDArray[np.int8]:
-        return self.elements.states_at_samples(self._displacement(motion))
+    def states(self, motion: Array, w: float) -> NDArray[np.int8]:
+        """As ``contact_state``, without checks."""
+        return self.elements.at_samples.states(self._displacement(motion), w)
+
+    def _period(self, w: float) -> Period:
+        """The period at a frequency [rad/s], as the elements take it."""
+        return Period(w, self.components, self._tables)
 
     @cached_property
     def _synthesis(self) -> Array:

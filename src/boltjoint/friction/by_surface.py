@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.contact_pairs import ContactPairs
-from boltjoint.friction.law import Array, ElementLaw
+from boltjoint.friction.element_law import Array, ElementLaw
 
 
 def elements_by_surface(

@@ -9,20 +9,21 @@ load its points have a bias, which moves the sliders of some elements and loads 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.by_surface import elements_by_surface
 from boltjoint.friction.contact_pairs import ContactPairs
+from boltjoint.friction.dashpots import Dashpots
 from boltjoint.friction.declarations import LawDeclaration, combined
-from boltjoint.friction.law import Array, ElementLaw, Sliders
+from boltjoint.friction.element_law import Array, ElementLaw
+from boltjoint.friction.forms import AtSamples, ClosedForm, InTime
 from boltjoint.friction.laws import LAWS
-from boltjoint.friction.modal_elements import HarmonicBasis, ModalElements, ModalTangent
-from boltjoint.friction.sliders_at_samples import joined
+from boltjoint.friction.sliders_at_samples import Sliders, joined
+from boltjoint.friction.sums_of_forms import SumAtSamples, SumInTime, SumOfClosedForms, columns_of
 
 #: normal over tangential stiffness with which no load changes in any digit
 _SOFT = 1e-200
@@ -88,11 +89,6 @@ class CombinedLaw(ElementLaw):
     def quantities(self) -> dict[str, tuple[str, str]]:
         """Those of any part."""
         return {name: known for each in self.parts for name, known in each.quantities.items()}
-
-    @property
-    def has_sliders(self) -> bool:
-        """Whether the forces of all parts are those of sliders on lines."""
-        return all(each.has_sliders for each in self.parts)
 
     @cached_property
     def point_of_element(self) -> NDArray[np.int64]:
@@ -179,100 +175,59 @@ class CombinedLaw(ElementLaw):
             total[:, self._places(each.directions)] += each.stuck_stiffness(points)
         return total
 
-    def sliders(self) -> Sliders:
-        """Those of all parts."""
-        return joined([each.cached_sliders for each in self.parts], self._first[:-1])
-
-    def evaluate(self, motion: Array) -> Array:
-        """As ``force``, without checks, by the closed form of each part."""
-        force = np.zeros_like(motion)
-        for part, at in self._in_closed_form:
-            force[:, at] += part.evaluate(np.ascontiguousarray(motion[:, at]))
-        return force
-
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
-        """As ``force_and_tangent``, without checks, by the closed form of each part."""
-        force, tangent = np.zeros_like(motion), np.zeros((*motion.shape, motion.shape[1]))
-        for part, at in self._in_closed_form:
-            own, of_own = part.evaluate_with_tangent(np.ascontiguousarray(motion[:, at]))
-            force[:, at] += own
-            tangent[:, at[:, None], at] += of_own
-        return force, tangent
-
-    def evaluate_at_samples(self, motion: Array, tables: SampleTables, tangent: Array) -> Array:
-        """Harmonic forces by samples of a period, for AFT, of each part."""
-        force = np.zeros_like(motion)
-        for part in self.parts:
-            at = self._columns_of(part.directions, tables.weight.size)
-            own = np.zeros((len(tangent), at.size, at.size))
-            force[:, at] += part.evaluate_at_samples(
-                np.ascontiguousarray(motion[:, at]), tables, own
-            )
-            if tangent.size:
-                tangent[:, at[:, None], at] += own
-        return force
-
-    def in_modes(self, rows: Sequence[Array]) -> ModalElements:
-        """The elements in modal coordinates, for AFT."""
-        return _ModalSum(
-            [
-                part.in_modes([rows[place] for place in self._places(part.directions)])
-                for part in self.parts
-            ]
+    @cached_property
+    def closed_form(self) -> ClosedForm | None:
+        """The sum of the closed forms of all parts; None unless each has one beside the others."""
+        if not self.declaration.has_closed_form:
+            return None
+        same = [
+            part if part.components == self.components else _with_bias(part) for part in self.parts
+        ]
+        count = len(self.components)
+        return SumOfClosedForms(
+            [part.closed_form for part in same],
+            [columns_of(self._places(part.directions), count) for part in same],
         )
 
-    def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
-        """State of each element over a period of samples, (points, directions, samples)."""
-        states = [
-            part.states_at_samples(displacement[:, self._places(part.directions)])
-            for part in self.parts
-        ]
-        return np.concatenate(states)
+    @cached_property
+    def at_samples(self) -> AtSamples:
+        """The sum of those of all parts."""
+        return SumAtSamples(
+            [part.at_samples for part in self.parts],
+            [self._places(part.directions) for part in self.parts],
+        )
 
-    def evaluate_in_time(self, motion: Array, samples: int) -> Array:
-        """As ``forces_in_time``, without checks, of each part."""
-        force = np.zeros_like(motion)
-        for part in self.parts:
-            places = [self.directions_in_time.index(each) for each in part.directions_in_time]
-            at = (3 * np.array(places)[:, None] + np.arange(3)).ravel()
-            own = np.ascontiguousarray(motion[:, at])
-            force[:, at] += part.evaluate_in_time(own, samples)
-        return force
+    @cached_property
+    def in_time(self) -> InTime:
+        """The sum of those of all parts."""
+        own = [part.directions_in_time for part in self.parts]
+        places = [[self.directions_in_time.index(name) for name in names] for names in own]
+        return SumInTime([part.in_time for part in self.parts], places)
 
-    def _states(self, motion: Array) -> NDArray[np.int8]:
-        states = [
-            part._states(np.ascontiguousarray(motion[:, at])) for part, at in self._in_closed_form
-        ]
-        return np.concatenate(states)
+    def sliders(self) -> Sliders | None:
+        """Those of all parts; None where one has none."""
+        of_parts = [part.sliders() for part in self.parts]
+        return None if any(own is None for own in of_parts) else joined(of_parts, self._first[:-1])
+
+    @cached_property
+    def dashpots(self) -> Dashpots | None:
+        """Those of all parts."""
+        of_parts = [part.dashpots for part in self.parts if part.dashpots is not None]
+        if not of_parts:
+            return None
+        names = ("point", "damping")
+        return Dashpots(
+            *(np.concatenate([getattr(own, name) for own in of_parts]) for name in names)
+        )
 
     @cached_property
     def _first(self) -> NDArray[np.int64]:
         """Number of the first element of each part, and of all elements."""
         return np.cumsum([0, *(each.point_of_element.size for each in self.parts)])
 
-    @cached_property
-    def _in_closed_form(self) -> list[tuple[ElementLaw, NDArray[np.int64]]]:
-        """Each part as it is evaluated in closed form, and its columns of the motion."""
-        if not self.declaration.has_closed_form:
-            raise ValueError(
-                f"the law {self.name!r} has no closed form: evaluate it by AFT (friction_force: "
-                "aft)"
-            )
-        found = []
-        for part in self.parts:
-            if part.components != self.components:
-                part = _with_bias(part)
-            found.append((part, self._columns_of(part.directions, len(self.components))))
-        return found
-
     def _places(self, directions: Sequence[str]) -> list[int]:
         """Places of some directions among those of all parts."""
         return [self.directions.index(each) for each in directions]
-
-    def _columns_of(self, directions: Sequence[str], components: int) -> NDArray[np.int64]:
-        """Columns of some directions in a motion of as many components in each."""
-        places = np.array(self._places(directions))
-        return (components * places[:, None] + np.arange(components)).ravel()
 
     def _of_parts(self, change: Callable[[ElementLaw, NDArray[np.bool_]], ElementLaw]) -> Self:
         """The law of changed parts: ``change(part, which elements are its own)``."""
@@ -335,35 +290,3 @@ def _with_bias(law: ElementLaw) -> ElementLaw:
         normal_load=law.slip_force,
         friction_coefficient=np.ones_like(law.slip_force),
     )
-
-
-class _ModalSum(NamedTuple):
-    """As ``ModalElements``, of several laws."""
-
-    parts: Sequence[ModalElements]
-
-    def force_and_tangent(
-        self, basis: HarmonicBasis, amplitude: Array
-    ) -> tuple[Array, "_SumOfTangents"]:
-        """As ``ModalElements.force_and_tangent``."""
-        of_parts = [each.force_and_tangent(basis, amplitude) for each in self.parts]
-        force = sum(own for own, _ in of_parts)
-        return force, _SumOfTangents([tangent for _, tangent in of_parts])
-
-    def delay(self, basis: HarmonicBasis, amplitude: Array) -> Array:
-        """As ``ModalElements.delay``."""
-        return sum(each.delay(basis, amplitude) for each in self.parts)
-
-
-class _SumOfTangents(NamedTuple):
-    """As ``ModalTangent``, of several laws."""
-
-    parts: Sequence[ModalTangent]
-
-    def __call__(self) -> Array:
-        """As ``ModalTangent``."""
-        return sum(each() for each in self.parts)
-
-    def along(self, change: Array) -> Array:
-        """As ``ModalTangent.along``."""
-        return sum(each.along(change) for each in self.parts)

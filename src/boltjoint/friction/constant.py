@@ -11,8 +11,8 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University: section 2.2.1.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from math import atan2, pi, sqrt
 from typing import ClassVar, Self
 
@@ -24,8 +24,10 @@ from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import CONSTANT, LawDeclaration
-from boltjoint.friction.kernels import Elements
-from boltjoint.friction.law import Array, ElementLaw, Sliders, check_elements
+from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.forms import CompiledForm
+from boltjoint.friction.kernels import Elements, Kernel
+from boltjoint.friction.sliders_at_samples import Sliders
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,11 @@ class ConstantLoad(ElementLaw):
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
         return total[:, None]
 
+    @cached_property
+    def closed_form(self) -> CompiledForm | None:
+        """The describing function of each element."""
+        return CompiledForm(Kernel(add_forces, self.compiled_elements), self._states)
+
     def sliders(self) -> Sliders:
         """The elements themselves."""
         return Sliders(
@@ -106,11 +113,6 @@ class ConstantLoad(ElementLaw):
     ) -> "ConstantLoad":
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each."""
         return type(self)(point_of_element, tangential_stiffness, slip_force)
-
-    @property
-    def kernel(self) -> Callable:
-        """The compiled function that adds the forces."""
-        return add_forces
 
 
 @loop

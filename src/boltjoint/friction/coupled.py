@@ -19,94 +19,84 @@ K. Y. Sanliturk, D. J. Ewins: Modelling two-dimensional friction contact and its
 harmonic balance method. Journal of Sound and Vibration 193 (1996) 511-523.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NoReturn
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.coupled_in_time import integrate_in_plane
 from boltjoint.friction.coupled_kernels import add_forces, find_slip
 from boltjoint.friction.declarations import COUPLED_CONSTANT, COUPLED_VARIABLE, LawDeclaration
-from boltjoint.friction.law import Array, ElementLaw, Sliders, states_of_period
+from boltjoint.friction.forms import AtSamples, InTime, Period
+from boltjoint.friction.law import Array
+from boltjoint.friction.slider_forms import states_of_period
 from boltjoint.friction.variable import VariableLoad
 
 
-class _CircularLimit(ElementLaw):
-    """What both laws have in common: elements whose sliders move in the plane."""
+@dataclass(frozen=True)
+class _PlaneAtSamples(AtSamples):
+    """Forces at samples of sliders that are followed until periodic.
 
-    has_sliders: ClassVar[bool] = False
+    ``quantities`` has k_u, k_v, n0 and mu of each element, shape (4, elements).
+    """
 
-    @property
-    def _in_plane(self) -> Sequence[Array]:
-        """k_u, k_v, n0 and mu of each element; zero, the slip force and 1 where n is constant."""
-        raise NotImplementedError
+    point_of_element: NDArray[np.int64]
+    quantities: Array
 
-    @cached_property
-    def _quantities(self) -> Array:
-        return np.array([np.broadcast_to(each, self.slip_force.shape) for each in self._in_plane])
-
-    @property
-    def kernel(self) -> None:
-        """None: there is no closed form."""
-        return None
-
-    def sliders(self) -> Sliders:
-        """Refused: the sliders do not move on lines.
-
-        Raises
-        ------
-        ValueError
-            Always.
-        """
-        raise ValueError(f"the law {self.name!r} has no sliders on lines: they move in the plane")
-
-    def evaluate(self, motion: Array) -> Array:
-        """Refused: there is no closed form.
-
-        Raises
-        ------
-        ValueError
-            Always.
-        """
-        self._refuse()
-
-    def evaluate_with_tangent(self, motion: Array) -> tuple[Array, Array]:
-        """Refused, as ``evaluate``."""
-        self._refuse()
-
-    def _states(self, motion: Array) -> NDArray[np.int8]:
-        self._refuse()
-
-    def _refuse(self) -> NoReturn:
-        raise ValueError(
-            f"the law {self.name!r} has no closed form: evaluate it by AFT (friction_force: aft)"
-        )
-
-    def evaluate_at_samples(self, motion: Array, tables: SampleTables, tangent: Array) -> Array:
-        """Harmonic forces by samples of a period, of sliders that are followed until periodic."""
-        motion, force = np.ascontiguousarray(motion), np.zeros(motion.shape)
-        sums, weight = np.zeros_like(tangent), np.tile(tables.weight, len(self.directions))
-        of_elements = self.point_of_element, self._quantities
+    def evaluate(self, motion: Array, period: Period, tangent: Array) -> Array:
+        """As of ``AtSamples``."""
+        motion, force, tables = np.ascontiguousarray(motion), np.zeros(motion.shape), period.tables
+        sums = np.zeros_like(tangent)
+        weight = np.tile(tables.weight, motion.shape[1] // tables.weight.size)
+        of_elements = self.point_of_element, self.quantities
         add_forces(*of_elements, motion, tables.synthesis, force, sums)
         tangent += weight[:, None] * sums
         return force * weight
 
-    def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
-        """State of each element over a period of samples."""
-        slips = np.empty(self.slip_force.size, bool)
+    def states(self, displacement: Array, w: float) -> NDArray[np.int8]:
+        """As of ``AtSamples``."""
+        slips = np.empty(self.point_of_element.size, bool)
         load = np.empty((slips.size, displacement.shape[2]))
         displacement = np.ascontiguousarray(displacement)
-        find_slip(self.point_of_element, self._quantities, displacement, slips, load)
+        find_slip(self.point_of_element, self.quantities, displacement, slips, load)
         return states_of_period(slips, load)
 
-    def evaluate_in_time(self, motion: Array, samples: int) -> Array:
-        """As of any law, of sliders that move in the plane."""
-        return integrate_in_plane(self.point_of_element, self._quantities, motion, samples)
+
+@dataclass(frozen=True)
+class _PlaneInTime(InTime):
+    """Forces of the same sliders, followed in time."""
+
+    point_of_element: NDArray[np.int64]
+    quantities: Array
+
+    def evaluate(self, motion: Array, w: float, samples: int) -> Array:
+        """As of ``InTime``."""
+        return integrate_in_plane(self.point_of_element, self.quantities, motion, samples)
+
+
+class _CircularLimit:
+    """The forms that both laws have: sliders that move in the plane, and no closed form."""
+
+    closed_form = None
+    #: k_u, k_v, n0 and mu of each element, shape (4, elements)
+    _in_plane: Array
+
+    def sliders(self) -> None:
+        """None: they do not move on lines."""
+        return None
+
+    @cached_property
+    def at_samples(self) -> AtSamples:
+        """Sliders in the plane."""
+        return _PlaneAtSamples(self.point_of_element, self._in_plane)
+
+    @cached_property
+    def in_time(self) -> InTime:
+        """Sliders in the plane."""
+        return _PlaneInTime(self.point_of_element, self._in_plane)
 
 
 @dataclass(frozen=True)
@@ -128,11 +118,12 @@ class CoupledConstantLoad(_CircularLimit, ConstantLoad):
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
-        return np.tile(ConstantLoad.stuck_stiffness(self, points), 2)
+        return np.tile(super().stuck_stiffness(points), 2)
 
     @property
-    def _in_plane(self) -> Sequence[Array]:
-        return self.tangential_stiffness, 0.0, self.slip_force, 1.0
+    def _in_plane(self) -> Array:
+        k, limit = self.tangential_stiffness, self.slip_force
+        return np.array([k, np.zeros_like(k), limit, np.ones_like(k)])
 
 
 @dataclass(frozen=True)
@@ -154,8 +145,8 @@ class CoupledVariableLoad(_CircularLimit, VariableLoad):
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points with closed elements in stick [N/m], (points, directions)."""
-        return VariableLoad.stuck_stiffness(self, points)[:, [0, 0, 1]]
+        return super().stuck_stiffness(points)[:, [0, 0, 1]]
 
     @property
-    def _in_plane(self) -> Sequence[Array]:
-        return [getattr(self, name) for name in self.quantities]
+    def _in_plane(self) -> Array:
+        return np.array([getattr(self, name) for name in self.quantities])

@@ -6,9 +6,11 @@ the workflow, so it imports none of them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import ModuleType
 from typing import Self
 
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
+from boltjoint.other_packages import WithOtherPackages
 
 #: label of each direction of motion in the contact in files of modes, in their order: first tangent
 #: of a point, which lies along the bar in a half lap, second tangent, and normal, whatever their
@@ -46,7 +48,8 @@ class ContactKey:
     def key(self) -> str:
         """The key in the file of a case."""
         name = self.name.removesuffix(PER_AREA)
-        return name if self.unit == "1" else f"{name}_{self.unit.replace('/', '_per_')}"
+        unit = self.unit.replace("/", "_per_").replace(" ", "_")
+        return name if self.unit == "1" else f"{name}_{unit}"
 
     @property
     def forms(self) -> tuple[Self, ...]:
@@ -172,6 +175,30 @@ IWAN = LawDeclaration(
     relative_time=4.0,
 )
 
+KELVIN_VOIGT = LawDeclaration(
+    name="kelvin-voigt",
+    label="constant normal load beside a Kelvin–Voigt layer",
+    meaning="Friction elements of the pairs under load, whose normal load stays that of the "
+    "preload, each beside a viscoelastic layer: a spring with a dashpot.",
+    keys=(
+        _TANGENTIAL_STIFFNESS,
+        _FRICTION_COEFFICIENT,
+        _stiffness("layer"),
+        ContactKey(
+            "layer_damping",
+            "N s/m",
+            "Viscous damping of the layer of each contact pair.",
+            per_area=ContactKey(
+                f"layer_damping{PER_AREA}",
+                "N s/m3",
+                "Viscous damping of the layer per area: each contact pair has it times its area.",
+            ),
+        ),
+    ),
+    capabilities=(CONSTANT_NORMAL_LOAD,),
+    relative_time=2.0,
+)
+
 _ALONG_AND_ACROSS = "along both tangents (the bar and its width in a half lap)"
 UNCOUPLED_CONSTANT = replace(
     CONSTANT,
@@ -244,13 +271,23 @@ def _knows_bias(law: LawDeclaration) -> bool:
     return "bias" in law.components or law.limit_of is not None
 
 
-#: by name
-DECLARATIONS = {
-    each.name: each
-    for each in (
+#: entry points by which other packages have laws (``friction.laws``)
+GROUP = "boltjoint.laws"
+
+
+def _of_module(module: ModuleType) -> LawDeclaration:
+    """The declaration of the law of another package."""
+    return module.DECLARATION
+
+
+#: of the laws of this package, by name
+OWN_DECLARATIONS = {
+    law.name: law
+    for law in (
         CONSTANT,
         VARIABLE,
         IWAN,
+        KELVIN_VOIGT,
         TABULATED,
         UNCOUPLED_CONSTANT,
         UNCOUPLED_VARIABLE,
@@ -258,3 +295,6 @@ DECLARATIONS = {
         COUPLED_VARIABLE,
     )
 }
+
+#: by name, those of other packages once they are asked for
+DECLARATIONS = WithOtherPackages(OWN_DECLARATIONS, GROUP, _of_module)

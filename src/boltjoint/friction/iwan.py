@@ -20,7 +20,7 @@ D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Appl
 (2005) 752-760.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, exp, hypot, lgamma, pi, sqrt
@@ -31,14 +31,15 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.compiled import kept_loop, loop
-from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import IWAN, LawDeclaration
+from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.forms import AtSamples, CompiledForm, InTime, Period
 from boltjoint.friction.iwan_at_samples import Hysteresis, ModalIwan
-from boltjoint.friction.kernels import Elements
-from boltjoint.friction.law import Array, ElementLaw, Sliders, check_elements
+from boltjoint.friction.kernels import Elements, Kernel
 from boltjoint.friction.modal_elements import ModalElements
+from boltjoint.friction.sliders_at_samples import Sliders
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding
 _TERMS = 52
@@ -161,42 +162,23 @@ class FourParameterIwan(ElementLaw):
             friction_coefficient=s.ravel()[kept],
         )
 
-    def evaluate_in_time(self, motion: Array, samples: int) -> Array:
-        """As of any law, by Masing's rule with a memory of the reversals: exact at the samples."""
-        phase = 2 * np.pi * np.arange(1, samples + 1) / samples
-        table = np.column_stack([np.ones(samples), np.sin(phase), np.cos(phase)])
-        force, weight = np.zeros_like(motion), np.array([1.0, 2.0, 2.0]) / samples
-        found = self._hysteresis(motion[:, :3] @ table.T)
-        np.add.at(force[:, :3], self.point_of_element, found.force @ table * weight)
-        return force
+    @cached_property
+    def closed_form(self) -> CompiledForm:
+        """The describing function of the distribution."""
+        return CompiledForm(Kernel(_add_forces, self.compiled_elements), self._states)
 
-    def evaluate_at_samples(self, motion: Array, tables: SampleTables, tangent: Array) -> Array:
-        """As of any law, by Masing's rule."""
-        on, force = self.point_of_element, np.zeros_like(motion)
-        found = self._hysteresis(motion @ tables.synthesis)
-        np.add.at(force, on, found.force @ tables.synthesis.T * tables.weight)
-        if tangent.size:
-            np.add.at(tangent, on, found.tangents(tables.synthesis, tables.weight))
-        return force
+    @cached_property
+    def at_samples(self) -> AtSamples:
+        """Masing's rule."""
+        return _MasingAtSamples(self.point_of_element, self.compiled_elements.quantities)
 
-    def in_modes(self, rows: Sequence[Array]) -> ModalElements:
-        """The elements in modal coordinates, for AFT, by Masing's rule."""
-        return ModalIwan(rows[0][self.point_of_element], self.compiled_elements.quantities)
-
-    def states_at_samples(self, displacement: Array) -> NDArray[np.int8]:
-        """State of each element over a period of samples: some of it slips unless it is at rest."""
-        return self._states_by(displacement[:, 0].any(axis=1))
-
-    def _hysteresis(self, displacement: Array) -> Hysteresis:
-        """Of the elements along displacements of the points, (points, samples)."""
-        return Hysteresis.of(self.compiled_elements.quantities, displacement[self.point_of_element])
+    @cached_property
+    def in_time(self) -> InTime:
+        """Masing's rule with a memory of the reversals: exact at the samples."""
+        return _MasingInTime(self.point_of_element, self.compiled_elements.quantities)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
-        return self._states_by(motion.any(axis=1))
-
-    def _states_by(self, moves: NDArray[np.bool_]) -> NDArray[np.int8]:
-        """States by whether points move, (points,)."""
-        return np.where(moves[self.point_of_element], STICK_SLIP, STICK).astype(np.int8)
+        return _states_by(motion.any(axis=1)[self.point_of_element])
 
     @cached_property
     def _power_law_stiffness(self) -> Array:
@@ -210,10 +192,55 @@ class FourParameterIwan(ElementLaw):
         of_element = self._power_law_stiffness, self.largest_slip_displacement
         return Elements.of(self.point_of_element, [*of_element, self.chi, self.beta, complete])
 
-    @property
-    def kernel(self) -> Callable:
-        """The compiled function that adds the forces."""
-        return _add_forces
+
+class _Masing:
+    """Iwan elements on points, by Masing's rule."""
+
+    def __init__(self, point_of_element: NDArray[np.int64], quantities: Array) -> None:
+        self.point_of_element, self.quantities = point_of_element, quantities
+
+    def _hysteresis(self, displacement: Array) -> Hysteresis:
+        """Of the elements along displacements of the points, (points, samples)."""
+        return Hysteresis.of(self.quantities, displacement[self.point_of_element])
+
+
+class _MasingAtSamples(_Masing, AtSamples):
+    """Forces of Iwan elements at samples."""
+
+    def evaluate(self, motion: Array, period: Period, tangent: Array) -> Array:
+        """As of ``AtSamples``."""
+        tables, on, force = period.tables, self.point_of_element, np.zeros_like(motion)
+        hysteresis = self._hysteresis(motion @ tables.synthesis)
+        np.add.at(force, on, hysteresis.force @ tables.synthesis.T * tables.weight)
+        if tangent.size:
+            np.add.at(tangent, on, hysteresis.tangents(tables.synthesis, tables.weight))
+        return force
+
+    def in_modes(self, rows: Sequence[Array], w: float) -> ModalElements:
+        """As of ``AtSamples``."""
+        return ModalIwan(rows[0][self.point_of_element], self.quantities)
+
+    def states(self, displacement: Array, w: float) -> NDArray[np.int8]:
+        """As of ``AtSamples``."""
+        return _states_by(displacement[:, 0].any(axis=1)[self.point_of_element])
+
+
+class _MasingInTime(_Masing, InTime):
+    """Forces of Iwan elements in time."""
+
+    def evaluate(self, motion: Array, w: float, samples: int) -> Array:
+        """As of ``InTime``."""
+        phase = 2 * np.pi * np.arange(1, samples + 1) / samples
+        table = np.column_stack([np.ones(samples), np.sin(phase), np.cos(phase)])
+        force, weight = np.zeros_like(motion), np.array([1.0, 2.0, 2.0]) / samples
+        hysteresis = self._hysteresis(motion[:, :3] @ table.T)
+        np.add.at(force[:, :3], self.point_of_element, hysteresis.force @ table * weight)
+        return force
+
+
+def _states_by(moves: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """States of elements by whether they move: some of one slips unless it is at rest."""
+    return np.where(moves, STICK_SLIP, STICK).astype(np.int8)
 
 
 def _complete_beta(a: float) -> float:

@@ -1,8 +1,8 @@
 """Forces of the elements of any law in compiled loops: each law brings its kernel.
 
-A kernel is a compiled function ``kernel(elements, motion, force, tangent)`` that adds the forces of
-all ``Elements`` to ``force``, and their tangents to ``tangent`` unless that is empty; motion, force
-and tangent are those of ``FrictionLaw.force_and_tangent``.
+Its compiled function ``add_forces(elements, motion, force, tangent)`` adds the forces of all
+``Elements`` to ``force``, and their tangents to ``tangent`` unless that is empty; motion, force and
+tangent are those of ``FrictionLaw.force_and_tangent``.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,9 +45,16 @@ class Elements(NamedTuple):
         return cls(np.array(indices, np.int64), rows, np.array(table, float))
 
 
+class Kernel(NamedTuple):
+    """The compiled function that adds the forces of a law, and the elements that it is given."""
+
+    add_forces: Callable
+    elements: Elements
+
+
 @cache
-def address_of_kernel(kernel: Callable) -> int:
-    """Where compiled loops find a kernel."""
+def address_of_kernel(add_forces: Callable) -> int:
+    """Where compiled loops find the function that adds the forces of a law."""
     none = np.zeros((0, 2))
     elements = Elements.of(np.zeros(0, np.int64), [np.zeros(0)])
-    return address_of(kernel, elements, none, none, np.zeros((0, 2, 2)))
+    return address_of(add_forces, elements, none, none, np.zeros((0, 2, 2)))

@@ -6,7 +6,6 @@ dissipation, has a closed form between the amplitudes at which elements begin to
 part is interpolated.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, log, pi, sqrt
@@ -17,7 +16,8 @@ import numpy as np
 from boltjoint.compiled import kept_loop
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import TABULATED, LawDeclaration
-from boltjoint.friction.kernels import Elements
+from boltjoint.friction.forms import CompiledForm
+from boltjoint.friction.kernels import Elements, Kernel
 from boltjoint.friction.law import Array
 
 #: tolerance of the interpolation, relative to the describing function; half or twice moves peaks by
@@ -43,10 +43,10 @@ class TabulatedLoad(ConstantLoad):
 
     declaration: ClassVar[LawDeclaration] = TABULATED
 
-    @property
-    def kernel(self) -> Callable:
-        """The compiled function that adds the forces."""
-        return _add_forces
+    @cached_property
+    def closed_form(self) -> CompiledForm:
+        """The table of the describing function of each point."""
+        return CompiledForm(Kernel(_add_forces, self.compiled_elements), self._states)
 
     @cached_property
     def compiled_elements(self) -> Elements:

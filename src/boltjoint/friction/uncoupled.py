@@ -12,8 +12,8 @@ C.-H. Menq, P. Chidamparam, J. H. Griffin: Friction damping of two-dimensional m
 application in vibration control. Journal of Sound and Vibration 144 (1991) 427-447.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -23,8 +23,10 @@ from boltjoint.compiled import kept_loop
 from boltjoint.friction import constant, variable_kernels
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import UNCOUPLED_CONSTANT, UNCOUPLED_VARIABLE, LawDeclaration
-from boltjoint.friction.kernels import Elements
-from boltjoint.friction.law import Array, Sliders
+from boltjoint.friction.forms import CompiledForm
+from boltjoint.friction.kernels import Elements, Kernel
+from boltjoint.friction.law import Array
+from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.friction.variable import VariableLoad
 
 
@@ -56,10 +58,12 @@ class UncoupledConstantLoad(ConstantLoad):
     def _states(self, motion: Array) -> NDArray[np.int8]:
         return np.maximum(super()._states(motion[:, :2]), super()._states(motion[:, 2:]))
 
-    @property
-    def kernel(self) -> Callable:
-        """The compiled function that adds the forces."""
-        return _add_forces_of_constant_load
+    @cached_property
+    def closed_form(self) -> CompiledForm:
+        """That of one direction, along both."""
+        return CompiledForm(
+            Kernel(_add_forces_of_constant_load, self.compiled_elements), self._states
+        )
 
 
 @dataclass(frozen=True)
@@ -94,10 +98,12 @@ class UncoupledVariableLoad(VariableLoad):
         along_t1, along_t2 = (np.hstack([motion[:, at : at + 3], motion[:, 6:]]) for at in (0, 3))
         return np.maximum(super()._states(along_t1), super()._states(along_t2))
 
-    @property
-    def kernel(self) -> Callable:
-        """The compiled function that adds the forces."""
-        return _add_forces_of_variable_load
+    @cached_property
+    def closed_form(self) -> CompiledForm:
+        """That of one direction, along both."""
+        return CompiledForm(
+            Kernel(_add_forces_of_variable_load, self.compiled_elements), self._states
+        )
 
 
 def _in_both_directions(sliders: Sliders) -> Sliders:

@@ -4,8 +4,8 @@ The normal motion loads and unloads the contact, up to separation. The analytic 
 is in ``variable_kernels``, with its references.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.declarations import VARIABLE, LawDeclaration
-from boltjoint.friction.law import Array, ElementLaw, Sliders, check_elements
+from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.forms import CompiledForm
+from boltjoint.friction.kernels import Kernel
+from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.friction.variable_kernels import add_forces, find_states
 
 
@@ -99,13 +102,13 @@ class VariableLoad(ElementLaw):
         """Mu n0 of each element in the assembled state [N], 0 where it is open."""
         return self.friction_coefficient * np.maximum(self.normal_load, 0.0)
 
-    @property
-    def kernel(self) -> Callable:
-        """The compiled function that adds the forces.
+    @cached_property
+    def closed_form(self) -> CompiledForm | None:
+        """Harmonics of the pieces of a period.
 
         The normal force is the excess of the normal load over ``max(n0, 0)``.
         """
-        return add_forces
+        return CompiledForm(Kernel(add_forces, self.compiled_elements), self._states)
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points with closed elements in stick [N/m], (points, directions)."""

@@ -78,7 +78,7 @@ def fit_iwan_element(
     def residual(unknown: Array) -> Array:
         chi, beta = unknown[0], np.exp(unknown[1])
         law = FourParameterIwan(on, each, each, chi * each, beta * each)
-        return misfit.difference((law.evaluate(motion) / misfit.amplitude[:, None]).T.ravel())
+        return misfit.difference((law.evaluate(motion, 0.0) / misfit.amplitude[:, None]).T.ravel())
 
     how = {
         "jac": "3-point",

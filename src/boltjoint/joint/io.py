@@ -15,7 +15,7 @@ from boltjoint.dataset import quantity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.combined import CombinedLaw
 from boltjoint.friction.declarations import AND
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.model import MODES, Joint
 from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
@@ -99,7 +99,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     law = joint.law
     parts = law.parts if isinstance(law, CombinedLaw) else (law,)
     for part in parts:
-        checks.instance("law of the joint", part, *LAWS.values())
+        checks.instance("law of the joint", part, ElementLaw)
     between = joint.resonance_range()
     if reduced_from is not None:
         known = checks.variable(

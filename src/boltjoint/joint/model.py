@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.damping import ModalStructure
 from boltjoint.friction.declarations import AXES
-from boltjoint.friction.law import ElementLaw, FrictionLaw
+from boltjoint.friction.element_law import ElementLaw
+from boltjoint.friction.law import FrictionLaw
 from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from boltjoint.friction.combined import elements_of_pairs
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.declarations import AXES, is_per_area
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import MODES, Joint

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.fitting import Fit, Method, check_fit_options, fit_elements

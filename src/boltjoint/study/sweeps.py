@@ -338,8 +338,8 @@ class _Observed:
                 self.peak[place, level] = branch.frequency[at], branch.amplitude[at]
                 if self.state is not None:
                     motion = ModalContact(joint).motion(branch.modal_coordinate[at])
-                    found = joint.law.contact_state(motion)
-                    self.state[place, level, : found.size] = found
+                    states = joint.law.contact_state(motion, branch.frequency[at])
+                    self.state[place, level, : states.size] = states
             if self.grid is not None:
                 along = branch.frequency, branch.amplitude
                 self.response[place, level] = amplitude_on_grid(*along, self.grid)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.verification.time_integration import Integration
 

@@ -113,7 +113,7 @@ class _ModalEquations:
     ) -> NDArray[np.float64]:
         """Residual over the norm of the largest term, shape (modes, 3)."""
         point_motion = np.hstack([B @ motion for B in self.rows])
-        contact = self.law.evaluate_in_time(point_motion, samples)
+        contact = self.law.in_time.evaluate(point_motion, 2 * np.pi * frequency, samples)
         bias, sine, cosine = motion.T
         zero = np.zeros_like(bias)
         terms = (

@@ -27,7 +27,7 @@ from scipy.signal import resample
 
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.verification.time_steps import integrate_period, sliders_along
 
@@ -192,7 +192,11 @@ class Integration:
     def of(
         cls, joint: Joint, frequency: float, force: float, damping: Damping, steps: int
     ) -> "Integration":
-        sliders = joint.law.sliders()
+        sliders, dashpots = joint.law.sliders(), joint.law.dashpots
+        if sliders is None:
+            raise ValueError(
+                f"the law {joint.law.name!r} is not known in time: its sliders move in the plane"
+            )
         on, k_u, k_v = sliders.point, sliders.tangential_stiffness, sliders.normal_stiffness
         elastic = ~joint.is_rigid
         w, L = 2 * np.pi * frequency, (2 * np.pi * joint.natural_frequency[elastic]) ** 2
@@ -212,7 +216,11 @@ class Integration:
                 N[lateral] = 0.0
             elements = X, V, R, N, sliders.normal_load, mu
         H, pull = damping.matrix(joint.structure()).at(w), joint.excitation * (force + 0j)
-        structure = L, np.ascontiguousarray(H[np.ix_(elastic, elastic)] / w), pull[elastic]
+        viscous = H[np.ix_(elastic, elastic)] / w
+        if dashpots is not None:
+            B = joint.rows[0][:, elastic]
+            viscous = viscous + B.T @ (dashpots.at_points(joint.points)[:, None] * B)
+        structure = L, np.ascontiguousarray(viscous), pull[elastic]
         # no damping model couples them with elastic modes
         among = np.ix_(~elastic, ~elastic)
         rigid = np.zeros(elastic.size, dtype=complex)

@@ -41,9 +41,13 @@ _WITHOUT_DISSIPATION = 1e-5
 
 
 class _Unexcited(NamedTuple):
-    """The balance without excitation and inertia at a motion x: residual and Jacobian."""
+    """The balance without excitation and inertia at a motion x of a frequency w [rad/s].
+
+    Its residual and Jacobian.
+    """
 
     x: NDArray[np.float64]
+    w: float
     residual: NDArray[np.float64]
     jacobian: LazyJacobian
 
@@ -136,18 +140,19 @@ class EPMCEquations(Equations):
         """Residual and Jacobian at the modal amplitude exp(p)."""
         a, mode = np.exp(p), x[:-2]
         s, c = mode[self.sin], mode[self.cos]
-        unexcited = self._unexcited(a * mode)
+        unexcited = self._unexcited(a * mode, self._frequency(x[-2]))
         residual = np.append(unexcited.residual / (a * self.scale), [s @ s + c @ c - 1, s @ c])
         residual[:-2] -= x[-2] * self._harmonic**2 * mode + x[-1] * self._quarter_later(mode)
         if self._power.size:
             residual[:-2] += self._varying_damping(x[-2]) @ mode
-        return residual, lambda: self._jacobian(x, unexcited.jacobian())
+        return residual, lambda: self._jacobian(x, a, unexcited.jacobian())
 
-    def _unexcited(self, x: NDArray[np.float64]) -> _Unexcited:
+    def _unexcited(self, x: NDArray[np.float64], w: float) -> _Unexcited:
         """The balance at x, kept for the derivative by the parameter that follows the residual."""
-        if self._last is None or not np.array_equal(x, self._last.x):
-            residual, jacobian = self.balance.residual_and_jacobian(x, 0.0)
-            self._last = _Unexcited(x, residual, cache(jacobian))
+        last = self._last
+        if last is None or w != last.w or not np.array_equal(x, last.x):
+            residual, jacobian = self.balance.residual_and_jacobian(x, 0.0, w)
+            self._last = _Unexcited(x, w, residual, cache(jacobian))
         return self._last
 
     def _quarter_later(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -163,9 +168,9 @@ class EPMCEquations(Equations):
         return np.tensordot(self._frequency(real) ** self._power, self._varying, 1) / self.scale
 
     def _jacobian(
-        self, x: NDArray[np.float64], force_jacobian: NDArray[np.float64]
+        self, x: NDArray[np.float64], a: float, force_jacobian: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """The Jacobian from that of the balance without excitation and inertia."""
+        """The Jacobian from that of the balance without excitation and inertia at an amplitude."""
         mode, (real, imaginary) = x[:-2], x[-2:]
         n, harmonic = mode.size, self._harmonic
         jacobian = np.zeros((x.size, x.size))
@@ -181,6 +186,10 @@ class EPMCEquations(Equations):
             # by the real part of lambda, on which w depends
             change = np.tensordot(self._power * w ** (self._power - 1), self._varying, 1)
             jacobian[:n, n] += np.sign(real) / (2 * w) * (change @ mode)
+        w = self._frequency(real)
+        of_contact = self.balance.contact.frequency_derivative(a * mode, w)
+        if of_contact is not None:
+            jacobian[:n, n] += np.sign(real) / (2 * w) * of_contact / a
         s, c = mode[self.sin], mode[self.cos]
         jacobian[n, self.sin], jacobian[n, self.cos] = 2 * s, 2 * c
         jacobian[n + 1, self.sin], jacobian[n + 1, self.cos] = c, s
@@ -189,7 +198,7 @@ class EPMCEquations(Equations):
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the logarithm of the modal amplitude."""
         a, mode = np.exp(p), x[:-2]
-        unexcited = self._unexcited(a * mode)
+        unexcited = self._unexcited(a * mode, self._frequency(x[-2]))
         change = unexcited.jacobian() @ mode
         return np.append((change - unexcited.residual / a) / self.scale, [0.0, 0.0])
 
@@ -341,5 +350,6 @@ class ModalState:
     def contact_stiffness(self) -> NDArray[np.complex128]:
         """Modal describing function of the contact [s^-2], shape (linear modes,) * 2."""
         balance = self.equations.balance
-        springs = balance.describing_function(self.amplitude * self.unknown[:-2])
+        w = np.sqrt(max(self.eigenvalue.real, 0.0))
+        springs = balance.describing_function(self.amplitude * self.unknown[:-2], w)
         return balance.contact.spring_stiffness(springs)

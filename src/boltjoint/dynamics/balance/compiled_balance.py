@@ -69,6 +69,7 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
     law = balance.joint.law
     if law.kernel is None:
         return None
+    add_forces, elements = law.kernel
     rows = np.ascontiguousarray(np.stack([each.T for each in balance.contact.rows]))
     directions, modes, points = rows.shape
     parts = len(balance.components)
@@ -77,8 +78,8 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
     n = harmonic.size
     return BalanceArrays(
         rows=rows,
-        add_forces=address_of_kernel(law.kernel),
-        elements=law.compiled_elements,
+        add_forces=address_of_kernel(add_forces),
+        elements=elements,
         static=static,
         harmonic=harmonic,
         power=power,

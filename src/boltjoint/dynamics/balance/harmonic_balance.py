@@ -146,13 +146,19 @@ class HarmonicBalance:
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Residual of the equations at x and w, shape of x."""
-        return self.contact.force(x) + self.linear_force(x, w) - self.modal_force
+        return self.contact.force(x, w) + self.linear_force(x, w) - self.modal_force
 
     def residual_and_jacobian(
-        self, x: NDArray[np.float64], w: float
+        self, x: NDArray[np.float64], w: float, w_of_contact: float | None = None
     ) -> tuple[NDArray[np.float64], Derivative]:
-        """Residual and its lazily evaluated Jacobian, from one pass over the friction elements."""
-        force, tangent = self.contact.force_and_tangent(x)
+        """Residual and its lazily evaluated Jacobian, from one pass over the friction elements.
+
+        The contact may have a frequency of its own, ``w_of_contact`` [rad/s]: that of a mode whose
+        inertia is put apart.
+        """
+        force, tangent = self.contact.force_and_tangent(
+            x, w if w_of_contact is None else w_of_contact
+        )
         residual = self.linear_force(x, w) + force - self.modal_force
         return residual, Derivative(
             lambda: self.dynamic_stiffness(w) + tangent(),
@@ -185,7 +191,8 @@ class HarmonicBalance:
             # either the factor or the frequency is the number of the harmonic, the other 1 or w
             change = self._turned(x, lambda h: h * varying.derivative(self._damping_of(h, w)[1]))
             derivative += change
-        return derivative
+        of_contact = self.contact.frequency_derivative(x, w)
+        return derivative if of_contact is None else derivative + of_contact
 
     def stuck_solution(self, w: float) -> NDArray[np.float64]:
         """The linear response at w while nothing slips, shape of x."""
@@ -193,10 +200,10 @@ class HarmonicBalance:
         stiffness = self.dynamic_stiffness(w) + self.contact.stuck_stiffness
         return np.linalg.solve(stiffness, self.modal_force)
 
-    def describing_function(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Describing function of each point and direction at x [N/m] (``ModalContact``)."""
+    def describing_function(self, x: NDArray[np.float64], w: float) -> NDArray[np.complex128]:
+        """Describing function of each point and direction at x and w [N/m] (``ModalContact``)."""
         motion = self.motion(x)
-        return self.contact.describing_function(motion, self.joint.law.evaluate(motion))
+        return self.contact.describing_function(motion, self.joint.law.evaluate(motion, w))
 
     def linear_part(self) -> tuple[NDArray[np.float64], ...]:
         """What ``dynamic_stiffness`` is made of.

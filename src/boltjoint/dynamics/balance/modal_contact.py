@@ -60,34 +60,58 @@ class ModalContact:
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
-        shape = (len(self.components) * self.modes,)
-        if x.shape != shape:
-            raise ValueError(f"x has shape {x.shape}, expected {shape}")
-        amplitudes = self.components.rows(x)
+        amplitudes = self._amplitudes(x)
         return np.hstack([B @ amplitudes.T for B in self.rows])
 
-    def force(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Forces on the modes at x [kg^-1/2 N], shape of x."""
-        if self.joint.law.sums_in_modal_coordinates:
-            return self.force_and_tangent(x)[0]
-        return self.modal_force(self.joint.law.evaluate(self.motion(x)))
+    def _amplitudes(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Amplitudes of the modes, shape (components, modes)."""
+        if x.shape != (size := (len(self.components) * self.modes,)):
+            raise ValueError(f"x has shape {x.shape}, expected {size}")
+        return self.components.rows(x)
 
-    def force_and_tangent(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], Derivative]:
+    def force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
+        """Forces on the modes at x [kg^-1/2 N] and the frequency w [rad/s], shape of x."""
+        if (in_modes := self._summed_in_modes(x, w)) is not None:
+            return in_modes[0]
+        return self.modal_force(self.joint.law.evaluate(self.motion(x), w))
+
+    def force_and_tangent(
+        self, x: NDArray[np.float64], w: float
+    ) -> tuple[NDArray[np.float64], Derivative]:
         """Forces on the modes at x [kg^-1/2 N], and their lazily evaluated derivative [s^-2]."""
-        law = self.joint.law
-        if not law.sums_in_modal_coordinates:
-            force, tangent = law.evaluate_with_tangent(self.motion(x))
-            derivative = Derivative(
-                lambda: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
-            )
-            return self.modal_force(force), derivative
-        shape = len(self.components), self.modes
-        force, of_modes = law.modal_force_and_tangent(self.rows, x.reshape(shape))
+        if (in_modes := self._summed_in_modes(x, w)) is not None:
+            return in_modes
+        force, tangent = self.joint.law.evaluate_with_tangent(self.motion(x), w)
         derivative = Derivative(
-            lambda: of_modes().reshape(x.size, x.size),
-            lambda dx: of_modes.along(dx.reshape(shape)).ravel(),
+            lambda: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
+        )
+        return self.modal_force(force), derivative
+
+    def _summed_in_modes(
+        self, x: NDArray[np.float64], w: float
+    ) -> tuple[NDArray[np.float64], Derivative] | None:
+        """As ``force_and_tangent`` by sums in modal coordinates; None of laws without them."""
+        amplitudes = self._amplitudes(x)
+        in_modes = self.joint.law.modal_force_and_tangent(self.rows, amplitudes, w)
+        if in_modes is None:
+            return None
+        force, tangent = in_modes
+        derivative = Derivative(
+            lambda: tangent().reshape(x.size, x.size),
+            lambda dx: tangent.along(dx.reshape(amplitudes.shape)).ravel(),
         )
         return force.ravel(), derivative
+
+    def frequency_derivative(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64] | None:
+        """Derivative of the forces on the modes by w; None where they do not depend on it."""
+        if not self._depends_on_frequency:
+            return None
+        return self.modal_force(self.joint.law.frequency_derivative(self.motion(x), w))
+
+    @cached_property
+    def _depends_on_frequency(self) -> bool:
+        at_rest = np.zeros((self.joint.points, len(self.rows) * len(self.components)))
+        return self.joint.law.frequency_derivative(at_rest, 1.0) is not None
 
     def change(self, dx: NDArray[np.float64], tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """Derivative of the forces on the modes along dx, from the tangents of the points."""
@@ -212,12 +236,7 @@ class ModalContact:
         jacobian = np.zeros((modes, n * n * modes))
         for d, B in enumerate(self.rows):
             for e, C in enumerate(self.rows):
-                by_part = change[:, d, :, e, :].reshape(-1, n * n)
-                changed = np.flatnonzero(by_part.any(axis=1))
-                for first in range(0, changed.size, _POINTS_AT_ONCE):
-                    at = changed[first : first + _POINTS_AT_ONCE]
-                    weighted = by_part[at][:, :, None] * C[at][:, None, :]
-                    jacobian += B[at].T @ weighted.reshape(at.size, -1)
+                _add_products(B, C, change[:, d, :, e, :].reshape(-1, n * n), jacobian)
         jacobian = jacobian.reshape(modes, n, n, modes)
         return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
 
@@ -248,3 +267,17 @@ class ModalContact:
     @cached_property
     def _stuck_tangent(self) -> NDArray[np.float64]:
         return self.stuck_tangents[:, :, None] * np.eye(self.stuck_tangents.shape[1])
+
+
+def _add_products(
+    B: NDArray[np.float64],
+    C: NDArray[np.float64],
+    by_part: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
+) -> None:
+    """Add the tangents of two directions, by pairs of components, where they are not zero."""
+    changed = np.flatnonzero(by_part.any(axis=1))
+    for first in range(0, changed.size, _POINTS_AT_ONCE):
+        at = changed[first : first + _POINTS_AT_ONCE]
+        weighted = by_part[at][:, :, None] * C[at][:, None, :]
+        jacobian += B[at].T @ weighted.reshape(at.size, -1)

@@ -122,7 +122,7 @@ def energy_per_period(
         work_of = (h * (f[c] @ q[s] - f[s] @ q[c]) for h, s, c in components.harmonics)
         return float(np.pi * sum(work_of))
 
-    force = balance.modal_force, balance.damping_force(x, w), balance.contact.force(x)
+    force = balance.modal_force, balance.damping_force(x, w), balance.contact.force(x, w)
     return work(force[0]), work(force[1]), work(force[2])
 
 

@@ -146,7 +146,8 @@ class CandidateBackbone:
         count = len(balance.components)
         x, a = state.unknown, state.amplitude
         motion = self.modes @ x[:-2].reshape(count, -1).T
-        force, tangent = self.law.evaluate_with_tangent(self._relative(a * motion))
+        w = 2 * np.pi * state.frequency
+        force, tangent = self.law.evaluate_with_tangent(self._relative(a * motion), w)
         lacking = self._static_responses(tangent, count)
 
         residual = self._linear(motion, state.eigenvalue) + self._project(force / a, count)
@@ -184,13 +185,15 @@ class CandidateBackbone:
         components = np.zeros((len(self.equations.balance.components), len(stuck)))
         components[-2] = stuck
         unit = self.equations.balance.motion(components.ravel())
+        frequency = np.sqrt(self.equations.scale) / (2 * np.pi)
         # of each element: at least one, as the stuck ones are counted
         reached = []
         for share in (0.0, 0.5):
             low, high = -40.0, 40.0
             for _ in range(40):
                 middle = (low + high) / 2
-                slips = joint.law.contact_state(np.exp(middle) * unit)[self._loaded] > 0
+                states = joint.law.contact_state(np.exp(middle) * unit, frequency)
+                slips = states[self._loaded] > 0
                 low, high = (low, middle) if slips.mean() > share else (middle, high)
             reached.append(float(np.exp(high)))
         return reached[0], reached[1]

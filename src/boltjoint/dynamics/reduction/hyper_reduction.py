@@ -37,7 +37,7 @@ from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
 from boltjoint.dynamics.backbone.peak_sensitivity import PeakSensitivity, peak_sensitivities
 from boltjoint.dynamics.response.windows import frequency_window
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint, count_alike, keep_elements
 from boltjoint.options import Options
 from boltjoint.solvers.equations import StepControl
@@ -216,7 +216,8 @@ class _TracedBackbone:
         every_other = zip(self.states[::2], self.sensitivities[::2], strict=True)
         for state, sensitivity in every_other:
             a, phi = state.amplitude, state.mode
-            force = joint.law.evaluate(balance.motion(a * state.unknown[:-2]))
+            w = 2 * np.pi * state.frequency
+            force = joint.law.evaluate(balance.motion(a * state.unknown[:-2]), w)
             modal = np.zeros((count, modes, joint.points))
             for d, rows in enumerate(joint.rows):
                 modal += force[:, d * count : (d + 1) * count].T[:, None] * rows.T

@@ -242,7 +242,7 @@ def to_dataset(
         states = np.full(joint.law.point_of_element.size, contact_states.UNKNOWN, dtype=np.int8)
         if branch.peak is not None:
             motion = contact.motion(branch.modal_coordinate[branch.peak])
-            states = joint.law.contact_state(motion)
+            states = joint.law.contact_state(motion, branch.peak_frequency)
         states_at_peak.append(states)
         solutions = branch.frequency, branch.modal_coordinate
         stabilities.append(find_stability(balance, *solutions, fold, stability))

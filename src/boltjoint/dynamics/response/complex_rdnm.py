@@ -110,7 +110,7 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         """Residual and Jacobian at the frequency p [rad/s]."""
         if not self.is_analytic:
             return self._with_differences(x, p)
-        force, tangent = self.balance.joint.law.evaluate_with_tangent(self._motion(x))
+        force, tangent = self.balance.joint.law.evaluate_with_tangent(self._motion(x), p)
         return self._residual_under(x, p, force), lambda: self._jacobian(p, tangent)
 
     def _jacobian(self, p: float, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -139,11 +139,16 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         derivative = -2.0 * p * (self._phi.T @ q)
         if self.balance.damping_matrix.varying is not None:
             derivative += 1j * (self._phi.T @ (self.balance.damping_matrix.derivative(p) @ q))
-        return np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
+        found = np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
+        of_contact = self.balance.joint.law.frequency_derivative(self._motion(x), p)
+        if of_contact is not None:
+            found += of_contact.ravel() @ self._from_points.reshape(of_contact.size, -1)
+        return found
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """Update the modes by the describing function at amplitudes of the linear modes."""
-        contact = self.balance.contact.spring_stiffness(self.balance.describing_function(q))
+        springs = self.balance.describing_function(q, p)
+        contact = self.balance.contact.spring_stiffness(springs)
         squared, vectors = np.linalg.eig(self.balance.complex_stiffness(p) + contact)
         vectors /= np.sqrt(np.sum(vectors * vectors, axis=0))
         kept = matching_modes(vectors, self._phi)
@@ -190,7 +195,7 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         return motion.reshape(len(motion), -1)
 
     def _residual(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
-        return self._residual_under(x, p, self.balance.joint.law.evaluate(self._motion(x)))
+        return self._residual_under(x, p, self.balance.joint.law.evaluate(self._motion(x), p))
 
     def _residual_under(
         self, x: NDArray[np.float64], p: float, force: NDArray[np.float64]

@@ -27,7 +27,7 @@ from boltjoint.dynamics.response.left_out_harmonics import (
 )
 from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
-from boltjoint.friction.law import ElementLaw
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
 

@@ -77,7 +77,7 @@ class LaggedRDNM(LinearModes, LaggedEquations):
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """Update the modes by the describing function at amplitudes of the linear modes."""
-        D = self._linear.describing_function(q)
+        D = self._linear.describing_function(q, p)
         contact = self._linear.contact.spring_stiffness(D.real)
         vectors = np.linalg.eigh(self._linear.stiffness + contact)[1]
         vectors = vectors[:, matching_modes(vectors, self.basis)]
@@ -123,6 +123,8 @@ class SelfConsistentRDNM(LinearModes):
         self._scale = squared[-1]
         #: modes evaluated last: the solution, the modes they continue, the modes
         self._found: tuple[NDArray[np.float64], ...] | None = None
+        #: frequency of the last evaluation, at which the modes are those of the describing function
+        self._w = 0.0
 
     def state(self) -> NDArray[np.float64]:
         """The modes at the last accepted solution, by which those at the next are tracked."""
@@ -137,11 +139,11 @@ class SelfConsistentRDNM(LinearModes):
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual and Jacobian at the frequency p [rad/s], under a part of the excitation."""
         contact, motion = self.balance.contact, self.balance.motion(x)
-        force, tangent = self.balance.joint.law.evaluate_with_tangent(motion)
+        force, tangent = self.balance.joint.law.evaluate_with_tangent(motion, p)
         D = contact.describing_function(motion, force)
         squared, vectors, kept = self._modes_of(D)
         V, k = vectors[:, kept], self._scale
-        self._found = x, self._modes, V
+        self._found, self._w = (x, self._modes, V), p
         residual, linear_jacobian = self.balance.assemble(x, p, force, tangent)
         residual += (1 - load_factor) * self.balance.modal_force
         h = (residual - k * x).reshape(-1, len(V))
@@ -182,7 +184,7 @@ class SelfConsistentRDNM(LinearModes):
 
     def _modes_at(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._found is None or self._found[0] is not x or self._found[1] is not self._modes:
-            _, vectors, kept = self._modes_of(self.balance.describing_function(x))
+            _, vectors, kept = self._modes_of(self.balance.describing_function(x, self._w))
             self._found = x, self._modes, vectors[:, kept]
         return self._found[2]
 

@@ -185,7 +185,8 @@ def find_stability(
     multiplier, harmonics = np.full(frequency.size, np.nan), np.zeros(frequency.size, np.int64)
     low, high = several = folds.frequency_range
     # sliders in the plane have no delay of their own
-    has_delay = by_samples(balance.joint.law, options.samples).sums_in_modal_coordinates
+    elements = by_samples(balance.joint.law, options.samples).elements
+    has_delay = elements.at_samples.in_modes(balance.contact.rows, 0.0) is not None
     if folds.turning_points and has_delay:
         known = np.flatnonzero(np.isfinite(x).all(axis=1))
         of_few = balance.components.highest
@@ -305,5 +306,5 @@ def _rate_derivative(balance: HarmonicBalance, x: Array, w: float, samples: int)
         found[s, :, c, :] -= 2 * h * w * mass
         found[c, :, s, :] += 2 * h * w * mass
     law = by_samples(balance.joint.law, samples)
-    delay = law.modal_slider_delay(balance.contact.rows, x.reshape(count, modes))
+    delay = law.modal_slider_delay(balance.contact.rows, x.reshape(count, modes), w)
     return (found + 2 * np.pi / w * delay).reshape(x.size, x.size)

@@ -1,18 +1,27 @@
 """Figures and tables of a study, each a function with its declaration; ``DISPLAYS`` has them all.
 
-Every module of this package is read. It declares by the decorators of ``study.display``, and
-imports what draws and computes within its functions: each job of the workflow reads them all.
+Every module of this package is read, and after them those that other packages name by entry points
+of the group ``boltjoint.displays``. Each declares by the decorators of ``study.display``, and
+imports what draws and computes within its functions: every job that draws or tabulates reads all.
 """
 
 from importlib import import_module
 from pkgutil import iter_modules
 
+from boltjoint.other_packages import entries
 from boltjoint.study.display import Display, Displays
+
+#: entry points by which other packages name modules of displays
+GROUP = "boltjoint.displays"
+
+_NAMES = sorted(module.name for module in iter_modules(__path__))
+_OWN = [import_module(f"{__name__}.{name}") for name in _NAMES]
+_OF_OTHERS = [point.load() for _, point in sorted(entries(GROUP).items())]
 
 #: in the order of the names of the modules and, within each, of the functions
 DISPLAYS = Displays(
-    found
-    for module in sorted(each.name for each in iter_modules(__path__))
-    for found in vars(import_module(f"{__name__}.{module}")).values()
-    if isinstance(found, Display)
+    display
+    for module in (*_OWN, *_OF_OTHERS)
+    for display in vars(module).values()
+    if isinstance(display, Display)
 )

@@ -1,0 +1,271 @@
+"""Laws of friction elements that are made from a contact, stored, and evaluated in several forms.
+
+A law composes the forms in which its forces are known (``friction.forms``).
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.friction.contact_pairs import ContactPairs
+from boltjoint.friction.dashpots import Dashpots, SamplesWithDashpots, TimeWithDashpots
+from boltjoint.friction.declarations import LawDeclaration
+from boltjoint.friction.forms import AtSamples, ClosedForm, InTime
+from boltjoint.friction.kernels import Elements, Kernel
+from boltjoint.friction.law import FrictionLaw, in_radians
+from boltjoint.friction.slider_forms import SlidersAtSamples, SlidersInTime
+from boltjoint.friction.sliders_at_samples import Sliders
+
+Array = NDArray[np.float64]
+
+
+class ElementLaw(FrictionLaw):
+    """Friction elements that can be made from a contact, stored, and evaluated in several forms.
+
+    A law is a frozen dataclass of ``point_of_element`` and its ``quantities``. It has a
+    ``closed_form``, or None, and the forms at samples and in time, which by default are those of
+    its ``sliders`` and ``dashpots``; a law without sliders on lines brings these two itself.
+    """
+
+    #: name, words and keys of a case
+    declaration: ClassVar[LawDeclaration]
+    #: what describes each element beside its point, with unit and meaning
+    quantities: ClassVar[dict[str, tuple[str, str]]]
+    #: stiffness of each element in stick [N/m], and force at which all of it slips in the assembled
+    #: state [N], by which regions are made and amplitudes scaled, shape (elements,)
+    tangential_stiffness: Array
+    slip_force: Array
+
+    def __init_subclass__(cls, **options: object) -> None:
+        """Refuse a law that lacks what is asked of all of them."""
+        super().__init_subclass__(**options)
+        own = [
+            base for base in cls.__mro__ if issubclass(base, ElementLaw) and base is not ElementLaw
+        ]
+        names = {name for base in own for name in (*vars(base), *base.__annotations__)}
+        if lacking := [name for name in ElementLaw.__annotations__ if name not in names]:
+            raise TypeError(f"the law {cls.__name__} has no {' and no '.join(lacking)}")
+        declared = isinstance(cls.declaration, LawDeclaration) and cls.declaration.has_closed_form
+        if declared and cls.closed_form is None:
+            raise TypeError(f"the law {cls.__name__} declares a closed form, which it has not")
+
+    @property
+    @abstractmethod
+    def closed_form(self) -> ClosedForm | None:
+        """Forces of one harmonic without sampling; None where there is no closed form."""
+
+    @cached_property
+    def at_samples(self) -> AtSamples:
+        """Forces of any number of harmonics by samples, for AFT."""
+        form = SlidersAtSamples(self._known_sliders, self.point_of_element.size)
+        return form if self.dashpots is None else SamplesWithDashpots(form, self.dashpots)
+
+    @cached_property
+    def in_time(self) -> InTime:
+        """Forces by following the elements in time."""
+        form = SlidersInTime(self._known_sliders)
+        return form if self.dashpots is None else TimeWithDashpots(form, self.dashpots)
+
+    def sliders(self) -> Sliders | None:
+        """The elements as springs with sliders; a continuous distribution by a number of them.
+
+        None of elements that are not the sum of sliders on lines, which time integration does not
+        know.
+        """
+        return None
+
+    @cached_property
+    def dashpots(self) -> Dashpots | None:
+        """Dashpots beside the sliders; None without any."""
+        return None
+
+    @property
+    def name(self) -> str:
+        """The law in files."""
+        return self.declaration.name
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions of motion that the law needs."""
+        return self.declaration.directions
+
+    @property
+    def directions_in_time(self) -> tuple[str, ...]:
+        """Directions of motion that ``forces_in_time`` takes: the normal one always."""
+        in_plane = (name for name in self.directions if name != "normal")
+        return (*in_plane, "normal")
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Harmonic coefficients of the motion that the law needs; one harmonic."""
+        return self.declaration.components
+
+    def stiffness_along(self, direction: str) -> Array:
+        """Stiffness of each element in stick along one of the ``directions`` [N/m]."""
+        # the plane of contact has one stiffness
+        return self.normal_stiffness if direction == "normal" else self.tangential_stiffness
+
+    @classmethod
+    @abstractmethod
+    def from_contact(
+        cls, pairs: ContactPairs, **keys: float | Array
+    ) -> tuple[Self, NDArray[np.int64]]:
+        """Elements of the contact pairs, one on each point, and the pairs that carry one.
+
+        Parameters
+        ----------
+        pairs
+            The contact under preload.
+        keys
+            By the names of ``declaration.keys``, in SI units, of all pairs or of each, shape
+            (pairs,).
+
+        Raises
+        ------
+        ValueError
+            If a key is out of its range.
+        """
+
+    def quantity(self, name: str) -> Array:
+        """One of the ``quantities`` of each element, shape (elements,)."""
+        return getattr(self, name)
+
+    @property
+    def features(self) -> list[Array]:
+        """What tells elements apart beside their motion, each (elements,)."""
+        return [self.quantity(name) for name in self.quantities]
+
+    def with_quantities(self, changed: Mapping[str, Array]) -> Self:
+        """The same elements with other values of some quantities, each (elements,)."""
+        return replace(self, **changed)
+
+    def moved_to(self, points: NDArray[np.int64]) -> Self:
+        """The same elements on other points, shape (elements,)."""
+        return replace(self, point_of_element=points)
+
+    def kept(self, elements: NDArray[np.int64], points: NDArray[np.int64], weight: Array) -> Self:
+        """Some of the elements, in their order, on other points; their forces times a weight."""
+        # forces and stiffnesses belong to the elements, ratios of them do not
+        scaled = {
+            name: self.quantity(name)[elements] * (1.0 if unit == "1" else weight)
+            for name, (unit, _) in self.quantities.items()
+        }
+        return type(self)(point_of_element=points, **scaled)
+
+    @abstractmethod
+    def stuck_stiffness(self, points: int) -> Array:
+        """Stiffness of the points in stick [N/m], shape (points, directions)."""
+
+    @cached_property
+    def compiled_elements(self) -> Elements:
+        """The elements as kernels take them: by default all quantities in their order."""
+        return Elements.of(self.point_of_element, [getattr(self, name) for name in self.quantities])
+
+    @property
+    def kernel(self) -> Kernel | None:
+        """As of its closed form."""
+        return None if self.closed_form is None else self.closed_form.kernel
+
+    def evaluate(self, motion: Array, w: float) -> Array:
+        """As ``force``, without checks, in closed form."""
+        return self._existing_form.evaluate(motion, w)
+
+    def evaluate_with_tangent(self, motion: Array, w: float) -> tuple[Array, Array]:
+        """As ``force_and_tangent``, without checks, in closed form."""
+        return self._existing_form.evaluate_with_tangent(motion, w)
+
+    def frequency_derivative(self, motion: Array, w: float) -> Array | None:
+        """As of ``FrictionLaw``, in closed form."""
+        return self._existing_form.frequency_derivative(motion, w)
+
+    def states(self, motion: Array, w: float) -> NDArray[np.int8]:
+        """As ``contact_state``, without checks, in closed form."""
+        return self._existing_form.states(motion, w)
+
+    @cached_property
+    def _existing_form(self) -> ClosedForm:
+        """The closed form.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        if self.closed_form is None:
+            raise ValueError(
+                f"the law {self.name!r} has no closed form: evaluate it by AFT (friction_force: "
+                "aft)"
+            )
+        return self.closed_form
+
+    @cached_property
+    def _known_sliders(self) -> Sliders:
+        """The ``sliders``, made once."""
+        sliders = self.sliders()
+        if sliders is None:
+            raise TypeError(f"the law {type(self).__name__} has neither sliders nor other forms")
+        return sliders
+
+    def forces_in_time(self, motion: Array, samples: int, frequency: float = 0.0) -> Array:
+        """Harmonic forces on points by following all elements from rest, sample by sample.
+
+        From the assembled state the points move to the start of the period, through one period, and
+        through that which is evaluated by the trapezoidal rule. Nothing is shared with ``force``.
+
+        Parameters
+        ----------
+        motion
+            Bias, sine and cosine coefficients of the points' displacement [m] in each direction of
+            ``directions_in_time``, the normal one last and positive when closing, shape (points, 3
+            * directions).
+        samples
+            Steps a period.
+        frequency
+            As for ``force``.
+
+        Returns
+        -------
+        ndarray
+            Coefficients of the friction force in each direction, then of the change of the normal
+            load from the assembled state [N], shape of the motion.
+
+        Raises
+        ------
+        ValueError
+            As for ``force``, or if there are fewer than three samples.
+        """
+        samples = checks.whole("samples", samples, at_least=3)
+        motion = self._checked(motion, 3 * len(self.directions_in_time))
+        return self.in_time.evaluate(motion, in_radians(frequency), samples)
+
+
+def check_elements(
+    law: ElementLaw, limits: Mapping[str, Mapping[str, float]] | None = None
+) -> None:
+    """Convert the quantities of the elements of a new law to arrays of one length.
+
+    Parameters
+    ----------
+    law
+        A frozen dataclass during its construction.
+    limits
+        Of those ``quantities`` that need not be positive, as for ``checks.array``.
+
+    Raises
+    ------
+    ValueError
+        If one is not an array of finite numbers, out of its limits, or of another length.
+    """
+    limits = limits or {}
+    on = checks.indices("point_of_element", law.point_of_element, ("elements",))
+    object.__setattr__(law, "point_of_element", on)
+    for name in law.quantities:
+        within = limits.get(name, {"above": 0})
+        values = checks.array(name, getattr(law, name), on.shape, **within)
+        object.__setattr__(law, name, values)
