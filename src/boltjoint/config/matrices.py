@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr
 
 from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry
+from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
 from boltjoint.config.makers import maker
 from boltjoint.config.mesh_size import MeshSize
 from boltjoint.config.points import Direction, Point
@@ -242,6 +243,11 @@ class Matrices(Described):
     """Places where forces may act."""
     outputs: tuple[MatrixRow, ...] = ()
     """Places where motion may be read; the first is the output point."""
+    factorisation: Factorisation = "superlu"
+    """Factors of the stiffness: those of SuperLU in an ordering of minimum degree; in one by nested
+    dissection (METIS), with about three quarters of the entries in half the time; or PARDISO, with
+    half the memory and a quarter of the time, of Intel processors and their like. The last two need
+    packages of ``boltjoint[fast]``."""
     _folder: Path = PrivateAttr(Path())
     _size: MeshSize | None = PrivateAttr(None)
 
@@ -315,6 +321,7 @@ class Matrices(Described):
         yield (), "is no place of matrices, which have no nodes: name an input or an output"
 
     def conflicts(self) -> Problems:
+        yield from conflicts_of_factorisation(self.factorisation)
         if self.file is None and not self.files:
             yield ("file",), "is missing: the file that holds the matrices, or files"
             return

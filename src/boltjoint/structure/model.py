@@ -16,6 +16,7 @@ from scipy import sparse
 
 from boltjoint import checks
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, as_sparse
+from boltjoint.structure.factors import METHODS
 from boltjoint.structure.rigid import rigid_motions
 
 Array = NDArray[np.float64]
@@ -137,6 +138,8 @@ class Structure:
         Where it is known.
     maker
         What made it: its families of modes, words and figures.
+    factorisation
+        Method of the factors of its matrices, as of ``structure.factors.factorise``.
 
     Raises
     ------
@@ -156,6 +159,7 @@ class Structure:
     symmetry: Reflection | None = None
     geometry: Geometry | None = None
     maker: str = ""
+    factorisation: str = "superlu"
 
     def __post_init__(self) -> None:
         """Refuse what is no structure."""
@@ -166,6 +170,7 @@ class Structure:
             raise ValueError(f"mass has shape {self.mass.shape}, stiffness {self.stiffness.shape}")
         if self.mass.diagonal().min() < 0:
             raise ValueError("mass has a negative entry on its diagonal: it is not positive")
+        checks.choice("factorisation", self.factorisation, METHODS)
         checks.instance("contact", self.contact, ContactPoints)
         if self.contact.relative.shape[1] != self.dofs:
             raise ValueError(
@@ -213,6 +218,7 @@ class Structure:
         inputs: Mapping[str, int | Array] | None = None,
         outputs: Mapping[str, int | Array] | None = None,
         support: Array | None = None,
+        factorisation: str = "superlu",
     ) -> Self:
         """The structure of matrices from elsewhere, free or held, whole or reduced.
 
@@ -227,8 +233,8 @@ class Structure:
             tightening, or the forces of a tension of 1 N, shape (dofs,).
         inputs, outputs
             By name, a degree of freedom or the row of a displacement, shape (dofs,).
-        support
-            As the attribute.
+        support, factorisation
+            As the attributes.
         """
         K, M = (
             each
@@ -247,7 +253,8 @@ class Structure:
             {name: Row(_row_of(name, each, dofs), name) for name, each in (given or {}).items()}
             for given in (inputs, outputs)
         ]
-        structure = cls(K, M, contact, of_bolts, *rows, support=support)
+        options = {"support": support, "factorisation": factorisation}
+        structure = cls(K, M, contact, of_bolts, *rows, **options)
         return structure.with_rigid_motions()
 
     @property
@@ -283,7 +290,7 @@ class Structure:
     def with_rigid_motions(self) -> Self:
         """The same structure with the rigid-body motions that it has."""
         K, M = (each[self.moving][:, self.moving] for each in (self.stiffness, self.mass))
-        found = rigid_motions(K, M)
+        found = rigid_motions(K, M, self.factorisation)
         rigid = np.zeros((self.dofs, found.shape[1]))
         rigid[self.moving] = found
         return replace(self, rigid=rigid)

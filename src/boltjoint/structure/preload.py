@@ -24,7 +24,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import brentq
-from scipy.sparse.linalg import LinearOperator, SuperLU, gmres
+from scipy.sparse.linalg import LinearOperator, gmres
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
@@ -32,7 +32,7 @@ from boltjoint.dataset import quantity
 from boltjoint.structure.bolts import tension_of, yield_warning
 from boltjoint.structure.contact_law import closed_and_sticking, coulomb_contact
 from boltjoint.structure.contact_points import ContactPoints
-from boltjoint.structure.factors import factorise
+from boltjoint.structure.factors import Factors, factorise
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import Subspace, symmetric, whole
@@ -138,6 +138,7 @@ def apply_preload(
         gap=gap,
         tolerance=tolerance,
         maximum_iterations=maximum_iterations,
+        factorisation=structure.factorisation,
     )
     if not found.converged:
         raise RuntimeError(
@@ -228,6 +229,7 @@ def solve_contact(
     gap: Array | None = None,
     tolerance: float = 1e-10,
     maximum_iterations: int = 40,
+    factorisation: str = "superlu",
 ) -> ContactEquilibrium:
     """Equilibrium of an elastic body with unilateral, frictional node-to-node contact.
 
@@ -258,6 +260,8 @@ def solve_contact(
         Largest unbalanced force relative to the largest applied one.
     maximum_iterations
         Newton iterations after which the search ends.
+    factorisation
+        Method of the factors, as of ``structure.factors.factorise``.
 
     Raises
     ------
@@ -300,7 +304,7 @@ def solve_contact(
         if residual[-1] <= tolerance or not finite or len(residual) > maximum_iterations:
             break
         J = (K + C.T @ _block_diagonal(tangent) @ C).tocsc()
-        correction, factors = _solve_with_old_factors(J, unbalanced, factors)
+        correction, factors = _solve_with_old_factors(J, unbalanced, factors, factorisation)
         step = (C @ correction).reshape(pairs, 3)
         q = q + correction * _step_length(
             correction @ (force - K @ q),
@@ -357,8 +361,8 @@ def _block_diagonal(blocks: Array) -> sparse.bsr_array:
 
 
 def _solve_with_old_factors(
-    J: sparse.csc_array, right_side: Array, factors: SuperLU | None
-) -> tuple[Array, SuperLU]:
+    J: sparse.csc_array, right_side: Array, factors: Factors | None, factorisation: str
+) -> tuple[Array, Factors]:
     """Solve J x = b by GMRES on J P^-1, P the matrix of the factors, or with new factors."""
     if factors is not None:
         through_factors = LinearOperator(J.shape, lambda y: J @ factors.solve(y), dtype=float)
@@ -373,5 +377,5 @@ def _solve_with_old_factors(
             return factors.solve(y), factors
         # two sets of factors at once would double the peak of memory
         del through_factors, factors
-    factors = factorise(J)
+    factors = factorise(J, factorisation)
     return factors.solve(right_side), factors

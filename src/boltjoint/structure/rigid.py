@@ -18,7 +18,9 @@ _MODES = 8
 _FEW = 200
 
 
-def rigid_motions(stiffness: sparse.csc_array, mass: sparse.csc_array) -> Array:
+def rigid_motions(
+    stiffness: sparse.csc_array, mass: sparse.csc_array, factorisation: str = "superlu"
+) -> Array:
     """Motions without strain energy, shape (dofs, motions).
 
     They are found among the lowest modes, and then to rounding: with as many degrees of freedom
@@ -28,6 +30,8 @@ def rigid_motions(stiffness: sparse.csc_array, mass: sparse.csc_array) -> Array:
     ----------
     stiffness, mass
         K and M, symmetric.
+    factorisation
+        Method of the factors, as of ``factorise``.
     """
     highest = highest_frequency(stiffness, mass)
     limit = ROUNDING_OF_FREQUENCIES * highest
@@ -40,7 +44,7 @@ def rigid_motions(stiffness: sparse.csc_array, mass: sparse.csc_array) -> Array:
         ratio, q = ratio[has_mass], q[:, has_mass]
         squared = 1 / ratio - _SHIFT * highest
     else:
-        factors = factorise((stiffness + _SHIFT * highest * mass).tocsc())
+        factors = factorise((stiffness + _SHIFT * highest * mass).tocsc(), factorisation)
         inverse = LinearOperator(stiffness.shape, factors.solve, dtype=float)
         start = np.random.default_rng(0).standard_normal(stiffness.shape[0])
         squared, q = eigsh(
@@ -56,5 +60,6 @@ def rigid_motions(stiffness: sparse.csc_array, mass: sparse.csc_array) -> Array:
     rows = stiffness[others]
     found = np.zeros_like(q)
     found[given] = np.eye(motions)
-    found[others] = -factorise(rows[:, others].tocsc()).solve(rows[:, given].toarray())
+    factors = factorise(rows[:, others].tocsc(), factorisation)
+    found[others] = -factors.solve(rows[:, given].toarray())
     return found

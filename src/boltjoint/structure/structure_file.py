@@ -23,6 +23,9 @@ from boltjoint.structure.model import (
 #: a mesh repeats its elements, and so the entries of its matrices: a fifth of the bytes
 _COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 
+#: method of the factors of files that name none
+_DEFAULT = "superlu"
+
 #: variables of the contact points: dimensions after the point, unit, meaning
 _OF_POINTS = {
     "position": (("axis",), "m", "position of the contact point"),
@@ -92,7 +95,7 @@ def structure_to_dataset(structure: Structure) -> xr.Dataset:
     return xr.Dataset(
         variables,
         coords={"axis": ["x", "y", "z"], "direction": ["t1", "t2", "n"]},
-        attrs={"maker": structure.maker},
+        attrs={"maker": structure.maker, **_factorisation(structure)},
     )
 
 
@@ -149,7 +152,14 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
         symmetry=symmetry,
         geometry=geometry,
         maker=stored.attrs["maker"],
+        factorisation=stored.attrs.get("factorisation", _DEFAULT),
     )
+
+
+def _factorisation(structure: Structure) -> dict[str, str]:
+    """The method of the factors where it is not that of half laps."""
+    method = structure.factorisation
+    return {} if method == _DEFAULT else {"factorisation": method}
 
 
 def _compressed(dims: str | tuple[str, ...], values: object, unit: str, what: str) -> xr.Variable:

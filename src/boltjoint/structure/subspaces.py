@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh, qr
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.sparse.linalg import LinearOperator, eigsh
 
 from boltjoint.structure.contact_points import as_sparse
-from boltjoint.structure.factors import check_held, factorise, highest_frequency
+from boltjoint.structure.factors import Factors, check_held, factorise, highest_frequency
 from boltjoint.structure.model import Structure
 
 Array = NDArray[np.float64]
@@ -74,7 +74,7 @@ class Subspace:
         return x @ (turn[:, kept] / np.sqrt(share[kept]))
 
     def modes(
-        self, factors: "SuperLU | _ElasticFactors", stiffness: sparse.csc_array, count: int
+        self, factors: Factors, stiffness: sparse.csc_array, count: int
     ) -> tuple[Array, Array]:
         """The first elastic modes with a stiffness: squared frequencies and vectors.
 
@@ -123,10 +123,10 @@ class Subspace:
         check_held(1 / ratio, stiffness, self.mass)
         return 1 / ratio, q / np.sqrt(ratio)
 
-    def factors(self, stiffness: sparse.csc_array) -> "SuperLU | _ElasticFactors":
+    def factors(self, stiffness: sparse.csc_array) -> Factors:
         """Factors of a stiffness; of its elastic part where there is rigid-body motion."""
         if not self.rigid.shape[1]:
-            return factorise(stiffness)
+            return factorise(stiffness, self.structure.factorisation)
         return _ElasticFactors(self, stiffness)
 
     def force(self, force: Array) -> Array:
@@ -164,7 +164,8 @@ class _ElasticFactors:
 
     def __init__(self, part: Subspace, stiffness: sparse.csc_array) -> None:
         self._part, self._moved = part, part.mass @ part.rigid
-        self._factors = factorise(stiffness[part.supported][:, part.supported].tocsc())
+        supported = stiffness[part.supported][:, part.supported].tocsc()
+        self._factors = factorise(supported, part.structure.factorisation)
 
     def solve(self, force: Array) -> Array:
         """Displacements without rigid-body motion of forces, shape (unknowns, ...)."""

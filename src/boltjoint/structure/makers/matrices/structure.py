@@ -110,7 +110,8 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
     places |= {f"load of {each.name}": _place_of(each, reader) for each in described.bolts}
     _check_diagonals(described, reader, K, M)
     with _placed(places, reader.place(K_name)):
-        structure = Structure(K, M, contact, bolts, *rows, support=support, maker=NAME)
+        options = {"factorisation": described.factorisation, "maker": NAME}
+        structure = Structure(K, M, contact, bolts, *rows, support=support, **options)
         for name, matrix in (("stiffness", structure.stiffness), ("mass", structure.mass)):
             _check_positive(name, matrix)
         return structure.with_rigid_motions()
