@@ -84,7 +84,8 @@ class Glue(ElementLaw):
 
     @cached_property
     def dashpots(self):
-        return Dashpots(self.point_of_element, self.viscosity)
+        every = np.arange(self.viscosity.size)
+        return Dashpots(every, self.point_of_element, self.viscosity)
 """
 DISPLAY = '''
 from boltjoint.study.display import table
@@ -158,6 +159,8 @@ def test_a_surface_may_have_a_law_of_another_package():
     # the sum of both, at samples
     assert joint.law.closed_form is None
     assert joint.law.dashpots.damping.sum() == pytest.approx(20 * 300.0)
+    elements = joint.law.dashpots.element
+    assert (joint.law.part_of_element[elements] == 1).all()
 
 
 @pytest.mark.usefixtures("package")

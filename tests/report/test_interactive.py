@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from small_joint import make_joint
+from small_joint import connect_small, make_joint
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
@@ -34,16 +34,19 @@ def test_content_is_the_same_on_every_run():
     assert unpacked(content["values"]).tolist() == [0, 1, 2]
 
 
-@pytest.mark.parametrize("law", ["constant", "variable", "iwan"])
+@pytest.mark.parametrize("law", ["constant", "variable", "iwan", "kelvin-voigt"])
 def test_loops_have_the_first_harmonic_and_the_work_of_the_law(law):
-    joint = make_joint(law=law)
+    keys = {"tangential_stiffness": 5e6, "friction_coefficient": 0.1}
+    layer = {"layer_stiffness": 2e6, "layer_damping": 800.0}
+    is_layer, frequency = law == "kelvin-voigt", 70.0
+    joint = connect_small(law, keys | layer)[0] if is_layer else make_joint(law=law)
     q = np.array([[3e-4, 1e-5, 1e-6], [-2e-4, 2e-5, 0.0]])
     motion = PeriodicMotion(("sin", "cos"), q)
     samples = 1024
-    u, force = hysteresis_loops(joint, motion, samples)
+    u, force = hysteresis_loops(joint, motion, samples, frequency)
     components = joint.law.components
     rows = motion.in_components(components)
-    coefficients = joint.law.force(np.hstack([B @ rows.T for B in joint.rows]))
+    coefficients = joint.law.force(np.hstack([B @ rows.T for B in joint.rows]), frequency)
     phase = 2 * np.pi * np.arange(samples) / samples
     for name, shape in (("sin", np.sin(phase)), ("cos", np.cos(phase))):
         of_law = coefficients[:, components.index(name)]

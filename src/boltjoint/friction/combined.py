@@ -212,13 +212,12 @@ class CombinedLaw(ElementLaw):
     @cached_property
     def dashpots(self) -> Dashpots | None:
         """Those of all parts."""
-        of_parts = [part.dashpots for part in self.parts if part.dashpots is not None]
-        if not of_parts:
-            return None
-        names = ("point", "damping")
-        return Dashpots(
-            *(np.concatenate([getattr(own, name) for own in of_parts]) for name in names)
-        )
+        own = [
+            (first + part.dashpots.element, part.dashpots.point, part.dashpots.damping)
+            for part, first in zip(self.parts, self._first, strict=False)
+            if part.dashpots is not None
+        ]
+        return Dashpots(*map(np.concatenate, zip(*own, strict=True))) if own else None
 
     @cached_property
     def _first(self) -> NDArray[np.int64]:

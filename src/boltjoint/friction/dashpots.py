@@ -27,12 +27,15 @@ class Dashpots:
 
     Parameters
     ----------
+    element
+        The element of the law each belongs to, counted from 0, shape (dashpots,).
     point
         The contact point each acts on, counted from 0, shape (dashpots,).
     damping
         Of each [N s/m], shape (dashpots,).
     """
 
+    element: NDArray[np.int64]
     point: NDArray[np.int64]
     damping: Array
 

@@ -122,7 +122,8 @@ class KelvinVoigtLayer(ElementLaw):
     @cached_property
     def dashpots(self) -> Dashpots:
         """Those of the layers."""
-        return Dashpots(self.point_of_element, self.layer_damping)
+        every = np.arange(self.layer_damping.size)
+        return Dashpots(every, self.point_of_element, self.layer_damping)
 
     @cached_property
     def closed_form(self) -> ClosedForm:

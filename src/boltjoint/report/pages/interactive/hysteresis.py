@@ -10,12 +10,13 @@ Array = NDArray[np.float64]
 
 
 def hysteresis_loops(
-    joint: Joint, motion: PeriodicMotion, samples: int
+    joint: Joint, motion: PeriodicMotion, samples: int, frequency: float = 0.0
 ) -> tuple[Array, Array] | None:
     """Displacement and friction force of all elements over a steady period.
 
     The springs with sliders of the law follow the motion from rest through one period, which
-    brings them to their steady state, and through that which is returned.
+    brings them to their steady state, and through that which is returned. Dashpots of the law act
+    beside them.
 
     Parameters
     ----------
@@ -25,6 +26,8 @@ def hysteresis_loops(
         Of its modes.
     samples
         Of a period, from its start.
+    frequency
+        Of the motion [Hz], for forces that depend on it.
 
     Returns
     -------
@@ -38,7 +41,7 @@ def hysteresis_loops(
         return None
     q = motion.in_time(samples).T
     u = joint.tangential_mode @ q
-    sliders = law.cached_sliders
+    sliders = law.sliders()
     spring = sliders.tangential_stiffness[:, None] * u[sliders.point]
     load = np.broadcast_to(sliders.normal_load[:, None], spring.shape)
     if sliders.normal_stiffness is not None and joint.normal_mode is not None:
@@ -52,4 +55,10 @@ def hysteresis_loops(
             anchor = spring[:, at] - force[:, at]
     of_element = np.zeros((law.point_of_element.size, samples))
     np.add.at(of_element, sliders.element, force)
+    if law.dashpots is not None:
+        turn = 2 * np.pi * frequency * motion.components.phase_derivative
+        velocity = PeriodicMotion(motion.components, turn @ motion.modal_coordinate)
+        of_points = joint.tangential_mode @ velocity.in_time(samples).T
+        viscous = law.dashpots.damping[:, None] * of_points[law.dashpots.point]
+        np.add.at(of_element, law.dashpots.element, viscous)
     return u[law.point_of_element], of_element

@@ -123,7 +123,7 @@ def _peaks(
             "frequency": frequency,
             "amplitude": abs(output) * _MM,
             "state": pack(states[place], "<i1"),
-            **_loops(joint, motion),
+            **_loops(joint, motion, frequency),
         }
         if shape is not None:
             peak |= packed_displacement(shape @ farthest)
@@ -131,9 +131,9 @@ def _peaks(
     return peaks
 
 
-def _loops(joint: Joint, motion: PeriodicMotion) -> dict[str, object]:
+def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, object]:
     """Relative motion of the elements [µm], and their loops where friction acts along a line."""
-    loops = hysteresis_loops(joint, motion, _SAMPLES)
+    loops = hysteresis_loops(joint, motion, _SAMPLES, frequency)
     if loops is None:
         sine, cosine = motion.in_components(("sin", "cos"))
         at = joint.law.point_of_element
