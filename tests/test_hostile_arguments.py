@@ -20,6 +20,10 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint import bands, fit_options, fitting, io, masing, model, partition, slip_states
 from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.measurement.local_regression import RegressionOptions
+from boltjoint.measurement.scatter import scatter_between
+from boltjoint.measurement.signals import Signals
+from boltjoint.measurement.stepped_sine import identify_constant_response
 from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_law, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
@@ -44,6 +48,11 @@ SOLIDS = {
     "label": np.array([7]),
 }
 MODES, PRELOAD = make_two_pairs()
+
+TIME = np.arange(1000) / 500
+DECAY = Signals(TIME, (np.cos(250 * TIME) * np.exp(-TIME))[:, None], "velocity")
+MODE = boltjoint.identify_ring_down(DECAY, (20.0, 60.0))
+STIFFNESS = 40.0**2 - np.linspace(30.0, 50.0, 9) ** 2 + 20j
 
 
 def values_of(found):
@@ -113,6 +122,42 @@ CALLS = {
         boltjoint.solve_branches,
         {"joints": [JOINT], "forces": [1.0], "loss_factor": 0.01, "window": WINDOW, "threads": 1},
     ),
+    "read_signals": (boltjoint.read_signals, {"path": "signals.csv", "quantity": "velocity"}),
+    "identify_ring_down": (
+        boltjoint.identify_ring_down,
+        {
+            "signals": DECAY,
+            "band": (20.0, 60.0),
+            "sensor": "sensor 1",
+            "method": "analytic signal",
+            "options": RegressionOptions(),
+        },
+    ),
+    "simulate_ring_down": (
+        boltjoint.simulate_ring_down,
+        {
+            "joint": JOINT,
+            "damping": 0.01,
+            "impulse": 1.0,
+            "duration": 0.01,
+            "sampling_rate": 1000.0,
+            "quantity": "velocity",
+            "resonance": 1,
+            "steps": 100,
+        },
+    ),
+    "Signals": (Signals, values_of(DECAY)),
+    "identify_constant_response": (
+        identify_constant_response,
+        {
+            "frequency": np.linspace(30.0, 50.0, 9),
+            "response": np.ones(9),
+            "force": abs(STIFFNESS),
+            "phase": -np.angle(STIFFNESS),
+            "quantity": "displacement",
+        },
+    ),
+    "scatter_between": (scatter_between, {"modes": [MODE, MODE]}),
     "solve_response": (boltjoint.solve_response, {"joint": JOINT} | FORCES),
     "weigh_pairs": (
         boltjoint.weigh_pairs,
@@ -274,4 +319,5 @@ def test_all_public_names_are_called():
 def test_hostile_arguments_are_refused_by_a_value_error(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     dataset.save(STORED, tmp_path / "joint.nc")
+    (tmp_path / "signals.csv").write_text("time_s,velocity_m_per_s\n0,1\n1,-1\n2,0.5\n")
     assert_refused(*CALLS[name], name, NUMBER)

@@ -15,6 +15,7 @@ ROOMS = (
         "command",
         "report",
         "study",
+        "measurement",
         "verification",
         "dynamics",
         "structure",

@@ -1,0 +1,1 @@
+"""Measurements: signals, and frequency and damping over amplitude that are identified from them."""
