@@ -24,6 +24,7 @@ from boltjoint.structure.elements.matrices import (
     element_volumes,
     smallest_jacobian,
 )
+from boltjoint.structure.elements.suitability import LAYERS, brick_layers, element_warnings
 
 UNIT = IsotropicMaterial(1.0, 0.3, 1.0)
 LINEAR = ("C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R")
@@ -361,3 +362,38 @@ def test_wrong_bodies_are_refused():
         ElementOptions(mass_rule="lumped")
     with pytest.raises(ValueError, match="hourglass_factor"):
         ElementOptions(hourglass_factor=0.0)
+
+
+@pytest.mark.parametrize("divisions", [(6, 5, 3), (6, 2, 5), (1, 6, 6), (4, 4, 4)])
+def test_layers_through_the_thickness(divisions):
+    node, block = box_of("C3D8R", divisions)
+    # corners in any order that turns around as they do
+    turned = block.connectivity.copy()
+    turned[::2] = turned[::2][:, [1, 5, 6, 2, 0, 4, 7, 3]]
+    blocks = [ElementBlock(block.kind, turned, STEEL)]
+    assert (smallest_jacobian(block.kind, node[turned]) > 0).all()
+    assert set(brick_layers(blocks)) == {min(LAYERS, *divisions)}
+    told = element_warnings(blocks)
+    assert len(told) == (min(divisions) < LAYERS)
+    if told:
+        fewest = min(divisions)
+        assert told[0].startswith(
+            f"100% of {len(turned)} elements C3D8R lie in fewer than 4 layers"
+        )
+        assert f"down to {fewest}:" in told[0]
+
+
+def test_layers_go_on_in_elements_of_other_kinds():
+    _, block = box_of("C3D8R", (8, 8, 4))
+    upper = block.connectivity.reshape(8, 8, 4, 8)[:, :, 2:].reshape(-1, 8)
+    lower = block.connectivity.reshape(8, 8, 4, 8)[:, :, :2].reshape(-1, 8)
+    bricks = ElementBlock(KINDS["C3D8R"], lower, STEEL)
+    assert set(brick_layers([bricks])) == {2}
+    assert set(brick_layers([bricks, ElementBlock(KINDS["C3D8I"], upper, STEEL)])) == {4}
+    assert brick_layers([ElementBlock(KINDS["C3D8I"], upper, STEEL)]).size == 0
+
+
+def test_tetrahedra_of_four_nodes_are_told():
+    assert element_warnings([box_of("C3D4", (2, 2, 2))[1]])[0].startswith("48 elements C3D4: ")
+    for name in ("C3D8I", "C3D10", "C3D20R"):
+        assert element_warnings([box_of(name, (2, 1, 1))[1]]) == []
