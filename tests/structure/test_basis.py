@@ -118,6 +118,26 @@ def test_candidates_have_unit_stiffness_and_their_mass(candidates, half):
     np.testing.assert_allclose(candidates.mass, mass, atol=1e-8 * mass.max())
 
 
+@pytest.mark.parametrize("clamped", [None, 0])
+def test_vectors_that_are_not_kept_are_solved_for(assembly, clamped, monkeypatch):
+    structure = structure_of(assembly.isel(clamped=slice(clamped)))
+    preload = apply_preload(structure, 8e3)
+    kept = find_candidates(structure, preload, SMALL.free_modes)
+    monkeypatch.setattr("boltjoint.structure.basis.attachment_modes._KEPT", 0)
+    solved = find_candidates(structure, preload, SMALL.free_modes)
+    assert not isinstance(solved.vector, np.ndarray)
+    some = np.random.default_rng(0).standard_normal((len(solved.coordinate), 70))
+    expected = kept.vector @ some
+    np.testing.assert_allclose(solved.vector @ some, expected, atol=1e-10 * abs(expected).max())
+    # as of those that are kept: rounding grows by the condition of neighbouring shapes
+    shape, half = kept.vector @ solved.coordinate, symmetric(structure)
+    np.testing.assert_allclose(shape.T @ half.stiffness @ shape, np.eye(shape.shape[1]), atol=1e-8)
+    mass = shape.T @ half.mass @ shape
+    np.testing.assert_allclose(solved.mass, mass, atol=1e-8 * mass.max())
+    scale = abs(kept.flexibility).max()
+    np.testing.assert_allclose(solved.flexibility, kept.flexibility, atol=1e-10 * scale)
+
+
 def test_candidates_hold_the_response_to_contact_forces_exactly(candidates, assembly, half):
     C = half.relative
     force = np.random.default_rng(1).standard_normal((2, len(candidates.weight)))

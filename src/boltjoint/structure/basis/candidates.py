@@ -21,12 +21,16 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from boltjoint import checks
 from boltjoint.joint.surface_places import SurfacePlaces
+from boltjoint.structure.basis.attachment_modes import (
+    SolvedVectors,
+    attachment_modes,
+    symmetric_part,
+)
 from boltjoint.structure.families import ELASTIC
 from boltjoint.structure.makers.registry import families_of
 from boltjoint.structure.model import Structure
@@ -36,9 +40,6 @@ Array = NDArray[np.float64]
 
 #: share of the largest energy below which a candidate or a POD mode depends on the others
 DEPENDENT_SHARE = 1e-12
-
-#: right sides solved at a time: many enough that the factors are read seldom, few enough for memory
-_BLOCK = 64
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Candidates:
     Attributes
     ----------
     vector
-        Modes and attachment modes, shape (unknowns, vectors).
+        Modes and attachment modes, shape (unknowns, vectors), for products with combinations.
     coordinate
         Matrix from a to factors of the vectors, shape (vectors, candidates).
     mass
@@ -79,7 +80,7 @@ class Candidates:
         ``phi^T M`` of these modes, shape (free modes, candidates).
     """
 
-    vector: Array
+    vector: Array | SolvedVectors
     coordinate: Array
     mass: Array
     tangential: Array
@@ -201,24 +202,18 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     image = structure.symmetry.point if part.is_half else own
     # of two mirror images the later one
     point = np.flatnonzero(own >= image)
-    K, M = part.stiffness, part.mass
+    K = part.stiffness
     C = part.relative[np.concatenate([3 * point, 3 * point + 2])]
 
     factors = part.factors(K)
     squared, mode = part.modes(factors, K, free_modes)
-    vector = np.empty((K.shape[0], free_modes + C.shape[0]), order="F")
-    vector[:, :free_modes] = mode
-    for first in range(0, C.shape[0], _BLOCK):
-        force = C[first : first + _BLOCK].T.toarray()
-        vector[:, free_modes + first :][:, : force.shape[1]] = factors.solve(force)
-
+    vector, moved, mass = attachment_modes(part, factors, mode, C)
     # K times an attachment mode is its force, and modes are orthogonal
-    moved = C @ vector
-    stiffness = np.empty((vector.shape[1], vector.shape[1]))
+    stiffness = np.empty(mass.shape)
     stiffness[:free_modes, :free_modes] = np.diag(squared)
     stiffness[free_modes:] = moved
     stiffness[:free_modes, free_modes:] = moved[:, :free_modes].T
-    stiffness, mass = _symmetric(stiffness), _projected(M, vector)
+    stiffness = symmetric_part(stiffness)
     frequency = np.sqrt(squared) / (2 * np.pi)
     family = families_of(structure, part.basis @ mode).family
     kept = np.flatnonzero((family == "bending") | (family == ELASTIC))
@@ -232,7 +227,7 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     return Candidates(
         vector=vector,
         coordinate=coordinate,
-        mass=_symmetric(coordinate.T @ mass @ coordinate),
+        mass=symmetric_part(coordinate.T @ mass @ coordinate),
         tangential=tangential,
         normal=normal,
         weight=np.where(image[point] != point, 2.0, 1.0),
@@ -266,18 +261,3 @@ def _distance_to_bolts(structure: Structure, point: NDArray[np.int64]) -> Array:
 def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: Array) -> Array:
     """Springs on all loaded pairs along t1, then along n [N/m], from those of all pairs."""
     return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
-
-
-def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
-    """V^T A V of symmetric A, a block of columns at a time, since A V is as large as V."""
-    count = vector.shape[1]
-    found = np.zeros((count, count))
-    for first in range(0, count, _BLOCK):
-        block = slice(first, first + _BLOCK)
-        found[: first + _BLOCK, block] = vector[:, : first + _BLOCK].T @ (matrix @ vector[:, block])
-    upper = np.triu(found)
-    return upper + np.triu(upper, 1).T
-
-
-def _symmetric(matrix: Array) -> Array:
-    return (matrix + matrix.T) / 2
