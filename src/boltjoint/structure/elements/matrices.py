@@ -79,12 +79,13 @@ class ElementOptions:
     mass_rule
         ``consistent``, or ``reduced`` for the points of CalculiX.
     hourglass_factor
-        Stiffness of the hourglass modes of C3D8R over the shear modulus [-]; of cubes, that of
-        CalculiX is 0.0104 at a Poisson's ratio of 0.3.
+        Stiffness of the hourglass modes of C3D8R over the shear modulus [-]. That of Abaqus is
+        0.005, with which frequencies of the Brake-Reuss beam, open and closed, are within 0.8 % of
+        its own (Abaqus/Standard, C3D8R); that of CalculiX is 0.0013 at a Poisson's ratio of 0.3.
     """
 
     mass_rule: str = "consistent"
-    hourglass_factor: float = 0.01
+    hourglass_factor: float = 0.005
 
     def __post_init__(self) -> None:
         """Refuse a rule that does not exist, and hourglass modes without stiffness."""
@@ -272,7 +273,7 @@ def _hourglass_stiffness(
 ) -> Array:
     """Stiffness of the hourglass modes, orthogonal to all linear displacements.
 
-    ``c m V (g_a . g_a) / 8`` times the sum of h h^T over the four modes, which have +1 and -1 at
+    ``c m V (g_a . g_a)`` times the sum of h h^T over the four modes, which have +1 and -1 at
     the corners, minus their linear part.
 
     Parameters
@@ -287,7 +288,7 @@ def _hourglass_stiffness(
     corner = kind.functions.corner
     mode = np.array([np.prod(corner**each, axis=1) for each in _HOURGLASS])
     mode = mode - (mode @ coordinate) @ gradient
-    weight = modulus * np.einsum("eka,eka->e", gradient, gradient) / kind.nodes
+    weight = modulus * np.einsum("eka,eka->e", gradient, gradient)
     blocks = weight[:, None, None] * (mode.transpose(0, 2, 1) @ mode)
     stiffness = np.einsum("eab,ij->eaibj", blocks, np.eye(3))
     return stiffness.reshape(len(coordinate), 3 * kind.nodes, 3 * kind.nodes)
