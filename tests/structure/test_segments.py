@@ -1,5 +1,7 @@
 """Contact points by segments: patch tests, curved surfaces, pairs of nodes as a case of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from decks import public
@@ -8,6 +10,8 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.elements import integration
 from boltjoint.structure.elements.assembly import ElementBlock, assemble
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS, KINDS
@@ -16,6 +20,9 @@ from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 from boltjoint.structure.makers.deck.content import Reference
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.reader import read_deck
+from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.segments.clipping import clip_polygons, polygon_areas
 from boltjoint.structure.segments.weighted_points import weighted_points
 
@@ -139,14 +146,15 @@ def test_dual_points_of_coincident_faces_are_pairs_of_nodes(name):
     np.testing.assert_allclose(points.position, blocks.node[lower], atol=1e-14)
 
 
+def sides_of_half_lap(assembly):
+    """Faces of both bars on the interface."""
+    face = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES].reshape(-1, 4)
+    on_sides = [np.isin(face, nodes).all(axis=1) for nodes in assembly["pair_node"].to_numpy().T]
+    return [[face[on]] for on in on_sides]
+
+
 def test_dual_points_of_a_half_lap_are_its_contact_pairs(assembly, structure):
-    node, brick = (assembly[name].to_numpy() for name in ("coordinate", "connectivity"))
-    sides = []
-    for side in assembly["pair_node"].to_numpy().T:
-        among = np.zeros(len(node), dtype=bool)
-        among[side] = True
-        face = brick[:, HEXAHEDRON_FACES].reshape(-1, 4)
-        sides.append([face[among[face].all(axis=1)]])
+    node, sides = assembly["coordinate"].to_numpy(), sides_of_half_lap(assembly)
     points = weighted_points(node, *sides, [1, 0, 0], weighting="dual")
     order = np.argsort(assembly["pair_node"].to_numpy()[:, 0])
     own, expected = points.contact_points(structure.geometry.displacement), structure.contact
@@ -157,6 +165,62 @@ def test_dual_points_of_a_half_lap_are_its_contact_pairs(assembly, structure):
     np.testing.assert_allclose(own.position, expected.position[order], atol=1e-15)
     np.testing.assert_allclose(own.frame, expected.frame[order], atol=1e-15)
     assert not own.gap.any()
+
+
+def moved_within_surface(assembly):
+    """The same bars, with inner nodes of side A moved by up to a third of their distances."""
+    faces, node = sides_of_half_lap(assembly)[0][0], assembly["coordinate"].to_numpy().copy()
+    edges = np.sort(np.concatenate([faces[:, [i - 1, i]] for i in range(4)]), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    length = np.full(len(node), np.inf)
+    for end in edges.T:
+        np.minimum.at(length, end, np.linalg.norm(node[edges[:, 0]] - node[edges[:, 1]], axis=1))
+    inner = np.setdiff1d(faces, edges[count == 1])
+    way = np.random.default_rng(0).uniform(-1, 1, (len(inner), 2)) / 3
+    node[inner, :2] += length[inner, None] * way
+    return assembly.assign(coordinate=assembly["coordinate"].copy(data=node))
+
+
+def loads_on_areas(preload, side=0.01):
+    """Normal loads on areas of 1 cm2 that pass into each other, over the largest."""
+    x, load = preload["position"].to_numpy(), preload["normal_load"].to_numpy()
+    hats = [
+        np.maximum(0, 1 - abs(x[:, [axis]] - np.arange(low, high + side / 2, side)) / side)
+        for axis, (low, high) in enumerate(((0.09, 0.16), (-0.01, 0.01)))
+    ]
+    return np.einsum("p,pi,pj->ij", load, *hats)
+
+
+def test_a_half_lap_whose_nodes_do_not_match_is_nearly_the_same(assembly, structure, preload):
+    moved = moved_within_surface(assembly)
+    points = weighted_points(
+        moved["coordinate"].to_numpy(), *sides_of_half_lap(moved), [1, 0, 0], weighting="dual"
+    )
+    assert len(points.area) == len(structure.contact)
+    assert np.diff(points.rows.indptr).max() > 4
+    other = structure_of(moved)
+    contact = points.contact_points(
+        other.geometry.displacement,
+        penalty=structure.contact.penalty[0],
+        friction_coefficient=structure.contact.friction_coefficient[0],
+    )
+    other = replace(other, contact=contact, symmetry=None)
+    tightened = apply_preload(other, 8e3)
+    assert tightened["normal_load"].sum() == pytest.approx(16e3, rel=1e-9)
+    expected = loads_on_areas(preload)
+    np.testing.assert_allclose(
+        loads_on_areas(tightened), expected, atol=0.02 * expected.max(), rtol=0
+    )
+    peaks = [
+        solve_response(
+            connect_nodes(find_modes(each, "free-4"), tight, 1e8, 0.1),
+            [2.0, 20.0],
+            loss_factor=2e-3,
+        )
+        for each, tight in ((structure, preload), (other, tightened))
+    ]
+    for name, tolerance in (("peak_frequency", 2e-3), ("peak_amplitude", 2e-2)):
+        np.testing.assert_allclose(*(each[name] for each in peaks), rtol=tolerance)
 
 
 @pytest.mark.parametrize("weighting", ["face", "dual"])
