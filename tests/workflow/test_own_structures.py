@@ -88,7 +88,7 @@ def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finish
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"type": "matrix"}, 'type: "matrix" must be half_lap or matrices'),
+        ({"type": "matrix"}, 'type: "matrix" must be half_lap or matrices or deck'),
         ({"stiffness": "KK"}, "config/matrices/joint.npz: KK is not there; did you mean K?"),
         ({"file": "config/none.npz"}, "config/none.npz: there is no such file"),
     ],

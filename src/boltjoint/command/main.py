@@ -9,10 +9,14 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from boltjoint import __version__
 from boltjoint.names import NAME
 from boltjoint.study.layout import OVERVIEW
+
+if TYPE_CHECKING:
+    from boltjoint.config.study import Study
 
 #: of the workflow, in a checkout and in an installation
 _WORKFLOW = "workflow/Snakefile"
@@ -101,13 +105,30 @@ def _check(given: argparse.Namespace) -> int:
         needed = estimate.estimate(study)
     except ConfigError as error:
         return _refuse(str(error))
-    for line in (*plausible.implausible(study), *estimate.overstrained(study)):
+    try:
+        models = list(_models(study))
+    except ValueError as error:
+        return _refuse(str(error))
+    for line in (*models, *plausible.implausible(study), *estimate.overstrained(study)):
         print(line)
     memory = estimate.machine_memory()
     if shortage := estimate.shortage(needed, memory):
         return _refuse(shortage)
     print(estimate.summary(needed, memory, os.cpu_count()))
     return 0
+
+
+def _models(study: "Study") -> Iterator[str]:
+    """What the files of assemblies are, where their maker looks at them."""
+    from boltjoint.config.makers import maker
+
+    used = {case.assembly for case in study.cases.values()} | set(study.assemblies)
+    for name in sorted(used):
+        described = study.assembly(name)
+        if check := getattr(maker(described.type), "check", None):
+            facts, doubts = check(described, Path.cwd())
+            yield from (f"{name}: {words}: {fact}" for words, fact in facts.items())
+            yield from (f"{name}: {line}" for line in doubts)
 
 
 def _run(given: argparse.Namespace) -> int:

@@ -45,9 +45,16 @@ def conflicts_of_preload(case: Case, assembly: Described | None) -> Problems:
 
 
 def conflicts_of_surfaces(case: Case, assembly: Described | None) -> Problems:
-    """Contact of surfaces that the assembly does not have."""
-    if assembly is not None:
-        yield from case.contact.conflicts_of_surfaces(case.assembly, assembly.surface_names)
+    """Contact of surfaces that the assembly does not have, or that its modes have already."""
+    if assembly is None:
+        return
+    yield from case.contact.conflicts_of_surfaces(case.assembly, assembly.surface_names)
+    if assembly.closes_contact and "normal" in case.contact.declaration.directions:
+        yield (
+            ("contact", "law"),
+            f"must be one under constant normal load: modes of {case.assembly} have the normal "
+            "springs of its contact, base: closed",
+        )
 
 
 def conflicts_of_places(case: Case, assembly: Described | None) -> Problems:

@@ -95,6 +95,11 @@ class Described(Entry):
         """Whether the surfaces stand apart before the bolts are tightened."""
 
     @property
+    def closes_contact(self) -> bool:
+        """Whether modes have normal springs of the contact, so that laws must not."""
+        return False
+
+    @property
     @abstractmethod
     def surface_names(self) -> tuple[str, ...]:
         """Names of the surfaces in contact."""

@@ -14,6 +14,8 @@ A maker is a module; what takes long to import is imported by its functions. It 
 and may have
 
 - ``size_of(description, folder)``, its ``MeshSize`` where files tell it;
+- ``check(description, folder)``, what its files are, by words, and lines on what to look at, for
+  ``boltjoint check``;
 - ``families_of(structure, q)``, ``Families`` of elastic modes q, shape (dofs, modes);
 - ``loaded_nodes(mesh)``, numbers of the nodes where forces may act, by default all;
 - ``load_on_surface(mesh, surface)``, nodal forces (nodes,) of one newton on a surface.
@@ -34,6 +36,7 @@ DEFAULT = "half_lap"
 _MODULES = {
     "half_lap": "boltjoint.structure.makers.half_lap",
     "matrices": "boltjoint.structure.makers.matrices",
+    "deck": "boltjoint.structure.makers.deck",
 }
 #: entry points by which other packages have makers
 GROUP = "boltjoint.makers"

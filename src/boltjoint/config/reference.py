@@ -8,6 +8,7 @@ from typing import Any
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
+from boltjoint.config.deck import Deck
 from boltjoint.config.entries import Entry
 from boltjoint.config.matrices import Matrices
 from boltjoint.config.settings import Settings
@@ -22,6 +23,7 @@ SCHEMAS: dict[str, type[Entry]] = {
     "config": Settings,
     "assembly": Assembly,
     "matrices": Matrices,
+    "deck": Deck,
     "case": Case,
     "sweep": Sweep,
 }
@@ -33,6 +35,7 @@ _FILES = {
     "config": "config.yaml",
     "assembly": "assemblies/*.yaml",
     "matrices": "assemblies/*.yaml, type: matrices",
+    "deck": "assemblies/*.yaml, type: deck",
     "case": "cases/*.yaml",
     "sweep": "sweeps/*.yaml",
 }

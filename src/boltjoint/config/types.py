@@ -23,6 +23,18 @@ MATRIX_FILE_MEANING = (
     "must be a file .npz, .mat or .mtx in the folder that holds config/, as config/joint.npz, "
     "without { } : \\ and names that begin with a point"
 )
+#: decks of other programs
+DECK_FILE = rf"{names.DATA_FILE.removesuffix('$')}\.inp$"
+DECK_FILE_MEANING = (
+    "must be a file .inp in the folder that holds config/, as config/joint.inp, without { } : \\ "
+    "and names that begin with a point"
+)
+#: name of a surface, a set or a constraint in a deck
+DECK_NAME = r"^[^,*=\x00-\x1f\x7f-\x9f]{1,80}$"
+DECK_NAME_MEANING = "must be a name in a deck, of at most 80 characters, without , * ="
+#: kind of elements in a deck
+ELEMENT_KIND = r"^C3D[0-9]{1,2}[A-Z]{0,3}$"
+ELEMENT_KIND_MEANING = "must be a kind of solid elements in capitals, as C3D8R"
 #: name of a variable, as of MATLAB and of Python
 VARIABLE = r"^[A-Za-z][A-Za-z0-9_]{0,62}$"
 VARIABLE_MEANING = "must be a name of a letter and at most 62 letters, digits and _"
@@ -148,6 +160,9 @@ CaseName = Annotated[
 ]
 DataFile = Annotated[str, Field(pattern=names.DATA_FILE)]
 MatrixFile = Annotated[str, Field(pattern=MATRIX_FILE)]
+DeckFile = Annotated[str, Field(pattern=DECK_FILE)]
+DeckName = Annotated[str, Field(pattern=DECK_NAME)]
+ElementKindName = Annotated[str, Field(pattern=ELEMENT_KIND)]
 VariableName = Annotated[str, Field(pattern=VARIABLE)]
 Joint = Annotated[str, Field(pattern=JointName.PATTERN), AfterValidator(JointName)]
 ModalBasis = Annotated[str, Field(pattern=Basis.PATTERN), AfterValidator(Basis)]
@@ -163,6 +178,9 @@ PATTERNS = {
     names.DATA_FILE: names.DATA_FILE_MEANING,
     MATRIX_FILE: MATRIX_FILE_MEANING,
     VARIABLE: VARIABLE_MEANING,
+    DECK_FILE: DECK_FILE_MEANING,
+    DECK_NAME: DECK_NAME_MEANING,
+    ELEMENT_KIND: ELEMENT_KIND_MEANING,
     **{pattern: grammar.MEANING for pattern, grammar in GRAMMARS.items()},
 }
 

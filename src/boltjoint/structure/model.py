@@ -140,6 +140,10 @@ class Structure:
         What made it: its families of modes, words and figures.
     factorisation
         Method of the factors of its matrices, as of ``structure.factors.factorise``.
+    base_springs
+        Normal stiffness of contact points that are closed under preload [N/m], shape (points,):
+        modes and bases are those with these springs, where nothing else holds parts together. None
+        where they are those without contact.
 
     Raises
     ------
@@ -160,6 +164,7 @@ class Structure:
     geometry: Geometry | None = None
     maker: str = ""
     factorisation: str = "superlu"
+    base_springs: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no structure."""
@@ -206,6 +211,10 @@ class Structure:
             )
         for bolt in self.bolts:
             self._check_equilibrium(bolt)
+        if self.base_springs is not None:
+            points = (len(self.contact),)
+            springs = checks.array("base_springs", self.base_springs, points, at_least=0)
+            object.__setattr__(self, "base_springs", springs)
 
     @classmethod
     def from_matrices(
@@ -261,6 +270,16 @@ class Structure:
     def dofs(self) -> int:
         """Number of degrees of freedom."""
         return self.stiffness.shape[0]
+
+    @cached_property
+    def base_stiffness(self) -> sparse.csc_array:
+        """K [N/m] of modes and bases: without contact, or with the springs of closed points."""
+        if self.base_springs is None:
+            return self.stiffness
+        acting = np.flatnonzero(self.base_springs)
+        normal = self.contact.relative[DIRECTIONS * acting + DIRECTIONS - 1]
+        springs = normal.T @ (sparse.diags_array(self.base_springs[acting]) @ normal)
+        return _symmetric("stiffness", sparse.csc_array(self.stiffness + springs))
 
     @cached_property
     def held(self) -> NDArray[np.int64]:

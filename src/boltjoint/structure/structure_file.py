@@ -79,6 +79,9 @@ def structure_to_dataset(structure: Structure) -> xr.Dataset:
     if structure.support is not None:
         meaning = "force of a unit acceleration of the supports"
         variables["support"] = _compressed(("axis", "dof"), structure.support, "kg", meaning)
+    if structure.base_springs is not None:
+        meaning = "normal springs of closed points in modes and bases"
+        variables["base_springs"] = quantity("point", structure.base_springs, "N/m", meaning)
     if mirror is not None:
         variables |= {
             "mirror_dof": _compressed("dof", mirror.image, "1", "mirror image of the dof"),
@@ -153,6 +156,7 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
         geometry=geometry,
         maker=stored.attrs["maker"],
         factorisation=stored.attrs.get("factorisation", _DEFAULT),
+        base_springs=stored["base_springs"].to_numpy() if "base_springs" in stored else None,
     )
 
 

@@ -36,10 +36,14 @@ class Subspace:
         The whole.
     basis
         S, shape (dofs, unknowns): each unknown moves degrees of freedom of its own by +1 or -1.
+    tightened
+        Whether the shortening of bolts is an unknown: nothing is in contact then, not even the
+        springs of the base.
     """
 
     structure: Structure
     basis: sparse.csc_array
+    tightened: bool = False
 
     @property
     def is_half(self) -> bool:
@@ -49,7 +53,9 @@ class Subspace:
     @cached_property
     def stiffness(self) -> sparse.csc_array:
         """K of the unknowns."""
-        return (self.basis.T @ self.structure.stiffness @ self.basis).tocsc()
+        structure = self.structure
+        K = structure.stiffness if self.tightened else structure.base_stiffness
+        return (self.basis.T @ K @ self.basis).tocsc()
 
     @cached_property
     def mass(self) -> sparse.csc_array:
@@ -179,7 +185,7 @@ def whole(structure: Structure, *, tightened: bool) -> Subspace:
     columns = np.arange(moving.size)
     shape = structure.dofs, moving.size
     basis = sparse.csc_array((np.ones(moving.size), (moving, columns)), shape=shape)
-    return Subspace(structure, as_sparse("basis", basis, sparse.csc_array))
+    return Subspace(structure, as_sparse("basis", basis, sparse.csc_array), tightened)
 
 
 def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
@@ -194,7 +200,7 @@ def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
     """
     if structure.symmetry is None:
         return whole(structure, tightened=tightened)
-    return Subspace(structure, _half(structure, 1.0, tightened))
+    return Subspace(structure, _half(structure, 1.0, tightened), tightened)
 
 
 def part_that_moves(structure: Structure, *of_points: Array) -> Subspace:

@@ -155,6 +155,8 @@ def _lines_of(
             raise ValueError(f"{place}: *INCLUDE: {file} must lie in the folder of the study")
         if not path.is_file():
             raise ValueError(f"{place}: *INCLUDE: file {file} is missing")
+    elif not path.is_file():
+        raise ValueError(f"{file} is missing: the deck lies in the folder of the study")
     lines = read_bytes(path, LARGEST, folder).decode("latin-1").splitlines()
     number = 0
     while number < len(lines):

@@ -1,0 +1,224 @@
+"""Bodies of a deck with their constraints: from all displacements to those that are free."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint.structure.elements.assembly import assemble
+from boltjoint.structure.elements.matrices import ElementOptions
+from boltjoint.structure.makers.deck import beams, constraints
+from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Deck, Tie
+from boltjoint.structure.makers.deck.elimination import Elimination, Rows, eliminate
+from boltjoint.structure.makers.deck.labels import Indices
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.sections import Cut, cut
+from boltjoint.structure.makers.deck.unknowns import Unknowns
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """Bodies of a deck with their constraints.
+
+    Attributes
+    ----------
+    mesh
+        Bodies, whose sections are cut and tied nodes moved.
+    unknowns
+        All of them.
+    cuts
+        Sections of bolts through elements, first of the sections of ``unknowns``.
+    beams
+        Beams of bolts, whose sections are the others.
+    rows
+        Constraints.
+    held
+        Unknowns that are zero.
+    elimination
+        What the constraints leave.
+    ties
+        What is tied.
+    """
+
+    mesh: Mesh
+    unknowns: Unknowns
+    cuts: tuple[Cut, ...]
+    beams: tuple[beams.BoltBeam, ...]
+    rows: list[Rows]
+    held: NDArray[np.bool_]
+    elimination: Elimination
+    ties: tuple[constraints.TiedNodes, ...]
+
+
+def constrain(
+    mesh: Mesh,
+    *,
+    boundaries: Sequence[Boundary],
+    tied_pairs: Sequence[ContactPair] = (),
+    tolerance: float | None = None,
+) -> Assembled:
+    """The constraints of a deck.
+
+    Parameters
+    ----------
+    mesh
+        Its bodies.
+    boundaries
+        Supports.
+    tied_pairs
+        Contact pairs that are tied.
+    tolerance
+        Of all ties [m]; by default that of each.
+
+    Raises
+    ------
+    ValueError
+        If a constraint makes no sense: file, line and name.
+    """
+    deck = mesh.deck
+    cuts = []
+    for section in deck.pretension:
+        if section.surface is not None:
+            mesh, found = cut(mesh, section)
+            cuts.append(found)
+    bolt_beams = beams.bolt_beams(deck)
+    unknowns = _unknowns(
+        deck, mesh, [*(each.section for each in cuts), *(each.section for each in bolt_beams)]
+    )
+    taken: dict[int, str] = {}
+    rows, ties = [], []
+    for each, is_strict in [
+        *((each, True) for each in deck.ties),
+        *((_tie_of(pair), False) for pair in tied_pairs),
+    ]:
+        mesh, of_tie, tied = constraints.tie(mesh, each, tolerance, taken, is_strict=is_strict)
+        rows.append(_wide(of_tie, unknowns.size))
+        ties.append(tied)
+    rows += constraints.section_rows(cuts, unknowns)
+    rows += _couplings(deck, unknowns, mesh)
+    rows.append(constraints.equation_rows(deck.equations, unknowns, mesh))
+    held, supports = constraints.support_rows(boundaries, unknowns, mesh)
+    rows.append(supports)
+    rows = [each for each in rows if each.matrix.shape[0]]
+    kept = np.zeros(unknowns.size, bool)
+    kept[unknowns.size - len(unknowns.sections) :] = True
+    return Assembled(
+        mesh,
+        unknowns,
+        tuple(cuts),
+        tuple(bolt_beams),
+        rows,
+        held,
+        eliminate(rows, held, kept),
+        tuple(ties),
+    )
+
+
+def _tie_of(pair: ContactPair) -> Tie:
+    name = f"{pair.slave.text}, {pair.master.text}"
+    return Tie(name, pair.slave, pair.master, None, pair.place)
+
+
+def _wide(rows: Rows, size: int) -> Rows:
+    matrix = rows.matrix.tocsr()
+    matrix.resize((matrix.shape[0], size))
+    return rows._replace(matrix=matrix)
+
+
+def _unknowns(deck: Deck, mesh: Mesh, sections: Sequence) -> Unknowns:
+    turning: list[int] = []
+    for each in deck.couplings:
+        if each.of_surface:
+            turning.append(deck.node_of(each.reference))
+    turning += [deck.node_of(each.reference) for each in deck.rigid_bodies]
+    turning += [int(node) for each in beams.turning_beams(deck) for node in each]
+    nodes = [deck.node_of(section.node) for section in sections]
+    return Unknowns(deck, mesh.node_count, np.unique(np.array(turning, np.int64)), nodes)
+
+
+def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
+    rows = []
+    joined: dict[int, tuple[list[Indices], list[Array], str]] = {}
+    for number, each in enumerate(deck.couplings):
+        name = f"{each.place}: *COUPLING {each.name or number + 1}"
+        node, weight = constraints.coupled_nodes(mesh, each)
+        if not each.of_surface:
+            # CalculiX: the node of the element DCOUP3D, lines of one block together
+            reference = int(_node_of_element(deck, each))
+            nodes, weights, _ = joined.setdefault(reference, ([], [], name))
+            nodes.append(node)
+            weights.append(weight)
+            continue
+        reference = deck.node_of(each.reference)
+        if each.kind == "kinematic":
+            node = mesh.with_copies(mesh.origin[node])
+            rows.append(
+                constraints.kinematic_rows(name, reference, node, each.dofs, unknowns, mesh)
+            )
+        else:
+            rows.append(
+                constraints.distributing_rows(name, reference, node, weight, unknowns, mesh)
+            )
+    for reference, (nodes, weights, name) in joined.items():
+        node, weight = np.concatenate(nodes), np.concatenate(weights)
+        rows.append(constraints.distributing_rows(name, reference, node, weight, unknowns, mesh))
+    for each in deck.rigid_bodies:
+        name = f"{each.place}: *RIGID BODY"
+        if each.kind == "elements":
+            place = deck.elements_of(each.nodes)
+            node = np.unique(
+                np.concatenate(
+                    [solid.node[np.isin(solid.place, place)].ravel() for solid in mesh.solids]
+                )
+            )
+        else:
+            node = mesh.with_copies(deck.nodes_of(each.nodes))
+        reference = deck.node_of(each.reference)
+        rows.append(constraints.kinematic_rows(name, reference, node, each.dofs, unknowns, mesh))
+    return rows
+
+
+def _node_of_element(deck: Deck, each: object) -> int:
+    place = deck.elements_of(each.reference)
+    for elements in deck.elements:
+        if elements.kind == "DCOUP3D":
+            found = elements.node[np.isin(elements.place, place)]
+            if found.size:
+                return int(found[0, 0])
+    raise ValueError(
+        f"{each.place}: *DISTRIBUTING COUPLING: set {each.reference.text} has no element DCOUP3D"
+    )
+
+
+def matrices(
+    assembled: Assembled,
+    options: ElementOptions,
+    pascal: float = 1.0,
+    kilogram_per_m3: float = 1.0,
+    newton: float = 1.0,
+    kilogram: float = 1.0,
+) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """Stiffness and mass of all unknowns, nothing constrained.
+
+    Parameters
+    ----------
+    assembled
+        Bodies.
+    options
+        Integration of the elements.
+    pascal, kilogram_per_m3, newton, kilogram
+        Units of the deck.
+    """
+    mesh, unknowns = assembled.mesh, assembled.unknowns
+    K, M = assemble(mesh.coordinate, mesh.blocks(pascal, kilogram_per_m3), options)
+    size = unknowns.size
+    K, M = sparse.csc_array(K), sparse.csc_array(M)
+    K.resize((size, size))
+    M.resize((size, size))
+    K = K + beams.stiffness(assembled.beams, unknowns, mesh, pascal)
+    K = K + beams.spring_stiffness(mesh, size, newton)
+    return K.tocsc(), (M + beams.point_masses(mesh, size, kilogram)).tocsc()

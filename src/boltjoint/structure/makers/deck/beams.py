@@ -1,0 +1,202 @@
+"""Beams of bolts, springs between nodes, and masses of nodes."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint.structure.makers.deck.content import Beam, Deck, PretensionSection
+from boltjoint.structure.makers.deck.labels import Indices
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.unknowns import AXES, Unknowns
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class BoltBeam:
+    """A beam B31 with a section, whose shortening tightens it.
+
+    ``nodes`` are its two ends, ``section`` that of the deck, ``beam`` its cross-section.
+    """
+
+    nodes: Indices
+    section: PretensionSection
+    beam: Beam
+
+    @property
+    def sizes(self) -> tuple[float, float, float, float]:
+        """Area, both second moments and that of torsion, in units of the deck."""
+        if self.beam.kind == "RECT":
+            a, b = self.beam.sizes
+            long, short = max(a, b), min(a, b)
+            ratio = short / long
+            torsion = long * short**3 * (1 / 3 - 0.21 * ratio * (1 - ratio**4 / 12))
+            return a * b, a * b**3 / 12, b * a**3 / 12, torsion
+        outer = self.beam.sizes[0]
+        inner = outer - self.beam.sizes[1] if self.beam.kind == "PIPE" else 0.0
+        second = np.pi / 4 * (outer**4 - inner**4)
+        return np.pi * (outer**2 - inner**2), second, second, 2 * second
+
+
+def bolt_beams(deck: Deck) -> list[BoltBeam]:
+    """The beams of a deck, each of which must be a bolt.
+
+    Raises
+    ------
+    ValueError
+        If a beam has no section, or none of BEAM SECTION or of PRE-TENSION SECTION.
+    """
+    found = []
+    of_bolts: list[int] = []
+    for section in deck.pretension:
+        if section.element is None:
+            continue
+        place = deck.elements_of(section.element)
+        nodes = np.concatenate(
+            [each.node[np.isin(each.place, place)] for each in _beams(deck)]
+            + [np.zeros((0, 2), np.int64)]
+        )
+        if len(nodes) != 1:
+            raise ValueError(
+                f"{section.place}: *PRE-TENSION SECTION: ELEMENT={section.element.text} is no "
+                "element B31: surfaces of solid elements are given by SURFACE"
+            )
+        beam = next(
+            (each for each in deck.beams if place[0] in deck.elements_of(each.elements)), None
+        )
+        if beam is None:
+            raise ValueError(
+                f"{section.place}: *PRE-TENSION SECTION: element {section.element.text} has no "
+                "*BEAM SECTION"
+            )
+        of_bolts.append(int(place[0]))
+        found.append(BoltBeam(nodes[0], section, beam))
+    for each in _beams(deck):
+        others = np.setdiff1d(each.place, of_bolts)
+        if others.size:
+            raise ValueError(
+                f"{deck.file}: {deck.numbers.name(int(others[0]))} (B31) is no bolt: beams are "
+                "read where a *PRE-TENSION SECTION, ELEMENT= tightens them"
+            )
+    return found
+
+
+def _beams(deck: Deck) -> Iterator:
+    return (each for each in deck.elements if each.kind == "B31")
+
+
+def turning_beams(deck: Deck) -> list[Indices]:
+    """Ends of beams where a constraint knows a rotation: others turn freely, as bars do."""
+    known = {
+        int(node)
+        for equation in deck.equations
+        for term in equation.terms
+        if term.dof > AXES
+        for node in deck.nodes_of(term.node)
+    }
+    known |= {deck.node_of(each.reference) for each in deck.rigid_bodies}
+    known |= {deck.node_of(each.reference) for each in deck.couplings if each.of_surface}
+    return [each.nodes for each in bolt_beams(deck) if known & set(each.nodes.tolist())]
+
+
+def stiffness(
+    beams: Sequence[BoltBeam], unknowns: Unknowns, mesh: Mesh, pascal: float
+) -> sparse.csc_array:
+    """Stiffness of bolts: along the axis with their shortening, and bending where ends turn."""
+    found = sparse.csc_array((unknowns.size, unknowns.size))
+    first = len(unknowns.sections) - len(beams)
+    for number, each in enumerate(beams):
+        material = mesh.deck.materials[each.beam.material.upper()]
+        E = pascal * material.youngs_modulus
+        shear = E / (2 * (1 + material.poissons_ratio))
+        scale = mesh.metre ** np.array([2, 4, 4, 4])
+        area, second, third, torsion = scale * np.array(each.sizes)
+        along = np.subtract(*mesh.coordinate[each.nodes[::-1]])
+        length = float(np.linalg.norm(along))
+        if not length > 0:
+            raise ValueError(f"{each.section.place}: the beam of the bolt has no length")
+        axes = _axes(along / length)
+        columns = unknowns.translations(each.nodes)
+        shortening = np.array([unknowns.shortening(first + number)])
+        # elongation with the shortening of the shank
+        row = np.concatenate([-axes[0], axes[0], [1.0]])
+        place = np.concatenate([columns.ravel(), shortening])
+        found = found + _added(E * area / length * np.outer(row, row), place, unknowns.size)
+        turned = [unknowns.rotations(int(node)) for node in each.nodes]
+        if any(part is None for part in turned):
+            continue
+        block, place = _bending(E, shear, (second, third, torsion), length, axes), []
+        for end in range(2):
+            place += [columns[end], turned[end]]
+        found = found + _added(block, np.concatenate(place), unknowns.size)
+    return found
+
+
+def _axes(along: Array) -> Array:
+    """Direction of a beam, and two across it."""
+    second = np.eye(3)[np.argmin(abs(along))]
+    second = second - (second @ along) * along
+    second /= np.linalg.norm(second)
+    return np.stack([along, second, np.cross(along, second)])
+
+
+def _bending(
+    E: float, shear: float, moments: tuple[float, float, float], length: float, axes: Array
+) -> Array:
+    """Bending and torsion of an Euler-Bernoulli beam, unknowns u and rotation of both ends."""
+    second, third, torsion = moments
+    K = np.zeros((12, 12))
+    for moment, shift, turn, sign in ((third, 1, 5, 1.0), (second, 2, 4, -1.0)):
+        place = np.array([shift, turn, 6 + shift, 6 + turn])
+        a, b = 12 / length**3, sign * 6 / length**2
+        c, d = 4 / length, 2 / length
+        own = E * moment * np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
+        K[np.ix_(place, place)] += own
+    K[np.ix_([3, 9], [3, 9])] += shear * torsion / length * np.array([[1, -1], [-1, 1]])
+    turn = np.kron(np.eye(4), axes)
+    return turn.T @ K @ turn
+
+
+def _added(block: Array, place: Indices, size: int) -> sparse.csc_array:
+    row, column = np.meshgrid(place, place, indexing="ij")
+    entries = block.ravel(), (row.ravel(), column.ravel())
+    return sparse.coo_array(entries, shape=(size, size)).tocsc()
+
+
+def spring_stiffness(mesh: Mesh, size: int, newton: float) -> sparse.csc_array:
+    """Stiffness of springs SPRINGA along the lines between their nodes."""
+    deck, found = mesh.deck, sparse.csc_array((size, size))
+    for each in deck.springs:
+        place = deck.elements_of(each.elements)
+        for elements in deck.elements:
+            if elements.kind != "SPRINGA":
+                continue
+            for node in elements.node[np.isin(elements.place, place)]:
+                along = np.subtract(*mesh.coordinate[node[::-1]])
+                length = np.linalg.norm(along)
+                if not length > 0:
+                    raise ValueError(
+                        f"{each.elements.place}: *SPRING: the nodes of a spring of set "
+                        f"{each.elements.text} lie on one spot"
+                    )
+                row = np.concatenate([-along, along]) / length
+                columns = (AXES * node[:, None] + np.arange(AXES)).ravel()
+                factor = each.value * newton / mesh.metre
+                found = found + _added(factor * np.outer(row, row), columns, size)
+    return found
+
+
+def point_masses(mesh: Mesh, size: int, kilogram: float) -> sparse.csc_array:
+    """Masses of the elements MASS."""
+    deck, diagonal = mesh.deck, np.zeros(size)
+    for each in deck.masses:
+        place = deck.elements_of(each.elements)
+        for elements in deck.elements:
+            if elements.kind == "MASS":
+                node = elements.node[np.isin(elements.place, place), 0]
+                for axis in range(AXES):
+                    np.add.at(diagonal, AXES * node + axis, kilogram * each.value)
+    return sparse.diags_array(diagonal, format="csc")

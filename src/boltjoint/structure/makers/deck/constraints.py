@@ -1,0 +1,280 @@
+"""Constraints of a deck as rows: ties, equations, couplings, rigid bodies, sections, supports."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint.structure.makers.deck.content import Boundary, Coupling, Equation, Tie
+from boltjoint.structure.makers.deck.elimination import Rows
+from boltjoint.structure.makers.deck.labels import Indices
+from boltjoint.structure.makers.deck.mesh import Faces, Mesh
+from boltjoint.structure.makers.deck.projection import motion, project
+from boltjoint.structure.makers.deck.sections import Cut
+from boltjoint.structure.makers.deck.unknowns import AXES, Unknowns
+
+Array = NDArray[np.float64]
+
+#: distance over the size of a master face within which nodes are tied by default
+TOLERANCE = 0.05
+#: and within which they are moved onto it; beyond, they keep their offset
+ADJUSTED = 0.1
+#: second moment of the nodes of a coupling over the largest, below which they lie on a line
+_ON_A_LINE = 1e-9
+
+
+class TiedNodes(NamedTuple):
+    """Nodes that a tie holds.
+
+    Attributes
+    ----------
+    name
+        Of the tie.
+    node
+        Slaves within the tolerance.
+    apart
+        Number of slaves beyond it.
+    moved
+        Largest distance by which a node was moved [m].
+    distance
+        Largest distance of a tied node from the faces [m].
+    tolerance
+        [m].
+    """
+
+    name: str
+    node: Indices
+    apart: int
+    moved: float
+    distance: float
+    tolerance: float
+
+
+def tie(
+    mesh: Mesh,
+    each: Tie,
+    tolerance: float | None,
+    taken: dict[int, str],
+    *,
+    is_strict: bool = True,
+) -> tuple[Mesh, Rows, TiedNodes]:
+    """Rows of a tie, and the mesh whose slaves were moved onto the faces.
+
+    Parameters
+    ----------
+    mesh
+        All bodies.
+    each
+        The tie.
+    tolerance
+        Distance within which nodes are tied [m]; by default that of the deck, or a share of the
+        size of the faces.
+    taken
+        Names of the ties that nodes are slaves of, to which those of this one are added.
+    is_strict
+        Whether slaves of another tie are refused; otherwise they stay with that.
+
+    Raises
+    ------
+    ValueError
+        If no slave lies within the tolerance, or one is a slave of another tie.
+    """
+    faces = mesh.faces(each.master)
+    node = np.setdiff1d(mesh.nodes_of_surface(each.slave), faces.nodes)
+    twice = [index for index in node.tolist() if index in taken]
+    if twice and is_strict:
+        first = mesh.deck.nodes.name(int(mesh.origin[twice[0]]))
+        raise ValueError(
+            f"{each.place}: *TIE {each.name}: {first} is a slave of tie {taken[twice[0]]} already: "
+            "a node follows one master"
+        )
+    node = np.setdiff1d(node, twice)
+    size = float(np.sqrt(np.linalg.norm(faces.area_vectors(mesh.coordinate), axis=1).mean()))
+    if tolerance is None:
+        given = each.tolerance
+        tolerance = TOLERANCE * size if given is None else mesh.metre * given
+    found = project(mesh.coordinate[node], faces, mesh.coordinate)
+    within = found.distance <= tolerance
+    if not within.any():
+        nearest = found.distance.min(initial=np.inf) * 1e3
+        raise ValueError(
+            f"{each.place}: *TIE {each.name}: no slave lies within {1e3 * tolerance:.4g} mm of the "
+            f"master: the nearest is {nearest:.4g} mm away"
+        )
+    node, found = node[within], type(found)(*(part[within] for part in found))
+    adjusted = found.distance <= ADJUSTED * size
+    moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()
+    moved[node[adjusted]] += (found.point - mesh.coordinate[node])[adjusted]
+    mesh = replace(mesh, moved=moved)
+    follows, _ = motion(mesh.coordinate[node], found, faces, mesh.coordinate)
+    columns = (AXES * node[:, None] + np.arange(AXES)).ravel()
+    own = sparse.csr_array(
+        (np.ones(columns.size), (np.arange(columns.size), columns)), shape=follows.shape
+    )
+    taken |= dict.fromkeys(node.tolist(), each.name)
+    tied = TiedNodes(
+        each.name,
+        node,
+        int(np.count_nonzero(~within)),
+        float(found.distance[adjusted].max(initial=0.0)),
+        float(found.distance.max(initial=0.0)),
+        tolerance,
+    )
+    return mesh, Rows(sparse.csr_array(own - follows), columns, f"tie {each.name}"), tied
+
+
+def section_rows(cuts: Sequence[Cut], unknowns: Unknowns) -> Iterable[Rows]:
+    """Rows by which copies of nodes follow with the shortening of the shank."""
+    for number, each in enumerate(cuts):
+        copy, node = (unknowns.translations(part).ravel() for part in (each.copy, each.node))
+        row = np.arange(copy.size)
+        shortening = np.full(row.size, unknowns.shortening(number))
+        entries = np.concatenate(
+            [np.ones(row.size), -np.ones(row.size), np.tile(each.normal, len(each.copy))]
+        )
+        places = np.tile(row, 3), np.concatenate([copy, node, shortening])
+        matrix = sparse.csr_array((entries, places), shape=(row.size, unknowns.size))
+        yield Rows(matrix, copy, f"section {number + 1}")
+
+
+def equation_rows(equations: Sequence[Equation], unknowns: Unknowns, mesh: Mesh) -> Rows:
+    """Rows of equations, one for each node of sets of as many nodes."""
+    row, column, entry, pivot = [], [], [], []
+    for each in equations:
+        nodes = [unknowns.deck.nodes_of(term.node) for term in each.terms]
+        count = max(len(node) for node in nodes)
+        if any(len(node) not in (1, count) for node in nodes):
+            sizes = ", ".join(str(len(node)) for node in nodes)
+            raise ValueError(f"{each.place}: *EQUATION: its sets have {sizes} nodes: as many each")
+        for index in range(count):
+            first = None
+            for term, node in zip(each.terms, nodes, strict=True):
+                own = int(node[index if len(node) > 1 else 0])
+                columns, factors = unknowns.terms(term.node, own, term.dof)
+                row += len(columns) * [len(pivot)]
+                column += columns.tolist()
+                # a rotation times a length of the deck
+                unit = mesh.metre if term.dof > AXES else 1.0
+                entry += (unit * term.coefficient * factors).tolist()
+                if first is None:
+                    first = int(columns[np.argmax(abs(factors))])
+            pivot.append(first)
+    shape = len(pivot), unknowns.size
+    matrix = sparse.coo_array((entry, (row, column)), shape=shape).tocsr()
+    return Rows(matrix, np.array(pivot, np.int64), "equations")
+
+
+def kinematic_rows(
+    name: str, reference: int, nodes: Indices, dofs: Sequence[int], unknowns: Unknowns, mesh: Mesh
+) -> Rows:
+    """Rows by which nodes move rigidly with a reference node along some of x, y, z."""
+    nodes = nodes[nodes != reference]
+    turned = unknowns.rotations(reference)
+    axes = np.array([dof - 1 for dof in dofs])
+    arm = mesh.coordinate[nodes] - mesh.coordinate[reference]
+    pivot = unknowns.translations(nodes)[:, axes].ravel()
+    row = np.arange(pivot.size)
+    # u = u_R + theta x r, whose matrix is that of -r x theta
+    cross = np.zeros((len(nodes), AXES, AXES))
+    for axis in range(AXES):
+        i, j = (axis + 1) % AXES, (axis + 2) % AXES
+        cross[:, i, j], cross[:, j, i] = -arm[:, axis], arm[:, axis]
+    of_rotation = cross[:, axes].reshape(-1, AXES)
+    entries = np.concatenate([np.ones(row.size), -np.ones(row.size), of_rotation.ravel()])
+    columns = np.concatenate(
+        [
+            pivot,
+            np.tile(unknowns.translations(np.array(reference))[axes], len(nodes)),
+            np.tile(turned, row.size),
+        ]
+    )
+    rows = np.concatenate([row, row, np.repeat(row, AXES)])
+    matrix = sparse.csr_array((entries, (rows, columns)), shape=(row.size, unknowns.size))
+    matrix.eliminate_zeros()
+    return Rows(matrix, pivot, name)
+
+
+def distributing_rows(
+    name: str, reference: int, nodes: Indices, weight: Array, unknowns: Unknowns, mesh: Mesh
+) -> Rows:
+    """Rows by which a reference node moves with the mean of nodes.
+
+    Its rotation is ``T^-1 sum w r x u`` with the second moment T of the nodes about their middle;
+    where the reference node has no rotation, its displacement is the mean one wherever it lies.
+    """
+    weight = weight / weight.sum()
+    own = unknowns.translations(np.array(reference))
+    of_nodes = unknowns.translations(nodes)
+    mean = np.zeros((AXES, unknowns.size))
+    for axis in range(AXES):
+        mean[axis, of_nodes[:, axis]] = weight
+    turned = unknowns.rotations(reference)
+    if turned is None:
+        rows = -mean
+        rows[np.arange(AXES), own] += 1.0
+        return Rows(sparse.csr_array(rows), own, name)
+    place = mesh.coordinate[nodes]
+    middle = weight @ place
+    arm = place - middle
+    second = np.einsum("n,nk,nl->kl", weight, arm, arm)
+    moment = np.trace(second) * np.eye(AXES) - second
+    size = np.linalg.eigvalsh(moment)
+    if not size[0] > _ON_A_LINE * size[-1]:
+        raise ValueError(f"{name}: its nodes lie on a line: they have no mean rotation")
+    rotation = np.zeros((AXES, unknowns.size))
+    inverse = np.linalg.inv(moment)
+    for axis in range(AXES):
+        i, j = (axis + 1) % AXES, (axis + 2) % AXES
+        # r x u along this axis
+        np.add.at(rotation[axis], of_nodes[:, j], weight * arm[:, i])
+        np.add.at(rotation[axis], of_nodes[:, i], -weight * arm[:, j])
+    rotation = inverse @ rotation
+    to_reference = mesh.coordinate[reference] - middle
+    translation = mean + np.cross(rotation.T, to_reference).T
+    rows = np.concatenate([-translation, -rotation])
+    pivot = np.concatenate([own, turned])
+    rows[np.arange(len(pivot)), pivot] += 1.0
+    return Rows(sparse.csr_array(rows), pivot, name)
+
+
+def coupled_nodes(mesh: Mesh, each: Coupling) -> tuple[Indices, Array]:
+    """Nodes of a coupling with their weights: areas of a surface, or those given."""
+    if not each.of_surface:
+        node = mesh.deck.nodes_of(each.nodes)
+        return node, np.full(len(node), each.weights[0] if each.weights else 1.0)
+    if mesh.deck.surface(each.nodes).of_nodes:
+        node = mesh.nodes_of_surface(each.nodes)
+        return node, np.ones(len(node))
+    faces: Faces = mesh.faces(each.nodes)
+    return faces.nodal_areas(mesh.coordinate)
+
+
+def support_rows(
+    boundaries: Sequence[Boundary], unknowns: Unknowns, mesh: Mesh
+) -> tuple[NDArray[np.bool_], Rows]:
+    """Unknowns that are held, and rows of those that are held along other directions."""
+    held = np.zeros(unknowns.size, bool)
+    rows, pivots = [], []
+    for each in boundaries:
+        for node in mesh.with_copies(unknowns.deck.nodes_of(each.nodes)).tolist():
+            for dof in range(each.first, each.last + 1):
+                if dof > AXES and unknowns.rotations(node) is None:
+                    continue
+                columns, factors = unknowns.terms(each.nodes, int(mesh.origin[node]), dof)
+                if node != mesh.origin[node]:
+                    columns = columns + AXES * (node - int(mesh.origin[node]))
+                if len(columns) == 1:
+                    held[columns] = True
+                else:
+                    rows.append((columns, factors))
+                    pivots.append(int(columns[np.argmax(abs(factors))]))
+    matrix = sparse.coo_array((len(rows), unknowns.size))
+    if rows:
+        column = np.concatenate([columns for columns, _ in rows])
+        entry = np.concatenate([factors for _, factors in rows])
+        number = np.repeat(np.arange(len(rows)), [len(columns) for columns, _ in rows])
+        matrix = sparse.coo_array((entry, (number, column)), shape=matrix.shape)
+    return held, Rows(matrix.tocsr(), np.array(pivots, np.int64), "supports")

@@ -1,0 +1,179 @@
+"""Contact of a deck: points of its pairs of surfaces, on which rigid-body motion has no slip."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints
+from boltjoint.structure.makers.deck.content import Reference
+from boltjoint.structure.makers.deck.lines import Place
+from boltjoint.structure.makers.deck.mesh import Faces, Mesh
+from boltjoint.structure.segments.weighted_points import WeightedPoints, weighted_points
+
+if TYPE_CHECKING:
+    from boltjoint.config.deck import DeckContact
+
+Array = NDArray[np.float64]
+
+_MM = 1e-3
+#: rotation by 1 that slips by less, over the size of the face, is rounding
+_ROUNDING = 1e-13
+#: distance of nodes over the size of all bodies, below which they coincide
+_COINCIDENT = 1e-9
+
+
+def faces_of_contact(mesh: Mesh, each: "DeckContact") -> tuple[Faces, Faces]:
+    """Faces of both surfaces.
+
+    Raises
+    ------
+    ValueError
+        If there is no such surface, or both have the same nodes.
+    """
+    place = Place(mesh.deck.file, 0)
+    sides = []
+    for name in each.surfaces:
+        if name.upper() not in mesh.deck.surfaces:
+            there = ", ".join(surface.name for surface in mesh.deck.surfaces.values()) or "none"
+            raise ValueError(f"{mesh.deck.file} has no *SURFACE {name}; there are: {there}")
+        at = mesh.deck.surfaces[name.upper()].place
+        sides.append(mesh.faces(Reference(name, "", at or place)))
+    apart = np.setdiff1d(sides[0].nodes, sides[1].nodes)
+    if not apart.size:
+        raise ValueError(
+            f"{mesh.deck.file}: surfaces {' and '.join(each.surfaces)} share all nodes: a node "
+            "cannot meet itself"
+        )
+    return sides[0], sides[1]
+
+
+def is_named(pair: tuple[str, str], contact: "Sequence[DeckContact]") -> bool:
+    """Whether a pair of surfaces has friction, whichever is named first."""
+    names = frozenset(name.upper() for name in pair)
+    return any(names == frozenset(name.upper() for name in each.surfaces) for each in contact)
+
+
+def points_of_contact(
+    mesh: Mesh, displacement: sparse.csc_array, contact: "Sequence[DeckContact]"
+) -> tuple[ContactPoints, dict[str, WeightedPoints]]:
+    """Contact points of all pairs, and those of each by its name.
+
+    Parameters
+    ----------
+    mesh
+        All bodies.
+    displacement
+        Of all nodes along x, y, z, shape (3 * nodes, dofs).
+    contact
+        Pairs of surfaces.
+
+    Raises
+    ------
+    ValueError
+        If surfaces do not exist, do not meet, or look away from each other.
+    """
+    parts, met = [], {}
+    for each in contact:
+        points = weighted(mesh, each)
+        met[each.name] = points
+        found = points.contact_points(
+            surface=each.name,
+            penalty=each.penalty_N_per_m3,
+            friction_coefficient=each.friction_coefficient,
+        )
+        rows = _without_slip_in_rotation(found.relative, mesh.coordinate)
+        parts.append((found, sparse.csr_array(rows @ displacement)))
+    return (
+        ContactPoints(
+            sparse.csr_array(sparse.vstack([rows for _, rows in parts])),
+            **{
+                name: np.concatenate([getattr(part, name) for part, _ in parts])
+                for name in (
+                    *("position", "frame", "area", "surface", "gap", "penalty"),
+                    "friction_coefficient",
+                )
+            },
+        ),
+        met,
+    )
+
+
+def weighted(mesh: Mesh, each: "DeckContact") -> WeightedPoints:
+    """Points of a pair, with signed gaps."""
+    one, other = faces_of_contact(mesh, each)
+    sides = [[node for _, node in faces.alike()] for faces in (one, other)]
+    gap = None if each.largest_gap_mm is None else _MM * each.largest_gap_mm
+    options = {
+        "along": np.array(each.first_tangent),
+        "weighting": "face" if each.points == "faces" else "dual",
+        "largest_gap": gap,
+    }
+    try:
+        return _of_both_sides(weighted_points(mesh.coordinate, *sides, **options))
+    except ValueError as error:
+        names = " and ".join(each.surfaces)
+        if "do not meet" in str(error) and _look_away(mesh, one, other):
+            raise ValueError(
+                f"{mesh.deck.file}: surfaces {names} look away from each other: their faces must "
+                "be those between both bodies"
+            ) from None
+        raise ValueError(f"{mesh.deck.file}: surfaces {names}: {error}") from None
+
+
+def _of_both_sides(points: WeightedPoints) -> WeightedPoints:
+    """Points at which the sides may move apart: not those of nodes that both share."""
+    kept = np.flatnonzero(np.diff(points.rows.indptr))
+    return WeightedPoints(
+        points.rows[kept],
+        *(getattr(points, name)[kept] for name in ("position", "frame", "area", "gap")),
+    )
+
+
+def _look_away(mesh: Mesh, one: Faces, other: Faces) -> bool:
+    """Whether the normals of two surfaces do not point at each other."""
+    first, second = (faces.area_vectors(mesh.coordinate).sum(axis=0) for faces in (one, other))
+    return bool(first @ second >= 0)
+
+
+def _without_slip_in_rotation(rows: sparse.csr_array, coordinate: Array) -> sparse.csr_array:
+    """Rows of relative displacement that rigid-body rotation does not change.
+
+    Where surfaces stand apart, a rotation moves two opposite points differently, though nothing
+    slips. The least change of the factors of the nodes takes that away.
+    """
+    columns, factors, counts = [], [], []
+    coincident = _COINCIDENT * np.ptp(coordinate, axis=0).max()
+    for start, end in zip(rows.indptr[:-1], rows.indptr[1:], strict=True):
+        column, factor = rows.indices[start:end], rows.data[start:end]
+        slip = factor @ _rigid(column, coordinate, coincident)
+        if abs(slip).max() > _ROUNDING:
+            node = np.unique(column // DIRECTIONS)
+            every = (DIRECTIONS * node[:, None] + np.arange(DIRECTIONS)).ravel()
+            widened = np.zeros(len(every))
+            widened[np.searchsorted(every, column)] = factor
+            motions = _rigid(every, coordinate, coincident)
+            change = np.linalg.lstsq(motions.T @ motions, motions.T @ widened, rcond=1e-12)[0]
+            column, factor = every, widened - motions @ change
+        columns.append(column)
+        factors.append(factor)
+        counts.append(len(column))
+    pointer = np.concatenate([[0], np.cumsum(counts)])
+    return sparse.csr_array((np.concatenate(factors), np.concatenate(columns), pointer), rows.shape)
+
+
+def _rigid(column: NDArray[np.int64], coordinate: Array, coincident: float) -> Array:
+    """Rigid-body motions at displacements of nodes, about their middle, shape (columns, 6)."""
+    node, axis = np.divmod(column, DIRECTIONS)
+    arm = coordinate[node] - coordinate[node].mean(axis=0)
+    # nodes on one spot but for rounding do not part in rotations
+    size = abs(arm).max()
+    arm = arm / size if size > coincident else np.zeros_like(arm)
+    found = np.zeros((len(column), 2 * DIRECTIONS))
+    found[np.arange(len(column)), axis] = 1.0
+    for about in range(DIRECTIONS):
+        i, j = (about + 1) % DIRECTIONS, (about + 2) % DIRECTIONS
+        found[:, DIRECTIONS + about] = (axis == j) * arm[:, i] - (axis == i) * arm[:, j]
+    return found

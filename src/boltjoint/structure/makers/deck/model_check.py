@@ -1,0 +1,187 @@
+"""A look at a deck before anything is solved: what it weighs, what holds it, what was left out."""
+
+from pathlib import Path
+
+import numpy as np
+
+from boltjoint.config.deck import Deck as Description
+from boltjoint.structure.elements.suitability import element_warnings
+from boltjoint.structure.makers.deck import interfaces, rigid
+from boltjoint.structure.makers.deck.assembled import Assembled, constrain
+from boltjoint.structure.makers.deck.bolts import SectionBolt, bolts_of, lengths_given, loads_of
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.structure import tied_pairs
+from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
+
+_MM, _GPA = 1e3, 1e-9
+#: moduli [Pa], densities [kg/m3] and sizes [m] of joints
+_MODULI, _DENSITIES, _SIZES = (5e8, 1e12), (200.0, 25e3), (1e-3, 50.0)
+#: keywords and names of the deck that are told, at most
+_MOST = 8
+
+
+def check_of(description: Description, folder: str | Path) -> tuple[dict[str, str], list[str]]:
+    """What a deck is, by words, and what to look at, in a line each.
+
+    Parameters
+    ----------
+    description, folder
+        As for ``structure_of_deck``.
+
+    Raises
+    ------
+    ValueError
+        As for ``structure_of_deck``, but for what solving finds.
+    """
+    as_read = described_mesh(description, Path(folder))
+    boundaries = supports_of(description, as_read.deck)
+    tolerance = description.ties.tolerance_mm
+    assembled = constrain(
+        as_read,
+        boundaries=boundaries,
+        tied_pairs=tied_pairs(description, as_read.deck),
+        tolerance=None if tolerance is None else tolerance / _MM,
+    )
+    facts = _of_bodies(description, as_read) | _of_constraints(assembled)
+    facts |= _of_bolts(description, assembled) | _of_contact(description, assembled)
+    deck = as_read.deck
+    facts["sets of nodes"] = _first(list(deck.node_sets.written.values()))
+    facts["surfaces"] = _first([each.name for each in deck.surfaces.values()])
+    facts["not used of the deck"] = _left_out(assembled)
+    return facts, [*_doubts(description, as_read), *_of_ties(assembled)]
+
+
+def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
+    length, mass, _ = description.units.factors
+    blocks = mesh.blocks(description.units.pascal, mass / length**3)
+    weight = sum(
+        float(volumes @ block.material.density)
+        for volumes, block in zip(mesh.volumes, blocks, strict=True)
+    )
+    size = np.ptp(mesh.coordinate[mesh.nodes], axis=0)
+    kinds = ", ".join(f"{len(each.place)} {each.kind.name}" for each in mesh.solids)
+    return {
+        "nodes": str(len(mesh.nodes)),
+        "elements": kinds,
+        "volume (cm³)": f"{1e6 * mesh.volume:.6g}",
+        "mass (kg)": f"{weight:.6g}",
+        "size (mm)": " x ".join(f"{_MM * each:.5g}" for each in size),
+        "bodies": str(int(rigid.bodies(mesh).max()) + 1),
+    }
+
+
+def _of_constraints(assembled: Assembled) -> dict[str, str]:
+    mesh, unknowns = assembled.mesh, assembled.unknowns
+    motions = rigid.motions_of_bodies(mesh, unknowns, rigid.bodies(mesh))
+    free = rigid.allowed(motions, assembled.rows, assembled.held).shape[1]
+    ties = [
+        f"{each.name}: {len(each.node)} nodes, up to {_MM * each.distance:.3g} mm"
+        for each in assembled.ties
+    ]
+    return {
+        "degrees of freedom": str(assembled.elimination.free.size),
+        "rigid-body motions without contact": str(free),
+        "held displacements": str(int(np.count_nonzero(assembled.held))),
+        "ties": "; ".join(ties) or "none",
+        "constraints that others imply": str(assembled.elimination.repeated),
+    }
+
+
+def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
+    mesh = assembled.mesh
+    wanted = None if isinstance(description.bolts, str) else description.bolts
+    bolts = bolts_of(mesh.deck, wanted)
+    loads = loads_of(mesh.deck, bolts)
+    lengths = lengths_given(mesh.deck, bolts)
+    told = []
+    for number, bolt in enumerate(bolts):
+        words = [bolt.name]
+        if isinstance(bolt, SectionBolt):
+            section = mesh.deck.pretension[bolt.section]
+            cut = next((each for each in assembled.cuts if each.section is section), None)
+            if cut is not None:
+                axis = ", ".join(f"{each:.3g}" for each in cut.normal)
+                words.append(f"section of {len(cut.node)} nodes, {1e6 * cut.area:.4g} mm²")
+                words.append(f"axis ({axis})")
+        else:
+            axis = ", ".join(f"{each:.3g}" for each in bolt.direction)
+            words.append(f"between two couplings, along ({axis})")
+        if loads is not None:
+            words.append(f"{description.units.newton * loads[number]:.6g} N in the deck")
+        if bolt.name in lengths:
+            words.append("given a length in the deck")
+        told.append(", ".join(words))
+    return {"bolts": "; ".join(told)}
+
+
+def _of_contact(description: Description, assembled: Assembled) -> dict[str, str]:
+    mesh, told, alone = assembled.mesh, [], []
+    for each in description.contact:
+        one, other = interfaces.faces_of_contact(mesh, each)
+        points = interfaces.weighted(mesh, each)
+        areas = [
+            np.linalg.norm(faces.area_vectors(mesh.coordinate), axis=1).sum()
+            for faces in (one, other)
+        ]
+        told.append(
+            f"{each.name}: {len(points.area)} points, {1e4 * points.area.sum():.5g} cm², gaps "
+            f"{_MM * points.gap.min():.3g} to {_MM * points.gap.max():.3g} mm"
+        )
+        shares = ", ".join(
+            f"{name} {points.area.sum() / area:.0%}"
+            for name, area in zip(each.surfaces, areas, strict=True)
+        )
+        alone.append(f"{each.name}: {shares}")
+    return {"contact": "; ".join(told), "share of the surfaces that meets": "; ".join(alone)}
+
+
+def _first(names: list[str]) -> str:
+    """Names of which there may be many."""
+    more = f" and {len(names) - _MOST} more" if len(names) > _MOST else ""
+    return ", ".join(names[:_MOST]) + more or "none"
+
+
+def _left_out(assembled: Assembled) -> str:
+    deck = assembled.mesh.deck
+    told = [
+        f"*{keyword} ({count}, first at {place})"
+        for keyword, (place, count) in list(deck.unused.items())[:_MOST]
+    ]
+    if more := len(deck.unused) - len(told):
+        told.append(f"{more} more keywords")
+    if later := sum(each.step > 0 for each in deck.boundaries):
+        told.append(f"{later} lines of *BOUNDARY in steps")
+    if deck.steps:
+        told.append(f"{deck.steps} steps")
+    return ", ".join(told) or "nothing"
+
+
+def _doubts(description: Description, mesh: Mesh) -> list[str]:
+    """Numbers that no joint has, as they may be in other units."""
+    told = []
+    materials, _ = mesh.materials
+    length, mass, _ = description.units.factors
+    for each in materials:
+        modulus = description.units.pascal * (each.youngs_modulus or 0.0)
+        density = mass / length**3 * (each.density or 0.0)
+        if not _MODULI[0] <= modulus <= _MODULI[1]:
+            guess = ": is it in MPa?" if _MODULI[0] <= 1e6 * modulus <= _MODULI[1] else ""
+            told.append(
+                f"material {each.name}: Young's modulus {_GPA * modulus:.4g} GPa is unusual{guess}"
+            )
+        if not _DENSITIES[0] <= density <= _DENSITIES[1]:
+            told.append(f"material {each.name}: density {density:.4g} kg/m³ is unusual")
+    size = float(np.ptp(mesh.coordinate[mesh.nodes], axis=0).max())
+    if not _SIZES[0] <= size <= _SIZES[1]:
+        told.append(f"size {_MM * size:.4g} mm is unusual: is units.length right?")
+    blocks = mesh.blocks(description.units.pascal, mass / length**3)
+    return told + element_warnings(blocks)
+
+
+def _of_ties(assembled: Assembled) -> list[str]:
+    return [
+        f"tie {each.name}: {each.apart} nodes are farther than {_MM * each.tolerance:.3g} mm from "
+        "the master and stay free"
+        for each in assembled.ties
+        if each.apart
+    ]

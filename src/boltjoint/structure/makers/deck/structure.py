@@ -1,0 +1,343 @@
+"""The structure of a deck: bodies, constraints, contact, bolts, supports and points."""
+
+import logging
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint.config.deck import Deck as Description
+from boltjoint.structure.contact_points import ContactPoints
+from boltjoint.structure.elements.matrices import ElementOptions
+from boltjoint.structure.makers.deck import beams, rigid
+from boltjoint.structure.makers.deck.assembled import Assembled, constrain, matrices
+from boltjoint.structure.makers.deck.bolts import (
+    DeckBolts,
+    SectionBolt,
+    bolts_of,
+    lengths_given,
+    loads_of,
+)
+from boltjoint.structure.makers.deck.content import ContactPair, Deck
+from boltjoint.structure.makers.deck.interfaces import is_named, points_of_contact
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
+from boltjoint.structure.model import Bolt, Geometry, Row, Structure, unit_row
+from boltjoint.structure.preload import apply_preload
+from boltjoint.structure.segments.weighted_points import WeightedPoints
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+#: of the maker
+NAME = "deck"
+_MM = 1e-3
+#: slip of contact points in a motion of bodies, below which it is one of the whole
+_WHOLE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class DeckModel:
+    """A deck on its way to a structure, for what is told of it.
+
+    Attributes
+    ----------
+    as_read
+        The mesh before nodes were moved and doubled.
+    assembled
+        Bodies and constraints.
+    bolts
+        Of the deck, in the order of their preloads.
+    loads
+        Tensions that the deck gives them [N], None where not.
+    contact
+        All contact points.
+    by_pair
+        Those of each pair of surfaces, with signed gaps.
+    structure
+        Without contact, or with normal springs of the base.
+    mechanisms
+        Motions of bodies that contact alone restrains.
+    """
+
+    as_read: Mesh
+    assembled: Assembled
+    bolts: DeckBolts
+    loads: Array | None
+    contact: ContactPoints
+    by_pair: dict[str, WeightedPoints]
+    structure: Structure
+    mechanisms: int
+
+
+def structure_of_deck(description: Description, folder: str | Path) -> Structure:
+    """The structure that a deck describes.
+
+    Parameters
+    ----------
+    description
+        Deck, units, contact and points.
+    folder
+        Of the study, in which all files lie.
+
+    Raises
+    ------
+    ValueError
+        If the deck cannot be read, or is no structure: file, line and problem in one line.
+    """
+    return model_of_deck(description, folder).structure
+
+
+def model_of_deck(description: Description, folder: str | Path) -> DeckModel:
+    """The structure of a deck, and what it came from, as ``structure_of_deck``."""
+    as_read = described_mesh(description, Path(folder))
+    deck = as_read.deck
+    wanted = None if isinstance(description.bolts, str) else description.bolts
+    bolts = bolts_of(deck, wanted)
+    boundaries = supports_of(description, deck)
+    tolerance = description.ties.tolerance_mm
+    assembled = constrain(
+        as_read,
+        boundaries=boundaries,
+        tied_pairs=tied_pairs(description, deck),
+        tolerance=None if tolerance is None else _MM * tolerance,
+    )
+    length, mass, _ = description.units.factors
+    K, M = matrices(
+        assembled,
+        ElementOptions(description.mass, description.hourglass_factor),
+        description.units.pascal,
+        mass / length**3,
+        description.units.newton,
+        mass,
+    )
+    T, unknowns = assembled.elimination.transformation, assembled.unknowns
+    stiffness, inertia = ((T.T @ each @ T).tocsc() for each in (K, M))
+    acting = np.flatnonzero((stiffness.diagonal() != 0) | (inertia.diagonal() != 0))
+    T = sparse.csc_array(T[:, acting])
+    stiffness, inertia = (
+        sparse.csc_array(each[acting][:, acting]) for each in (stiffness, inertia)
+    )
+    mesh = assembled.mesh
+    displacement = sparse.csc_array(T[: 3 * mesh.node_count])
+    contact, by_pair = points_of_contact(mesh, displacement, description.contact)
+    if not description.has_initial_gap:
+        contact = replace(contact, gap=np.zeros(len(contact)))
+    whole, mechanisms = _motions(assembled, T, contact)
+    support = None
+    if boundaries:
+        unit = np.zeros((unknowns.size, 3))
+        unit[: 3 * mesh.node_count] = np.tile(np.eye(3), (mesh.node_count, 1))
+        support = -(T.T @ (M @ unit)).T
+    loads = loads_of(deck, bolts)
+    structure = Structure(
+        stiffness=(stiffness + stiffness.T) / 2,
+        mass=(inertia + inertia.T) / 2,
+        contact=contact,
+        bolts=_bolts(description, assembled, bolts, T),
+        **_rows(description, mesh, displacement),
+        support=support,
+        rigid=whole,
+        geometry=_geometry(mesh, displacement),
+        maker=NAME,
+        factorisation=description.factorisation,
+    )
+    if description.base == "closed":
+        structure = _closed(structure, assembled, T, loads)
+    elif mechanisms:
+        raise ValueError(
+            f"{deck.file}: without contact {mechanisms} motions of bodies are free: tie what holds "
+            "them together, or give base: closed"
+        )
+    model = DeckModel(
+        as_read,
+        assembled,
+        bolts,
+        None if loads is None else description.units.newton * loads,
+        contact,
+        by_pair,
+        structure,
+        mechanisms,
+    )
+    _log(model, lengths_given(deck, bolts))
+    return model
+
+
+def tied_pairs(description: Description, deck: Deck) -> list[ContactPair]:
+    """Contact pairs of a deck that are not named, and so are tied."""
+    return [
+        pair
+        for pair in deck.contact
+        if not is_named((pair.slave.text, pair.master.text), description.contact)
+    ]
+
+
+def _motions(
+    assembled: Assembled, T: sparse.csc_array, contact: ContactPoints
+) -> tuple[Array, int]:
+    """Rigid-body motions of the whole, shape (dofs, motions), and how many of bodies more."""
+    mesh, unknowns = assembled.mesh, assembled.unknowns
+    motions = rigid.motions_of_bodies(mesh, unknowns, rigid.bodies(mesh))
+    factors = rigid.allowed(motions, assembled.rows, assembled.held)
+    # each unknown that is left is one of all, with the factor 1
+    free = assembled.elimination.free
+    column = T.shape[1]
+    own = _own_unknowns(T, free)
+    q = (motions @ factors)[own].reshape(column, -1)
+    if not q.size:
+        return np.zeros((column, 0)), 0
+    slip = contact.relative @ q
+    _, size, turn = np.linalg.svd(slip, full_matrices=True)
+    size = np.concatenate([size, np.zeros(len(turn) - len(size))])
+    largest = abs(q[own < 3 * mesh.node_count]).max()
+    is_whole = size <= _WHOLE * np.sqrt(len(slip)) * largest
+    return q @ turn[is_whole].T, int(np.count_nonzero(~is_whole))
+
+
+def _own_unknowns(T: sparse.csc_array, free: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The unknown that each column of T is: the free one in which it has the factor 1."""
+    is_free = np.zeros(T.shape[0], bool)
+    is_free[free] = True
+    coordinates = T.tocoo()
+    own = is_free[coordinates.coords[0]] & (coordinates.data == 1.0)
+    found = np.full(T.shape[1], -1)
+    found[coordinates.coords[1][own]] = coordinates.coords[0][own]
+    return found
+
+
+def _closed(
+    structure: Structure, assembled: Assembled, T: sparse.csc_array, loads: Array | None
+) -> Structure:
+    """The structure with normal springs of the points that are closed under preload."""
+    contact, every = structure.contact, np.arange(len(structure.contact))
+    _check_sliding(structure, assembled, T, every)
+    tension = np.ones(len(structure.bolts)) if loads is None else loads / loads.max()
+    preload = apply_preload(structure, tension.tolist())
+    springs = np.where(preload["normal_load"] > 0, contact.penalty * contact.area, 0.0)
+    _check_sliding(structure, assembled, T, np.flatnonzero(springs))
+    return replace(structure, base_springs=springs)
+
+
+def _check_sliding(
+    structure: Structure,
+    assembled: Assembled,
+    T: sparse.csc_array,
+    closed: NDArray[np.int64],
+) -> None:
+    """Refuse bodies that slide where the normal displacement of closed points is zero."""
+    mesh, unknowns = assembled.mesh, assembled.unknowns
+    motions = rigid.motions_of_bodies(mesh, unknowns, rigid.bodies(mesh))
+    own = _own_unknowns(T, assembled.elimination.free)
+    wide = sparse.coo_array(structure.contact.relative[3 * closed + 2])
+    places = wide.coords[0], own[wide.coords[1]]
+    rows = sparse.coo_array((wide.data, places), shape=(len(closed), unknowns.size)).tocsr()
+    left = rigid.allowed(motions, assembled.rows, assembled.held, rows).shape[1]
+    sliding = left - structure.rigid.shape[1]
+    if sliding > 0:
+        raise ValueError(
+            f"{mesh.deck.file}: with contact closed {sliding} motions of bodies along the surfaces "
+            "are free, which friction alone holds: leave pairs out of contact, and they are tied"
+        )
+
+
+def _bolts(
+    description: Description, assembled: Assembled, bolts: DeckBolts, T: sparse.csc_array
+) -> tuple[Bolt, ...]:
+    mesh, unknowns = assembled.mesh, assembled.unknowns
+    deck, dofs = mesh.deck, T.shape[1]
+    own = _own_unknowns(T, assembled.elimination.free)
+    found = []
+    for each in bolts:
+        if not isinstance(each, SectionBolt):
+            force = np.zeros(unknowns.size)
+            for node, sign in zip(each.node, (1.0, -1.0), strict=True):
+                force[unknowns.translations(np.array(node))] += sign * each.direction
+            place = mesh.coordinate[each.node].mean(axis=0)
+            found.append(Bolt(each.name, T.T @ force, None, each.direction, place))
+            continue
+        section = deck.pretension[each.section]
+        node = deck.node_of(section.node)
+        locked = int(np.flatnonzero(own == unknowns.shortening(unknowns.sections.index(node)))[0])
+        load = unit_row(locked, dofs)
+        if section.surface is not None:
+            cut = next(one for one in assembled.cuts if one.section is section)
+            materials, number = mesh.materials
+            modulus = materials[number[cut.element]].youngs_modulus
+            values = cut.normal, cut.centre, cut.area, modulus * description.units.pascal
+        else:
+            beam = next(one for one in assembled.beams if one.section is section)
+            values = _of_beam(description, mesh, beam)
+        found.append(Bolt(each.name, load, locked, *values))
+    return tuple(found)
+
+
+def _of_beam(
+    description: Description, mesh: Mesh, beam: beams.BoltBeam
+) -> tuple[Array, Array, float, float]:
+    """Axis, position, section and modulus of a bolt that is a beam."""
+    along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])
+    material = mesh.deck.materials[beam.beam.material.upper()]
+    return (
+        along / np.linalg.norm(along),
+        mesh.coordinate[beam.nodes].mean(axis=0),
+        mesh.metre**2 * beam.sizes[0],
+        material.youngs_modulus * description.units.pascal,
+    )
+
+
+def _rows(
+    description: Description, mesh: Mesh, displacement: sparse.csc_array
+) -> dict[str, dict[str, Row]]:
+    """Rows of the nodes that are nearest to the points."""
+    rows, by_row = {}, displacement.tocsr()
+    for each in description.points:
+        apart = mesh.coordinate[mesh.nodes] - _MM * np.array(each.near_mm)
+        node = int(mesh.nodes[np.argmin(np.linalg.norm(apart, axis=1))])
+        row = by_row[[3 * node + "xyz".index(each.direction)]].toarray()[0]
+        if not row.any():
+            raise ValueError(
+                f"point {each.name}: {mesh.deck.nodes.name(int(mesh.origin[node]))}, the nearest, "
+                f"is held along {each.direction}"
+            )
+        rows[each.name] = Row(row, each.direction)
+    return {"inputs": rows, "outputs": rows}
+
+
+def _geometry(mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
+    """Nodes of the elements, their motion, and cells in the order of VTK, by bodies."""
+    number = np.full(mesh.node_count, -1)
+    number[mesh.nodes] = np.arange(len(mesh.nodes))
+    most = max(each.kind.nodes for each in mesh.solids)
+    body, cells, parts = rigid.bodies(mesh), [], []
+    for each in mesh.solids:
+        cell = np.full((len(each.place), most), -1)
+        cell[:, : each.kind.nodes] = number[each.node[:, each.kind.vtk_order]]
+        cells.append(cell)
+        parts.append(body[each.node[:, 0]])
+    rows = (3 * mesh.nodes[:, None] + np.arange(3)).ravel()
+    moved = sparse.csc_array(displacement.tocsr()[rows])
+    return Geometry(
+        mesh.coordinate[mesh.nodes], moved, np.concatenate(cells), np.concatenate(parts)
+    )
+
+
+def _log(model: DeckModel, lengths: list[str]) -> None:
+    deck = model.assembled.mesh.deck
+    logger.info(
+        "%s: %d nodes, %d degrees of freedom, %d contact points, %d rigid-body motions",
+        deck.file,
+        len(model.assembled.mesh.nodes),
+        model.structure.dofs,
+        len(model.contact),
+        model.structure.rigid.shape[1],
+    )
+    for tie in model.assembled.ties:
+        if tie.apart:
+            logger.info(
+                "tie %s: %d slaves beyond %.3g mm", tie.name, tie.apart, 1e3 * tie.tolerance
+            )
+    for name in lengths:
+        logger.warning("bolt %s: the deck gives a length; its preload is that of the case", name)

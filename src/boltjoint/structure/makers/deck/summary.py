@@ -1,0 +1,98 @@
+"""What a deck tells before anything is computed: sizes, bolts, supports, and what it lacks."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from boltjoint.config.deck import Summary
+from boltjoint.config.mesh_size import MeshSize
+from boltjoint.structure.makers.deck.bolts import bolts_of
+from boltjoint.structure.makers.deck.content import Boundary, Deck, Material, Reference
+from boltjoint.structure.makers.deck.interfaces import faces_of_contact
+from boltjoint.structure.makers.deck.lines import Place
+from boltjoint.structure.makers.deck.mesh import Mesh, mesh_of
+from boltjoint.structure.makers.deck.reader import read_deck
+
+if TYPE_CHECKING:
+    from boltjoint.config.deck import Deck as Description
+
+
+def summary_of(description: "Description", folder: Path) -> Summary:
+    """Sizes, bolts and supports of a deck, without a geometry.
+
+    Raises
+    ------
+    ValueError
+        If the deck cannot be read, or lacks what the description names.
+    """
+    mesh = described_mesh(description, folder)
+    deck = mesh.deck
+    mesh.blocks(1.0, 1.0)
+    points = 0
+    for each in description.contact:
+        first, _ = faces_of_contact(mesh, each)
+        points += len(first) if each.points == "faces" else len(first.nodes)
+    wanted = None if isinstance(description.bolts, str) else description.bolts
+    names = tuple(bolt.name for bolt in bolts_of(deck, wanted))
+    elements = sum(len(each.place) for each in mesh.solids)
+    held = any(len(deck.nodes_of(each.nodes)) for each in supports_of(description, deck))
+    return Summary(MeshSize(len(mesh.nodes), elements, points), names, held)
+
+
+def described_mesh(description: "Description", folder: Path) -> Mesh:
+    """The mesh of a deck with the materials of its description.
+
+    Raises
+    ------
+    ValueError
+        As for ``read_deck``, or if there is no material of a name.
+    """
+    deck = read_deck(folder, description.file, description.kinds)
+    length, mass, _ = description.units.factors
+    for each in description.materials:
+        key = each.name.upper()
+        if key not in deck.materials:
+            if deck.sections or not _has_all(each):
+                there = ", ".join(one.name for one in deck.materials.values()) or "none"
+                raise ValueError(f"{deck.file} has no *MATERIAL {each.name}; there are: {there}")
+            deck.materials[key] = Material(each.name, Place(deck.file, 1))
+        found = deck.materials[key]
+        changes = {
+            "youngs_modulus": _in_unit(each.youngs_modulus_GPa, 1e9 / description.units.pascal),
+            "poissons_ratio": each.poissons_ratio,
+            "density": _in_unit(each.density_kg_per_m3, length**3 / mass),
+        }
+        given = {name: value for name, value in changes.items() if value is not None}
+        deck.materials[key] = replace(found, **given)
+    return mesh_of(deck, length)
+
+
+def _has_all(material: object) -> bool:
+    values = (material.youngs_modulus_GPa, material.poissons_ratio, material.density_kg_per_m3)
+    return all(value is not None for value in values)
+
+
+def _in_unit(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
+
+
+def supports_of(description: "Description", deck: Deck) -> Sequence[Boundary]:
+    """Supports of the deck before its first step, none, or sets of nodes."""
+    wanted = description.supports
+    if wanted == "none":
+        return []
+    if wanted == "from deck":
+        return [each for each in deck.boundaries if each.step == 0]
+    found = []
+    for name in wanted:
+        reference = Reference(name, "", Place(deck.file, 0))
+        if deck.node_sets.key("", name) is None and not name.isdigit():
+            there = ", ".join(deck.node_sets.written.values()) or "none"
+            raise ValueError(f"{deck.file} has no *NSET {name}; there are: {there}")
+        if not np.size(deck.nodes_of(reference)):
+            raise ValueError(f"{deck.file}: *NSET {name} has no nodes that could be held")
+        found.append(Boundary(reference, 1, 3, 0.0, 0))
+    return found
