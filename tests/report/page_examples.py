@@ -9,6 +9,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Basis
+from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.study.artefact_list import Artefact
@@ -98,13 +99,24 @@ def figure(page, anchor):
     return plain(re.sub("<.*?>", " ", text)).replace(" .", ".")
 
 
-def overview_of(artefacts, table="The cases", **changed):
-    """The cells of the rows of a table of the overview, after its heading."""
+def overview_of(artefacts, **changed):
+    """The cells of the rows of the table of the overview, after its heading."""
     case = Case.model_validate(CASE | changed)
     study = load_study(ROOT).model_copy(update={"cases": {"mine": case}})
     results = results_of(artefacts)
     page = overview_page(study, artefacts, artefacts, results, Published(SOURCE))
     assert not repeated_ids(page)
+    return rows_of(page, "The cases")
+
+
+def reduced_models_of(artefacts, **changed):
+    """The same of the table of reduced models."""
+    case = Case.model_validate(CASE | changed)
+    page = accuracy_page(artefacts, results_of(artefacts), Published(SOURCE), {"mine": case})
+    return rows_of(page, "Errors of reduced models and time saved")
+
+
+def rows_of(page, table):
     rows = re.findall(r"<tr.*?</tr>", page.split(f"{table}</strong>")[1], re.DOTALL)
     cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in rows[1:4]]
     return [[re.sub("<.*?>", "", cell) for cell in row] for row in cells]

@@ -2,8 +2,9 @@ import re
 
 import pandas as pd
 import pytest
-from page_examples import SOURCE, plain, repeated_ids, results_of, save
+from page_examples import CASE, SOURCE, plain, repeated_ids, results_of, save
 
+from boltjoint.config.case import Case
 from boltjoint.names import Basis
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.study.artefact_list import Artefact
@@ -11,7 +12,7 @@ from boltjoint.study.published import Published
 
 
 def accuracy_of(artefacts):
-    cases = ["mine", "other"]
+    cases = dict.fromkeys(("mine", "other"), Case.model_validate(CASE))
     return accuracy_page(artefacts, results_of(artefacts), Published(SOURCE), cases)
 
 
@@ -147,7 +148,7 @@ def test_page_of_accuracy_sums_up_by_the_largest_errors(page_of_accuracy):
         ["enriched-8", "8", "0.25"],
     ]
     # those of models, bases, regions and reductions; the last one stands here
-    assert tables["Largest errors over all forces"] == [
+    assert tables["Largest errors over all forces of reductions: mine"] == [
         ["node-to-node", "300", "300", "0.50", "2.00", "0.75"],
         ["20 weighted pairs", "20", "20", "0.50", "2.00", "0.125"],
     ]

@@ -218,3 +218,23 @@ def test_nothing_is_wider_than_its_room(browser, finished, width, media):
     finally:
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
         browser.set_window_size(1400, 900)
+
+
+def test_tables_of_a_page_have_titles_of_their_own(finished):
+    for path in sorted((finished / "results/report").glob("*.html")):
+        titles = re.findall(
+            '<figure class="tabular".*?<strong>(.*?)</strong>', path.read_text(), re.S
+        )
+        assert titles, path.name
+        assert sorted(set(titles)) == sorted(titles), path.name
+
+
+def test_the_overview_has_a_picture_and_a_response_of_each_case(finished):
+    page = (finished / "results/report/overview.html").read_text()
+    assert page.count('id="mesh_two_bolt"') == 1
+    for name, basis in (("small", "enriched-8"), ("variable", "free-2")):
+        anchor = f"response_{name}_{basis}_node-to-node_linear_resonance=1"
+        assert page.count(f'id="{anchor}"') == 1
+    lead = " ".join(re.sub("<.*?>", " ", page.split("</header>")[0]).split())
+    assert "Damping is largest near" in lead
+    assert re.search(r"Slip shows from [\d.]+ N on", lead)

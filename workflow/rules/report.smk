@@ -2,6 +2,7 @@ rule write_overview:
     input:
         artefacts=[each.path for each in on_overview],
         joints=[node_to_node(*each) for each in contents.cases_and_bases()],
+        backbones=data("backbone", joint=REFERENCE[0]),
         environment="results/environment.json",
         published=published,
     output:
@@ -48,7 +49,7 @@ rule write_page_of_accuracy:
     params:
         library=library("write_page_of_accuracy.py", CAPTIONS),
         artefacts=on_accuracy,
-        cases=list(study.cases),
+        cases={name: found.model_dump() for name, found in study.cases.items()},
     script:
         "../scripts/write_page_of_accuracy.py"
 

@@ -231,8 +231,15 @@ def reported(artefacts):
 
 
 on_accuracy = DISPLAYS.on_page(contents, "accuracy") + contents.select(
-    "harmonic_peaks", form="table"
+    "harmonic_peaks", "accuracy", "times", form="table"
 )
-on_overview = DISPLAYS.on_page(contents, "overview") + contents.select(
-    "accuracy", "times", form="table"
+on_overview = (
+    DISPLAYS.on_page(contents, "overview")
+    + contents.select("accuracy", form="table")
+    + contents.select("mesh", form="figure")
+    + [
+        response
+        for case in study.cases
+        for response in contents.first_response(case, form="figure")
+    ]
 )

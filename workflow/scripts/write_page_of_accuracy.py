@@ -1,5 +1,6 @@
 """Write the page of the accuracy of all models."""
 
+from boltjoint.config.case import Case
 from boltjoint.provenance import logs
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.report.pages.document import save_page
@@ -8,5 +9,6 @@ from boltjoint.study.results import Results
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
 source = results.published()
-page = accuracy_page(params.artefacts, results, source, params.cases)
+cases = {name: Case.model_validate(content) for name, content in params.cases.items()}
+page = accuracy_page(params.artefacts, results, source, cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -27,7 +27,13 @@ def answers(study: Study) -> str:
         table = layout.shown("table", "accuracy", **of_basis)
         if not (Path(table).exists() and Path(joint).exists()):
             continue
-        results = Results([joint, table])
+        backbone = layout.path(
+            "backbone",
+            **of_basis,
+            joint=REFERENCE[0],
+            resonance=case.resonances(of_basis["basis"])[0],
+        )
+        results = Results([joint, table, *filter(lambda path: Path(path).exists(), [backbone])])
         accuracy = results.table("accuracy", **of_basis)
         if len(accuracy):
             content = PageContent([], results, Published(None))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
 from boltjoint.study import layout
 from boltjoint.study.response_list import Responses, with_regions
+from boltjoint.study.trusted_bases import headline_basis
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
@@ -134,6 +135,15 @@ class Contents(Responses):
             for artefact in found
             if all(getattr(artefact, name) == value for name, value in which.items())
         ]
+
+    def first_response(self, case: str, form: str) -> list[Artefact]:
+        """The response of a case around its first resonance in its most trusted basis."""
+        found = self.study.case(case)
+        basis = headline_basis(found)
+        joint, coordinates = REFERENCE
+        which = {"basis": basis, "joint": joint, "coordinates": coordinates}
+        resonance = found.resonances(basis)[0]
+        return self.select("response", form=form, case=case, resonance=resonance, **which)
 
     def _all_of(self, kind: str, sweep: object = None) -> Iterable[Artefact]:
         """The artefacts of a kind, at least those of a sweep if one is named."""

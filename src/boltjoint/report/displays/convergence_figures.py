@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     of=convergence_tables.solved_in_linear_modes,
     reads=(table_of_same,),
     job="convergence",
-    page="overview",
-    section="validity",
+    page="accuracy",
+    section="sampling",
     title="Error of friction forces by alternating frequency/time (AFT)",
     caption="Forces of the solutions by AFT, over the number of time samples per period, against "
     "the closed forms.",

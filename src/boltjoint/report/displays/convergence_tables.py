@@ -58,8 +58,8 @@ def _joints_and_responses(contents: Contents, _: Artefact) -> Iterator[Artefact]
     of=solved_in_linear_modes,
     reads=(_joints_and_responses,),
     job="sampling",
-    page="overview",
-    section="validity",
+    page="accuracy",
+    section="sampling",
     title="forces by AFT against the closed form",
     options=lambda contents, _: {"references": _references(contents)},
 )

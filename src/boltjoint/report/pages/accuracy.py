@@ -1,14 +1,16 @@
 """The page of the accuracy: models of every case against the response converged in the basis."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 from markupsafe import Markup
 
+from boltjoint.config.case import Case
 from boltjoint.names import Basis, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, table_with_caption
+from boltjoint.report.pages.reduced_models import reduced_models
 from boltjoint.report.pages.statements import reference_statement
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
@@ -16,24 +18,25 @@ from boltjoint.study.results import Results
 
 _TEXT = prose("accuracy")
 _MODEL = ["modes", "joint", "coordinates"]
-_LARGEST = "Largest errors over all forces"
+_LARGEST = "Largest errors over all forces of {of}: {case}"
 
 
 def accuracy_page(
-    artefacts: Sequence[Artefact], results: Results, published: Published, cases: Sequence[str]
+    artefacts: Sequence[Artefact], results: Results, published: Published, cases: Mapping[str, Case]
 ) -> str:
     """Errors of bases, models and regions against converged responses, case by case.
 
     Parameters
     ----------
     artefacts
-        Figures and tables of the page, and the tables of peaks with more harmonics.
+        Figures and tables of the page, the tables of peaks with more harmonics, and those of
+        accuracy and times of every case and basis.
     results
         The content of the tables.
     published
         The source; empty where no case is compared with it.
     cases
-        Names of the study's cases, to which the page links.
+        The study's cases by name, to which the page links.
     """
     content = PageContent(artefacts, results, published)
     sections = []
@@ -44,6 +47,8 @@ def accuracy_page(
         sections.append(Section("patterns", "Bases against the finite-element model", body))
     if figure := content.figures("reductions"):
         sections.append(Section("all-reductions", "Reductions of the contact", figure))
+    if body := reduced_models(cases, content):
+        sections.append(Section("reduced-models", "Reduced models", body))
     for name in cases:
         parts = {
             "models": ("Models", _models(content, name)),
@@ -59,8 +64,18 @@ def accuracy_page(
             if body
         ]
     lead = reference_statement(content) + _TEXT.lead()
+    if body := _sampling(content):
+        sections.append(Section("sampling", "Friction forces by AFT", body, is_folded=True))
     sections += content.remainder()
-    return render_page("Accuracy", "Models", lead, sections, cases, "accuracy.html")
+    return render_page("Accuracy", "Models", lead, sections, list(cases), "accuracy.html")
+
+
+def _sampling(content: PageContent) -> Markup:
+    """Error of forces by AFT against the closed forms."""
+    body = content.figures("sampling")
+    if table := content.table("sampling"):
+        body += table.html("Error of forces by AFT", groups=["case", "law", "samples"])
+    return body
 
 
 def _patterns(content: PageContent) -> Markup:
@@ -88,8 +103,10 @@ def _models(content: PageContent, case: str) -> Markup:
         return Markup()
     return (
         content.figures("models", case=case)
-        + table_with_caption(summary(table.frame), _LARGEST, groups=["basis"])
-        + table.html("Every response", groups=_MODEL)
+        + table_with_caption(
+            summary(table.frame), _LARGEST.format(of="models", case=case), groups=["basis"]
+        )
+        + table.html("Errors of every model", groups=_MODEL)
     )
 
 
@@ -105,8 +122,10 @@ def _bases(content: PageContent, case: str) -> Markup:
             f"Peaks of the node-to-node joint in linear modes, against those in {last}.",
             case=case,
         )
-        + table_with_caption(largest(table.frame, by).reset_index(), _LARGEST)
-        + table.html("Every peak", groups=by)
+        + table_with_caption(
+            largest(table.frame, by).reset_index(), _LARGEST.format(of="bases", case=case)
+        )
+        + table.html("Peaks of every basis", groups=by)
         + (with_harmonics.html(groups=["force_N"]) if with_harmonics else Markup())
     )
 
@@ -118,8 +137,13 @@ def _divisions(content: PageContent, case: str) -> Markup:
     errors = largest(table.frame, [*by, "region_error_percent"]).reset_index()
     return (
         content.figures("divisions", case=case)
-        + table_with_caption(errors, _LARGEST, [_TEXT.kinds_of_regions()], groups=by[:2])
-        + table.html("Every peak", groups=by)
+        + table_with_caption(
+            errors,
+            _LARGEST.format(of="regions", case=case),
+            [_TEXT.kinds_of_regions()],
+            groups=by[:2],
+        )
+        + table.html("Peaks of every division", groups=by)
     )
 
 
@@ -131,7 +155,8 @@ def _reductions(content: PageContent, case: str) -> Markup:
     errors["cpu_s"] = table.frame.groupby(by, sort=False)["cpu_s"].sum()
     errors = errors.reset_index()
     errors["joint"] = [JointName(joint).label for joint in errors["joint"]]
-    return table_with_caption(errors, _LARGEST) + table.html("Every peak", groups=by)
+    title = _LARGEST.format(of="reductions", case=case)
+    return table_with_caption(errors, title) + table.html("Peaks of every reduction", groups=by)
 
 
 def largest(frame: pd.DataFrame, by: list[str]) -> pd.DataFrame:

@@ -39,11 +39,23 @@ class StudyTable:
     ) -> Markup:
         """The table with its caption, or what of it another frame holds; it links to the file.
 
-        The title is that which is declared with the table, unless one is given.
+        The title is that which is declared with the table, unless one is given; it names the basis,
+        and on a page of several cases the case.
         """
         title = title or capitalize(DISPLAYS.of(self.artefact).title_of(self.artefact))
+        title += self._where(title)
         anchor, frame = anchor or anchor_of(self.artefact), self.frame if frame is None else frame
         return table_with_caption(frame, title, notes, anchor, address_of(self.artefact), groups)
+
+    def _where(self, title: str) -> str:
+        """The basis and the case of the table, as far as a title does not name them."""
+        artefact, where = self.artefact, ""
+        if artefact.basis and artefact.basis not in title:
+            where += f" in {artefact.basis}"
+        is_of_several = DISPLAYS.of(artefact).page_of(artefact) != artefact.case
+        if is_of_several and artefact.case and artefact.case not in title:
+            where += f": {artefact.case}"
+        return where
 
 
 class PageContent:

@@ -7,6 +7,7 @@ from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, table_with_caption
+from boltjoint.report.pages.nonlinear_mode import nonlinear_mode
 from boltjoint.structure.extent import LINEAR
 from boltjoint.study.tables.html import number
 from boltjoint.study.trusted_bases import headline_basis
@@ -119,7 +120,7 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     accuracy
         The table of its accuracy in ``headline_basis``.
     content
-        Of a page that has its node-to-node joint.
+        Of a page that has its node-to-node joint, and the backbone of that where there is one.
     """
     basis = headline_basis(case)
     resonance = case.resonances(basis)[0]
@@ -127,7 +128,8 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     between = content.resonance_range(name, basis, resonance)
     unit = "m/s²" if case.is_base_excited else "N"
     told = _in_words(peaks, unit), _is_untested(peaks), ALL in peaks, _beyond_linear(peaks)
-    return _TEXT.summary(resonance, between, *told, unit)
+    mode = nonlinear_mode(content.results, name, basis, resonance, between)
+    return _TEXT.summary(resonance, between, *told, unit, mode)
 
 
 def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:

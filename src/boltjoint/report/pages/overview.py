@@ -8,11 +8,12 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
-from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.pages.content import PageContent, StudyTable, select
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.headline import ALL, NOT_TESTED, ONE, peaks_of_reference, summary
-from boltjoint.report.pages.markup import link, prose, table_with_caption
+from boltjoint.report.pages.markup import joined, link, prose, table_with_caption
+from boltjoint.report.pages.reduced_models import identity
 from boltjoint.report.pages.references import anchor_of, figures_in_source, page_of
 from boltjoint.report.pages.statements import format_residual_in_time
 from boltjoint.study.artefact_list import Artefact
@@ -24,9 +25,6 @@ _TEXT = prose("overview")
 
 #: by case and basis
 _Accuracies = Mapping[tuple[str, str], StudyTable | None]
-
-#: time saved with numeric Jacobians, as in the source
-_NUMERIC = ("time saved", "numeric_percent")
 
 _TABLES = {
     "material": "Material",
@@ -51,8 +49,8 @@ def overview_page(
     study
         As configured.
     artefacts
-        Figures and tables of all cases together, and the tables of accuracy, times and peaks with
-        more harmonics of every case and basis.
+        Figures and tables of all cases together, the tables of accuracy of every case and basis, a
+        figure of each assembly and the response of each case.
     all_artefacts
         Figures and tables of all pages.
     results
@@ -68,13 +66,14 @@ def overview_page(
     lead = _TEXT.answers(_answers(study, content, accuracies)) + _TEXT.lead(is_compared)
     validity = _TEXT.validity_of_source() if is_compared else _TEXT.validity()
     sections = [
-        Section("results", "Results at a glance", _results(study, content, accuracies)),
-        Section("validity", "Validity", validity + _sampling(content)),
+        Section("results", "Peaks", _peaks(study, content, accuracies)),
+        Section("joints", "Joints and responses", _pictures(study, content)),
+        Section("validity", "Validity", validity),
     ]
     if is_compared:
         sections += [
-            Section("tables", "Tables of the source", _index_of_tables(*index)),
-            Section("figures", "Figures of the source", _index_of_figures(*index)),
+            Section("tables", "Tables of the source", _index_of_tables(*index), is_folded=True),
+            Section("figures", "Figures of the source", _index_of_figures(*index), is_folded=True),
         ]
     sections += [
         Section("machine", "Computer and software", _machine(content)),
@@ -82,14 +81,6 @@ def overview_page(
     ]
     title = "Nonlinear vibration of bolted lap joints"
     return render_page(title, "Overview", lead, sections, list(study.cases), "overview.html")
-
-
-def _sampling(content: PageContent) -> Markup:
-    """Error of forces by AFT against the closed forms."""
-    body = content.figures("sampling")
-    if table := content.table("sampling"):
-        body += table.html("Error of forces by AFT", groups=["case", "law", "samples"])
-    return body
 
 
 def _accuracies(study: Study, content: PageContent) -> _Accuracies:
@@ -111,60 +102,43 @@ def _answers(
             yield link(f"{name}.html", name), summary(name, case, accuracy.frame, content)
 
 
-def _results(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup:
-    rows, published = [], []
+def _pictures(study: Study, content: PageContent) -> Markup:
+    """A picture of each assembly, and the response of each case in its most trusted basis."""
+    assemblies = dict.fromkeys(case.assembly for case in study.cases.values())
+    body = joined(content.figures("mesh", assembly=name) for name in assemblies)
+    responses = Markup()
+    for name, case in study.cases.items():
+        basis = headline_basis(case)
+        title = f"{name}, node to node in {basis}"
+        note = _TEXT.response(link(f"{name}.html", name))
+        of_case = {"case": name, "basis": basis, "resonance": case.resonances(basis)[0]}
+        reference = {"joint": REFERENCE[0], "coordinates": REFERENCE[1]}
+        responses += content.figures("response", note, title=title, **of_case, **reference)
+    return body + Markup('<div class="gallery">{}</div>').format(responses)
+
+
+def _peaks(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup:
+    rows = []
     for name, case in study.cases.items():
         for family in by_trust(case.bases):
             accuracy = accuracies[name, family]
-            times = content.table("times", case=name, basis=family)
-            row = _identity(study, name, family, content)
+            row = identity(study.cases, name, family)
+            row[("", "friction_law")] = case.contact.declaration.name
+            row[("", "preload_N")] = case.preload_N
+            row[("", "friction_elements")] = content.friction_elements(name, family)
             if accuracy is not None:
-                row |= _peaks_and_errors(study, case, family, accuracy.frame)
-            if times is not None:
-                row |= _time_saved(case, family, times.frame)
-                if family == BASIS:
-                    published.append(_time_saved_beside_published(name, times.frame))
+                row |= _peaks_of(study, case, family, accuracy.frame)
             rows.append(row)
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
-    peaks = [column for column in frame if column[0] == "" or column[0].startswith("peak")]
-    names = [column for column in peaks if column[1] in ("case", "basis")]
-    errors = names + [column for column in frame if column not in peaks]
-    body = table_with_caption(frame[peaks], "The cases", [_TEXT.cases()])
-    if not (numeric := not content.published.is_empty):
-        errors = [column for column in errors if column != _NUMERIC]
-    body += table_with_caption(
-        frame[errors], "Errors of reduced models and time saved", [_TEXT.reduced_models(numeric)]
-    )
-    beside = pd.concat([pd.DataFrame(), *published])
-    if len(beside):
-        title, note = "Time saved, here and in the source", _TEXT.time_saved()
-        body += table_with_caption(beside, title, [note], groups=["case"])
-    return body
+    return table_with_caption(frame, "The cases", [_TEXT.cases()])
 
 
-def _identity(
-    study: Study, name: str, family: str, content: PageContent
-) -> dict[tuple[str, str], object]:
-    case = study.cases[name]
-    row: dict[tuple[str, str], object] = {
-        ("", "case"): link(f"{name}.html", name),
-        ("", "friction_law"): case.contact.declaration.name,
-        ("", "preload_N"): case.preload_N,
-    }
-    if any(len(each.bases) > 1 for each in study.cases.values()):
-        row[("", "basis")] = family
-    row[("", "friction_elements")] = content.friction_elements(name, family)
-    return row
-
-
-def _peaks_and_errors(
+def _peaks_of(
     study: Study, case: Case, family: str, accuracy: pd.DataFrame
 ) -> dict[tuple[str, str], object]:
     row: dict[tuple[str, str], object] = {}
-    resonance = case.resonances(family)[0]
-    nodes = select(accuracy, joint=REFERENCE[0], resonance=resonance)
-    peaks = peaks_of_reference(accuracy, resonance)
+    peaks = peaks_of_reference(accuracy, case.resonances(family)[0])
     columns = ["frequency_Hz", "frequency_±_percent", "response_mm_per_N", "response_±_percent"]
     for which, extreme in (("lowest", min), ("highest", max)):
         force = extreme(case.levels)
@@ -177,50 +151,9 @@ def _peaks_and_errors(
             value = None if pd.isna(value) else value
             has_peak = row.get((span, "frequency_Hz")) is not None
             row[span, column] = NOT_TESTED if not known and has_peak else value
-    kinds = nodes["coordinates"].map(lambda name: Coordinates(name).kind)
-    for kind, title in (("real", "RDNM"), ("complex", "complex RDNM"), ("backbone", "backbone")):
-        rows = nodes[kinds == kind]
-        row[(title, "amplitude_error_percent")] = rows["peak_amplitude_error_percent"].abs().max()
-        broken_off = f"{int((~rows['complete']).sum())} of {len(rows)}"
-        row[(title, "broken_off")] = broken_off if len(rows) else None
     if "residual_in_time" in accuracy:
         row[("", "residual_in_time")] = format_residual_in_time(accuracy["residual_in_time"].max())
     return row
-
-
-def _time_saved(case: Case, family: str, times: pd.DataFrame) -> dict[tuple[str, str], object]:
-    first = case.resonances(family)[0]
-    joints = dict.fromkeys(
-        joint
-        for basis, joint, _, resonance in case.responses
-        if (basis, resonance) == (family, first)
-    )
-    fitted = [joint for joint in joints if JointName(joint).elements is not None]
-    smallest = min(fitted, key=_elements_in_all, default=None)
-    saved = select(times, joint=smallest, coordinates=REFERENCE[1], resonance=first)
-    return {
-        ("time saved", "analytic_percent"): saved["reduction_percent"].median(),
-        _NUMERIC: saved["reduction_forward_difference_percent"].median(),
-    }
-
-
-def _elements_in_all(joint: str) -> int:
-    name = JointName(joint)
-    # how many regions a tolerance asks for is not known here: it makes no difference to the order
-    return (1 if name.count == "auto" else name.count or 0) * (name.elements or 0)
-
-
-def _time_saved_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
-    keys = ["source_table", "joint", "coordinates"]
-    here, source = "reduction_forward_difference_percent", "published_reduction_percent"
-    printed = times.dropna(subset=[source, "source_table"]) if source in times else times.iloc[:0]
-    is_reference = (printed["joint"] == REFERENCE[0]) & (printed["coordinates"] == REFERENCE[1])
-    printed = printed[~is_reference]
-    if printed.empty:
-        return pd.DataFrame()
-    medians = printed.groupby(keys, sort=False)[[here, source]].median().reset_index()
-    medians.insert(0, "case", [link(f"{name}.html", name)] * len(medians))
-    return medians.rename(columns={here: "here_percent", source: "source_percent"})
 
 
 def _index_of_tables(study: Study, artefacts: Sequence[Artefact], published: Published) -> Markup:

@@ -11,6 +11,8 @@ from markupsafe import Markup
 
 #: numbers of a column that differ by more than this ratio get decimals each by itself
 _WIDE_RATIO = 300
+#: columns above which a table is set smaller
+_MANY_COLUMNS = 9
 #: characters above which the text of a cell is broken into lines
 _LONG_TEXT = 40
 
@@ -78,6 +80,7 @@ def html_table(frame: pd.DataFrame, groups: Sequence[str] = (), verbatim: bool =
     styles = [_style(column, new) for column, new in zip(columns, first, strict=True)]
     headings = [name if verbatim else heading(name) for name in names]
     table = _TEMPLATES.get_template("table.html.j2").render(
+        is_wide=len(names) > _MANY_COLUMNS,
         spans=_spans(spans, first),
         headings=zip(headings, styles, strict=True),
         rows=(

@@ -12,12 +12,16 @@ from boltjoint.config.solver import Solver
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.names import JointName, Preload
+from boltjoint.report.pages.case.points import excitation_in_words, output_in_words
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
 from boltjoint.study.tables.html import number
 
 _DIVISIONS = {"equal-load": "equal loads", "equal-middle-load": "equal pressure along the middle"}
 _MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, weighted by load"}
+
+#: of counts, where there are none
+_NONE = "none"
 
 #: keys of the contact and the columns of the source's table of cases
 _CONTACT = {
@@ -90,6 +94,8 @@ def _quantities(
         yield "accelerations of the supports (m/s²)", ", ".join(map(number, case.levels)), None
     else:
         yield "forces (N)", ", ".join(map(number, case.levels)), "forces_N"
+    yield "excitation", excitation_in_words(case, content.results), None
+    yield "output point", output_in_words(case, content.results), None
     if sensors := (*(sensor.name for sensor in case.sensors), *case.outputs):
         yield "sensors", ", ".join(sensors), None
     friction = "closed form (analytic)" if solver.sampling is None else "AFT, sampled in time"
@@ -101,12 +107,19 @@ def _quantities(
         yield "time samples per period", str(solver.time_samples), None
     yield "basis", ", ".join(case.bases), None
     joints = [JointName(joint) for joint in case.joints(case.bases[0])]
-    bands = _counts(joint.count for joint in joints if joint.division == "regions")
-    yield "regions", bands, "regions"
-    yield "division into regions", _DIVISIONS[case.regions.division], None
-    yield "motion of a region", _MOTIONS[case.regions.motion], None
+    of_division = {
+        division: _counts(joint.count for joint in joints if joint.division == division)
+        for division in ("regions", "clusters")
+    }
+    if of_division["clusters"] != _NONE:
+        yield "clusters", of_division["clusters"], None
+    if of_division["regions"] != _NONE or content.published.case is not None:
+        yield "regions", of_division["regions"], "regions"
+        yield "division into regions", _DIVISIONS[case.regions.division], None
+        yield "motion of a region", _MOTIONS[case.regions.motion], None
     elements = _counts(joint.elements for joint in joints)
-    yield "elements in a region", elements, "elements_per_region"
+    if elements != _NONE or content.published.case is not None:
+        yield "elements in a region", elements, "elements_per_region"
 
 
 def _contact(contact: ContactEntry | SurfaceEntry) -> Iterator[tuple[str, str, str]]:
@@ -132,4 +145,4 @@ def _damping(damping: Damping) -> Iterator[tuple[str, str, None]]:
 def _counts(counts: Iterable[int | str | None]) -> str:
     """Different counts in ascending order, then ``auto``, for which a tolerance decides."""
     texts = {str(count) for count in counts if count is not None}
-    return ", ".join(sorted(texts, key=lambda n: (not n.isdigit(), len(n), n))) or "none"
+    return ", ".join(sorted(texts, key=lambda n: (not n.isdigit(), len(n), n))) or _NONE

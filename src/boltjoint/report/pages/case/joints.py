@@ -51,7 +51,13 @@ def _elements(table: StudyTable, basis: CaseBasis) -> Markup:
         notes += [_TEXT.sums(*sums.values(), is_circular), source_reference("Table", printed)]
         anchor = f"table-{'-'.join(printed)}-{table.artefact.basis}"
         frame = frame.drop(columns="source_table")
-    return table.html("Fitted elements", notes, ["region"], frame=frame, anchor=anchor)
+    return table.html(
+        f"Fitted elements: {table.artefact.joint.label}",
+        notes,
+        ["region"],
+        frame=frame,
+        anchor=anchor,
+    )
 
 
 def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
@@ -79,7 +85,7 @@ def peaks(basis: CaseBasis, resonance: int) -> Markup:
             # the bars stand in the first table of the page
             parts[ALL] = peaks[ALL][["frequency_Hz", "response_mm_per_N"]]
         parts[Coordinates(coordinates).label] = peaks[ONE]
-    title = "Peaks of the node-to-node joint"
+    title = f"Peaks of the node-to-node joint around resonance {resonance} in {basis.name}"
     return table_with_caption(side_by_side(parts), title, [_TEXT.peaks(ALL in parts)])
 
 

@@ -60,7 +60,7 @@ def accuracy(basis: CaseBasis) -> Markup:
         frame = frame.assign(
             residual_in_time=frame["residual_in_time"].map(format_residual_in_time)
         )
-    title = "Largest errors over all forces"
+    title = f"Largest errors over all forces in {basis.name}"
     # the file that the table links to has all columns; a page is not as wide
     told = frame.dropna(axis="columns", how="all")
     frame = told[[name for name in (*_GROUPS, *_OF_RESPONSES) if name in told]]
@@ -68,7 +68,7 @@ def accuracy(basis: CaseBasis) -> Markup:
     return (
         _TEXT.accuracy()
         + table_with_caption(pd.DataFrame(largest), title, groups=_GROUPS[:2])
-        + basis.accuracy.html("Every response", groups=_GROUPS, frame=frame)
+        + basis.accuracy.html("Errors of every response", groups=_GROUPS, frame=frame)
     )
 
 
@@ -113,7 +113,7 @@ def contact_states(basis: CaseBasis) -> Markup:
     """Shares of the contact states at the peaks of all responses."""
     if not (table := basis.content.table("states", basis=basis.name)):
         return Markup()
-    return _TEXT.states() + table.html("Every response", groups=_GROUPS)
+    return _TEXT.states() + table.html("Contact states of every response", groups=_GROUPS)
 
 
 def published_times(basis: CaseBasis, joint: str) -> Markup:
@@ -131,7 +131,7 @@ def published_times(basis: CaseBasis, joint: str) -> Markup:
         }
         body += table_with_caption(
             side_by_side(parts),
-            f"Solution times: {JointName(joint).label}",
+            f"Solution times: {JointName(joint).label} (table {printed})",
             [_TEXT.published_times(), source_reference("Table", [str(printed)])],
             anchor=f"table-{printed}-{basis.name}",
         )
@@ -156,5 +156,5 @@ def solution_times(basis: CaseBasis) -> Markup:
         return Markup()
     figures = basis.content.figures("times", basis=basis.name)
     frame = basis.without_published(basis.times.frame)
-    table = basis.times.html("Every response", groups=_GROUPS, frame=frame)
+    table = basis.times.html("Times of every response", groups=_GROUPS, frame=frame)
     return _TEXT.times(basis.is_compared) + figures + table
