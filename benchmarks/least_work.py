@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_branch
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.friction.variable_kernels import _find_secants
@@ -373,7 +373,9 @@ def main() -> None:
                 frequency, _ = least.solve()
 
                 def full(joint=joint, force=force, window=window):  # noqa: ANN001, ANN202
-                    return solve_branch(joint, force, loss_factor=LOSS_FACTOR, window=window)
+                    return solve_branch(
+                        joint, force, damping=LOSS_FACTOR, resonance=Resonance(1, window)
+                    )
 
                 branch = full()
                 times = median_time(least.solve), median_time(full)

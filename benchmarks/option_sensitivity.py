@@ -14,6 +14,8 @@ import numpy as np
 import pandas as pd
 
 from boltjoint import Joint, StepControl, load_joint, solve_branch
+from boltjoint.dynamics.response.method import Method
+from boltjoint.dynamics.response.methods import method_of
 from boltjoint.solvers.equations import LaggedControl
 
 OUTPUT = Path(__file__).parents[1] / "docs/option_sensitivity.csv"
@@ -22,23 +24,23 @@ FORCES = (1.0, 10.0, 50.0)
 #: those whose peaks solve the equations themselves, and those that keep the error of a held basis
 SOLVERS = {
     "equations": (
-        {"coordinates": "linear"},
-        {"coordinates": "rdnm-1"},
-        {"coordinates": "backbone"},
+        method_of("linear"),
+        method_of("rdnm-1"),
+        method_of("backbone"),
     ),
     "held basis": (
-        {"coordinates": "rdnm-2", "basis_update": "lagged"},
-        {"coordinates": "complex-rdnm-1"},
+        method_of("rdnm-2", basis_update="lagged"),
+        method_of("complex-rdnm-1"),
     ),
 }
 
 
-def peaks(joint: Joint, solvers: Iterable[dict[str, str]], control: StepControl) -> np.ndarray:
+def peaks(joint: Joint, solvers: Iterable[Method], control: StepControl) -> np.ndarray:
     """Frequency and amplitude of every peak, (solvers * forces, 2); NaN without one."""
     found = []
     for solver in solvers:
         for force in FORCES:
-            branch = solve_branch(joint, force, loss_factor=LOSS_FACTOR, control=control, **solver)
+            branch = solve_branch(joint, force, solver, damping=LOSS_FACTOR, control=control)
             at = branch.peak
             found.append(
                 [np.nan, np.nan] if at is None else [branch.frequency[at], branch.amplitude[at]]

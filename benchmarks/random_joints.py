@@ -139,7 +139,7 @@ def solve(law: str, coordinates: str, index: int, seed: int = SEED) -> dict[str,
     joint, force, loss_factor = random_joint(law, index, seed)
     begun = time.process_time()
     with threadpool_limits(limits=1):
-        branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
+        branch = solve_branch(joint, force, method=coordinates, damping=loss_factor)
     cpu = time.process_time() - begun
     peak = 0.0 if branch.peak is None else branch.amplitude[branch.peak]
     residual = np.nan

@@ -17,9 +17,9 @@ from boltjoint.dynamics.balance.compiled_balance import (
     form_jacobian_of_balance,
 )
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.response.designs import solve_branches
-from boltjoint.dynamics.response.frequency_response import solve_branch, synthesise_branch
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.synthesis import synthesise_branch
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.modes import find_modes
@@ -33,7 +33,7 @@ FORCE = 10.0
 @cache
 def peak(case: str) -> tuple[np.ndarray, float]:
     """Modal coordinates and circular frequency at a peak."""
-    branch = solve_branch(joint_of(case, "free-4", "node-to-node"), FORCE, loss_factor=LOSS_FACTOR)
+    branch = solve_branch(joint_of(case, "free-4", "node-to-node"), FORCE, damping=LOSS_FACTOR)
     return branch.modal_coordinate[branch.peak], 2 * np.pi * branch.frequency[branch.peak]
 
 
@@ -119,7 +119,7 @@ def joint_in(basis: str, law: str) -> Joint:
 def test_vectors(measure, law, vectors):
     joint = joint_in(f"enriched-{vectors}", law)
     measure(
-        partial(solve_branch, joint, FORCE, loss_factor=LOSS_FACTOR),
+        partial(solve_branch, joint, FORCE, damping=LOSS_FACTOR),
         rounds=3,
         kind="growth",
         by="vectors",
@@ -133,42 +133,15 @@ def test_vectors(measure, law, vectors):
 def test_forces(measure, solver, count):
     joint = joint_of(CONSTANT, "free-4", "node-to-node")
     forces, window = np.geomspace(1.0, 50.0, count), frequency_window(joint)
-    options = {"loss_factor": LOSS_FACTOR, "window": window}
+    around = Resonance(1, window)
 
     def solve():
         if solver == "backbone":
-            backbone = trace_for_forces(joint, forces, **options)
+            backbone = trace_for_forces(joint, forces, damping=LOSS_FACTOR, window=window)
             for force in forces:
                 synthesise_branch(backbone, force, window)
         else:
             for force in forces:
-                solve_branch(joint, force, **options)
+                solve_branch(joint, force, damping=LOSS_FACTOR, resonance=around)
 
     measure(solve, rounds=3, kind="growth", by="forces", what=solver, number=count)
-
-
-@pytest.mark.parametrize("count", [10, 100, 1000])
-@pytest.mark.parametrize("threads", [1, 2])
-def test_designs(measure, threads, count):
-    joint = joint_of(CONSTANT, "free-4", "regions=6/elements=7")
-    random, law = np.random.default_rng(0), joint.law
-    joints = [
-        replace(
-            joint,
-            law=replace(
-                law,
-                tangential_stiffness=law.tangential_stiffness * stiffness,
-                slip_force=law.slip_force * slip,
-            ),
-        )
-        for stiffness, slip in random.uniform(0.7, 1.3, (count, 2))
-    ]
-    forces = np.exp(random.uniform(*np.log([1.0, 50.0]), count))
-    measure(
-        partial(solve_branches, joints, forces, threads=threads, loss_factor=LOSS_FACTOR),
-        rounds=3,
-        kind="growth",
-        by="designs",
-        what=f"42 elements, {threads} thread{'s' * (threads > 1)}",
-        number=count,
-    )

@@ -6,9 +6,9 @@ from numpy_aft import with_numpy_aft
 from study_joints import joint_of
 
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.response import continuation
+from boltjoint.dynamics.balance import linear_modes
 from boltjoint.dynamics.response.frequency_response import solve_branch
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 
 CONSTANT, VARIABLE = "three_bolt_constant", "three_bolt_variable"
 FORCES = (1.0, 10.0, 50.0)
@@ -39,16 +39,16 @@ SLOW = ("aft", "complex-rdnm-1")
 def test_response(measure, monkeypatch, case, basis, name, solver, force):
     joint = joint_of(case, basis, name)
     window = frequency_window(joint)
-    options = {"loss_factor": LOSS_FACTOR, "window": window}
+    options = {"damping": LOSS_FACTOR, "resonance": Resonance(1, window)}
     if solver == "least work":
         solve = LeastWork(joint, force, window).solve
     else:
         if solver == "general":
-            monkeypatch.setattr(continuation, "balance_system", lambda balance: None)
+            monkeypatch.setattr(linear_modes, "balance_system", lambda balance: None)
         if solver == "aft":
             joint = with_numpy_aft(joint)
         if solver in ("complex-rdnm-1", "backbone"):
-            options["coordinates"] = solver
+            options["method"] = solver
 
         def solve():
             branch = solve_branch(joint, force, **options)
@@ -73,7 +73,7 @@ def test_backbone(measure, case, name):
     joint = joint_of(case, "enriched-40", name)
     window = frequency_window(joint)
     measure(
-        lambda: find_backbone(joint, FORCES, loss_factor=LOSS_FACTOR, window=window),
+        lambda: find_backbone(joint, FORCES, damping=LOSS_FACTOR, window=window),
         rounds=5,
         kind="backbone",
         case=case,

@@ -17,14 +17,14 @@ from boltjoint.dynamics.backbone.backbone import find_backbone, trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response import branch, folds
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.response.coordinates import formulate_equations
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes, method_of
 from boltjoint.dynamics.response.rdnm import SelfConsistentRDNM
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
@@ -75,16 +75,24 @@ def spoiled(values, value=NAN):
     return changed
 
 
-def solved(joint=JOINT, force=1.0, **options):
-    return solve_branch(joint, force, **{"loss_factor": 0.01} | options)
+def objects_of(*, coordinates="linear", loss_factor=0.01, resonance=1, window=None, **words):
+    """Arguments of ``solve_branch`` and ``solve_response`` by the words of files."""
+    own = {name: words.pop(name) for name in ("control", "start") if name in words}
+    method = method_of(coordinates, **words)
+    around = resonance if window is None else Resonance(resonance, window)
+    return {"method": method, "damping": loss_factor, "resonance": around, **own}
 
 
-def responses(forces=(1.0,), **options):
-    return solve_response(JOINT, forces, **{"loss_factor": 0.01} | options)
+def solved(joint=JOINT, force=1.0, **words):
+    return solve_branch(joint, force, **objects_of(**words))
 
 
-def backbones(joint=JOINT, forces=(1.0,), **options):
-    return find_backbone(joint, forces, **{"loss_factor": 0.01, "window": (60.0, 200.0)} | options)
+def responses(forces=(1.0,), **words):
+    return solve_response(JOINT, forces, **objects_of(**words))
+
+
+def backbones(joint=JOINT, forces=(1.0,), loss_factor=0.01, window=(60.0, 200.0), **options):
+    return find_backbone(joint, forces, damping=loss_factor, window=window, **options)
 
 
 def regions(count=4, **options):
@@ -334,7 +342,7 @@ ATTACKS = {
         lambda: backbones(forces=[NAN]),
         lambda: MODE.amplitudes_for([0.0], (60.0, 200.0)),
         lambda: convergence.peaks_near(JOINT, [], 0.01),
-        lambda: time_solver(JOINT, [0.0], jacobians=["analytic"], loss_factor=0.01),
+        lambda: time_solver(JOINT, [0.0], [LinearModes()], damping=0.01),
     ],
     "window": [
         lambda: solved(window=(200.0, 60.0)),
@@ -363,40 +371,40 @@ ATTACKS = {
         lambda: responses(resonance="1"),
         lambda: backbones(resonance=-1),
         lambda: frequency_window(JOINT, resonance=True),
-        lambda: formulate_equations("linear", BALANCE, 0),
+        lambda: method_of("linear").formulate(BALANCE, 0),
     ],
     "coordinates": [
         lambda: solved(coordinates="nope"),
         lambda: solved(coordinates=None),
         lambda: responses(coordinates="rdnm-0"),
-        lambda: formulate_equations("nope", BALANCE, 1),
+        lambda: method_of("nope"),
         lambda: Coordinates(1),
     ],
     "jacobian": [
         lambda: solved(jacobian="nope"),
         lambda: solved(jacobian="nope", coordinates="backbone"),
         lambda: responses(jacobian=None),
-        lambda: LinearModes(BALANCE, "nope"),
-        lambda: formulate_equations("complex-rdnm-1", BALANCE, 1, "nope"),
+        lambda: BalanceEquations(BALANCE, "nope"),
+        lambda: ResponseDependentModes(1, jacobian="nope"),
     ],
-    "jacobians": [lambda: time_solver(JOINT, [1.0], jacobians=["nope"], loss_factor=0.01)],
-    "repeats": [
-        lambda: time_solver(JOINT, [1.0], jacobians=["analytic"], repeats=0, loss_factor=0.01)
-    ],
+    "methods": [lambda: time_solver(JOINT, [1.0], ["linear"], damping=0.01)],
+    "is_lagged": [lambda: ResponseDependentModes(1, is_lagged="lagged")],
+    "is_complex": [lambda: ResponseDependentModes(1, is_complex=1)],
+    "has_fallback": [lambda: LinearModes(has_fallback="none")],
+    "repeats": [lambda: time_solver(JOINT, [1.0], [LinearModes()], repeats=0, damping=0.01)],
     "basis_update": [
         lambda: solved(basis_update="nope", coordinates="complex-rdnm-1"),
         lambda: solved(basis_update="nope"),
-        lambda: ComplexRDNM(BALANCE, 1, basis_update="nope"),
     ],
     "quasi_static_correction": [
         lambda: solved(quasi_static_correction="x", coordinates="complex-rdnm-1"),
         lambda: solved(quasi_static_correction="x"),
-        lambda: ComplexRDNM(BALANCE, 1, quasi_static_correction=1),
+        lambda: ResponseDependentModes(1, quasi_static_correction=1),
     ],
     "fallback": [lambda: responses(fallback="nope"), lambda: responses(fallback=True)],
     "largest_error": [lambda: responses(largest_error=0.0), lambda: responses(largest_error=NAN)],
     "control": [lambda: solved(control={}), lambda: periodic(control="nope")],
-    "balance": [lambda: LinearModes(JOINT), lambda: formulate_equations("linear", JOINT, 1)],
+    "balance": [lambda: BalanceEquations(JOINT)],
     "count": [
         lambda: SelfConsistentRDNM(BALANCE, 1.0),
         lambda: regions(0, division="equal-middle-load"),
@@ -479,6 +487,7 @@ ATTACKS = {
     "starts": [lambda: fitted(starts=0)],
     "sharpness": [lambda: minimax_loading_curve(K, SLIP, 1, NAN)],
     "method": [
+        lambda: solve_branch(JOINT, 1.0, 1, damping=0.01),
         lambda: fitted(method="nope"),
         lambda: fit_reduced_joint(merge_points(JOINT, [0] * 60), 2, method="nope"),
     ],

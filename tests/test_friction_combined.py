@@ -336,7 +336,7 @@ def two_twins():
 @pytest.mark.parametrize("laws", [("constant", "variable"), ("variable", "constant")])
 def test_motion_of_many_harmonics_is_that_of_time_integration(laws):
     joint, force, loss_factor = two_surfaces(*laws), 12.0, 0.01
-    response = solve_response(joint, [force], loss_factor=loss_factor)
+    response = solve_response(joint, [force], damping=loss_factor)
     frequency = float(response["peak_frequency"][0])
     motion = None
     for harmonics in (1, 9, 33):
@@ -356,6 +356,6 @@ def test_weighted_pairs_stand_for_the_elements_of_both_laws():
     reduced, _ = weigh_pairs(joint, forces, damping=0.01, windows={1: None})
     assert reduced.points < joint.points
     assert len(reduced.law.parts) == 2
-    whole, few = (solve_response(each, forces, loss_factor=0.01) for each in (joint, reduced))
+    whole, few = (solve_response(each, forces, damping=0.01) for each in (joint, reduced))
     np.testing.assert_allclose(few["peak_frequency"], whole["peak_frequency"], rtol=1e-3)
     np.testing.assert_allclose(few["peak_amplitude"], whole["peak_amplitude"], rtol=1e-2)

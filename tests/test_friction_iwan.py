@@ -234,7 +234,7 @@ def test_a_joint_is_stored_solved_and_holds_in_time():
     joint = joint_of_iwan_elements()
     stored = joint_to_dataset(joint)
     assert joint_from_dataset(stored).law.name == "iwan"
-    response = solve_response(joint, [0.1, 5.0], loss_factor=0.002)
+    response = solve_response(joint, [0.1, 5.0], damping=0.002)
     assert response["complete"].all()
     assert check_solutions(stored, response)["residual_in_time"].max() < 1e-6
 
@@ -279,7 +279,7 @@ def test_peaks_by_aft_are_the_analytic_ones():
     joint = make_joint(6, law="iwan")
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law))
     forces = [0.1, 1.0, 10.0, 40.0]
-    exact, found = (solve_response(one, forces, loss_factor=0.002) for one in (joint, sampled))
+    exact, found = (solve_response(one, forces, damping=0.002) for one in (joint, sampled))
     error = found["peak_amplitude"] / exact["peak_amplitude"] - 1
     # that of samples at the corners where all of an element slips
     assert abs(error).max() < 5e-6
@@ -289,7 +289,7 @@ def test_error_bars_of_converged_peaks_hold():
     held = []
     for index in range(8):
         joint, force, loss_factor = random_joint("iwan", index, seed=31)
-        response = solve_response(joint, [force], loss_factor=loss_factor)
+        response = solve_response(joint, [force], damping=loss_factor)
         found = add_converged_peaks(response, converge_peaks(joint, response))
         highest = 3 * int(found["peak_harmonics"][0])
         further = HarmonicConvergence(
@@ -310,7 +310,7 @@ def test_error_bars_of_converged_peaks_hold():
 
 def test_time_integration_reaches_the_motion_of_many_harmonics():
     joint = make_joint(2, law="iwan")
-    response = solve_response(joint, [20.0], loss_factor=0.01)
+    response = solve_response(joint, [20.0], damping=0.01)
     start = motion_at_peak(response, 20.0)
     located = find_peak(joint, start[0], 20.0, 0.01, start[1], harmonics=17, samples=512)
     peak, motion = located.frequency, located.motion

@@ -153,7 +153,7 @@ def test_jacobians_of_balance_and_nonlinear_mode_are_those_of_differences(is_sam
 def test_a_layer_that_never_slips_is_a_damped_spring():
     joint, frequency, force = layer_joint(), 70.0, 1.0
     strong = replace(joint, law=replace(joint.law, slip_force=1e6 * joint.law.slip_force))
-    branch = solve_branch(strong, force, loss_factor=LOSS_FACTOR)
+    branch = solve_branch(strong, force, damping=LOSS_FACTOR)
     law, B = strong.law, strong.tangential_mode
     on, w = law.point_of_element, 2 * np.pi * branch.frequency
     k = np.bincount(on, law.tangential_stiffness + law.layer_stiffness)
@@ -174,20 +174,20 @@ def test_a_layer_that_never_slips_is_a_damped_spring():
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-2", "complex-rdnm-2", "backbone"])
 def test_responses_in_all_coordinates_agree(coordinates):
     joint, force = layer_joint(), [30.0]
-    response = solve_response(joint, force, loss_factor=LOSS_FACTOR, coordinates=coordinates)
-    whole = solve_branch(joint, force[0], loss_factor=LOSS_FACTOR)
+    response = solve_response(joint, force, method=coordinates, damping=LOSS_FACTOR)
+    whole = solve_branch(joint, force[0], damping=LOSS_FACTOR)
     assert response["complete"].item() == 1
     assert response["peak_amplitude"].item() == pytest.approx(whole.peak_amplitude, rel=5e-3)
     # and the layer matters
     law = joint.law
     dry = ConstantLoad(law.point_of_element, law.tangential_stiffness, law.slip_force)
-    other = solve_branch(replace(joint, law=dry), force[0], loss_factor=LOSS_FACTOR)
+    other = solve_branch(replace(joint, law=dry), force[0], damping=LOSS_FACTOR)
     assert abs(other.peak_amplitude / whole.peak_amplitude - 1) > 0.05
 
 
 def test_energy_balances_and_motions_are_stable():
     joint = layer_joint()
-    branch = solve_branch(joint, 30.0, loss_factor=LOSS_FACTOR)
+    branch = solve_branch(joint, 30.0, damping=LOSS_FACTOR)
     balance = HarmonicBalance(joint, LOSS_FACTOR, 30.0)
     x, w = branch.modal_coordinate[branch.peak], 2 * np.pi * branch.peak_frequency
     supplied, structural, contact = energy_per_period(balance, x, w)

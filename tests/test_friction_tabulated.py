@@ -141,7 +141,7 @@ def regions():
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-1"])
 def test_response_is_that_of_the_elements(coordinates):
     joint = regions()
-    options = {"loss_factor": 0.002, "coordinates": coordinates}
+    options = {"damping": 0.002, "method": coordinates}
     exact = solve_response(joint, [0.1, 5.0], **options)
     table = solve_response(tabulate_joint(joint), [0.1, 5.0], **options)
     for name in ("peak_frequency", "peak_amplitude"):
@@ -157,7 +157,7 @@ def test_tabulated_joint_is_saved_and_its_solutions_hold_in_time(tmp_path):
     assert isinstance(again.law, TabulatedLoad)
     motion = random_motion(3, -8, -6)
     np.testing.assert_array_equal(again.law.force(motion), joint.law.force(motion))
-    response = solve_response(again, [5.0], loss_factor=0.002).isel(solution=slice(0, None, 10))
+    response = solve_response(again, [5.0], damping=0.002).isel(solution=slice(0, None, 10))
     checked = check_solutions(dataset.load(tmp_path / "joint.nc"), response)
     # force of the table, and of time integration
     assert checked["residual_in_time"].max() < 3e-6

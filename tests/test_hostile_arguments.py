@@ -35,8 +35,8 @@ from boltjoint.verification.multi_harmonic import solve_periodic
 JOINT, VARIABLE = make_joint(), make_joint(law="variable")
 STORED = io.joint_to_dataset(JOINT)
 WINDOW = (60.0, 200.0)
-SOLVED = {"force": 1.0, "loss_factor": 0.01, "window": WINDOW, "resonance": 1}
-SOLVED |= {"coordinates": "linear", "control": boltjoint.StepControl()}
+SOLVED = {"force": 1.0, "damping": 0.01, "resonance": boltjoint.Resonance(1, WINDOW)}
+SOLVED |= {"method": boltjoint.LinearModes(), "control": boltjoint.StepControl()}
 FORCES = {name: value for name, value in SOLVED.items() if name != "force"} | {"forces": [1.0]}
 RESPONSE = boltjoint.solve_response(JOINT, **FORCES)
 IWAN = FourParameterIwan([0], [1.0], [1.0], [-0.5], [0.0])
@@ -89,7 +89,7 @@ CALLS = {
     ),
     "find_backbone": (
         boltjoint.find_backbone,
-        {"joint": JOINT, "forces": [0.1], "loss_factor": 0.01, "window": WINDOW},
+        {"joint": JOINT, "forces": [0.1], "damping": 0.01, "window": WINDOW},
     ),
     "fit_reduced_joint": (
         boltjoint.fit_reduced_joint,
@@ -118,9 +118,15 @@ CALLS = {
         },
     ),
     "solve_branch": (boltjoint.solve_branch, {"joint": JOINT} | SOLVED),
-    "solve_branches": (
-        boltjoint.solve_branches,
-        {"joints": [JOINT], "forces": [1.0], "loss_factor": 0.01, "window": WINDOW, "threads": 1},
+    "Resonance": (boltjoint.Resonance, {"number": 1, "window": WINDOW}),
+    "LinearModes": (boltjoint.LinearModes, values_of(boltjoint.LinearModes())),
+    "ModalSynthesis": (
+        boltjoint.ModalSynthesis,
+        {"backbone": STORED, "jacobian": "analytic", "has_fallback": False},
+    ),
+    "ResponseDependentModes": (
+        boltjoint.ResponseDependentModes,
+        values_of(boltjoint.ResponseDependentModes(1)),
     ),
     "read_signals": (boltjoint.read_signals, {"path": "signals.csv", "quantity": "velocity"}),
     "identify_ring_down": (
@@ -267,9 +273,9 @@ CALLS = {
         {
             "joint": JOINT,
             "forces": [1.0],
-            "jacobians": ["analytic"],
+            "methods": [boltjoint.LinearModes()],
             "repeats": 1,
-            "loss_factor": 0.01,
+            "damping": 0.01,
         },
     ),
 }

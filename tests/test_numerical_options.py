@@ -68,7 +68,7 @@ def test_the_page_lists_every_option_of_the_library():
 @pytest.mark.parametrize("coordinates", ["linear", "backbone"])
 def test_a_response_stores_what_it_was_solved_with(joint, coordinates):
     control = StepControl(peak_tolerance=1e-5, lagged=LaggedControl(full_steps=7))
-    found = solve_response(joint, [1.0], loss_factor=0.01, coordinates=coordinates, control=control)
+    found = solve_response(joint, [1.0], method=coordinates, damping=0.01, control=control)
     stored = json.loads(found.attrs["options"])
     assert stored["peak_tolerance"] == 1e-5
     assert stored["lagged"]["full_steps"] == 7
@@ -78,7 +78,7 @@ def test_a_response_stores_what_it_was_solved_with(joint, coordinates):
 def test_a_backbone_stores_what_it_was_traced_with(joint):
     control = StepControl(amplitude_scale=4.0)
     window = frequency_window(joint)
-    found = find_backbone(joint, [1.0], loss_factor=0.01, window=window, control=control)
+    found = find_backbone(joint, [1.0], damping=0.01, window=window, control=control)
     assert json.loads(found.attrs["options"])["amplitude_scale"] == 4.0
 
 

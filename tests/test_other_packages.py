@@ -128,7 +128,7 @@ def test_a_law_of_another_package_is_configured_connected_solved_and_stored():
     joint = connect_small("glue", KEYS)[0]
     assert list(LAWS)[-1] == "glue"
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, samples=32))
-    branch = solve_branch(sampled, 5.0, loss_factor=2e-3)
+    branch = solve_branch(sampled, 5.0, damping=2e-3)
     w, B = 2 * np.pi * branch.peak_frequency, joint.tangential_mode
     k = joint.law.tangential_stiffness + 1j * w * joint.law.viscosity
     stiffness = np.diag((2 * np.pi * joint.natural_frequency) ** 2) * (1 + 2e-3j)

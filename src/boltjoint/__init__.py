@@ -16,6 +16,10 @@ _NAMES = {
     "ConstantLoad": "friction.constant",
     "ContactPoints": "structure.contact_points",
     "Joint": "joint.model",
+    "LinearModes": "dynamics.response.methods",
+    "ModalSynthesis": "dynamics.response.synthesis",
+    "Resonance": "dynamics.response.windows",
+    "ResponseDependentModes": "dynamics.response.methods",
     "StepControl": "solvers.equations",
     "Structure": "structure.model",
     "VariableLoad": "friction.variable",
@@ -31,7 +35,6 @@ _NAMES = {
     "read_signals": "measurement.read_signals",
     "simulate_ring_down": "measurement.simulated_ring_down",
     "solve_branch": "dynamics.response.frequency_response",
-    "solve_branches": "dynamics.response.designs",
     "solve_response": "dynamics.response.frequency_response",
     "weigh_pairs": "dynamics.reduction.hyper_reduction",
 }

@@ -257,23 +257,6 @@ def as_damping(damping: Damping | float) -> Damping:
     return damping if isinstance(damping, Damping) else LossFactor(damping)
 
 
-def choose_damping(loss_factor: float | None, damping: Damping | None) -> Damping:
-    """The model that one of two arguments gives.
-
-    Raises
-    ------
-    ValueError
-        If both or neither are given, or the loss factor is negative.
-    """
-    if (loss_factor is None) == (damping is None):
-        given = "neither was" if damping is None else "both were"
-        raise ValueError(f"give either loss_factor or damping: {given} given")
-    if damping is None:
-        return LossFactor(loss_factor)
-    checks.instance("damping", damping, Damping)
-    return damping
-
-
 def make_damping(model: str, **parameters: Any) -> Damping:  # noqa: ANN401
     """The model of a name with its parameters."""
     return MODELS[checks.choice("damping", model, MODELS)](**parameters)

@@ -6,6 +6,7 @@ from random_joints import random_joint
 
 from boltjoint import ConstantLoad, Joint, frequency_window, solve_branch
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
+from boltjoint.dynamics.response.windows import Resonance
 
 
 def make_slipping_joint(share=0.5):
@@ -36,11 +37,11 @@ def test_a_backbone_reaches_the_peak_that_slight_damping_allows(loss_factor, for
     expected = peak_of_slider(loss_factor, force)
     if (loss_factor, force) == (1e-6, 1.5):
         assert expected == pytest.approx(57.44194, abs=5e-6)
-    known = {"loss_factor": loss_factor, "window": window}
-    branch = solve_branch(joint, force, coordinates="backbone", **known)
+    known = {"damping": loss_factor, "resonance": Resonance(1, window)}
+    branch = solve_branch(joint, force, method="backbone", **known)
     assert branch.complete, branch.reason
     assert branch.peak_amplitude == pytest.approx(expected, rel=1e-9)
-    backbone = trace_for_forces(joint, [force], **known)
+    backbone = trace_for_forces(joint, [force], damping=loss_factor, window=window)
     assert backbone.complete
     assert backbone.states[-1].amplitude > expected
     if loss_factor > 1e-8:
@@ -53,7 +54,7 @@ def test_a_contact_much_stiffer_than_the_structure_does_not_limit_amplitudes(sha
     loss_factor, force, window = 1e-6, 10.0, (5.0, 12.0 * np.sqrt(share))
     joint = make_slipping_joint(share)
     branch = solve_branch(
-        joint, force, loss_factor=loss_factor, coordinates="backbone", window=window
+        joint, force, method="backbone", damping=loss_factor, resonance=Resonance(1, window)
     )
     assert branch.complete, branch.reason
     expected = peak_of_slider(loss_factor, force, share)
@@ -65,9 +66,11 @@ def test_a_rigid_body_mode_has_a_backbone():
     joint = make_slipping_joint()
     two = np.ones(2)
     joint = Joint(np.array([0.0, 10.0]), two, two, np.array([[1.0, 0.5]]), *joint_parts(joint))
-    branch = solve_branch(joint, 0.1, loss_factor=1e-3, coordinates="backbone", window=(2.0, 9.0))
+    branch = solve_branch(
+        joint, 0.1, method="backbone", damping=1e-3, resonance=Resonance(1, (2.0, 9.0))
+    )
     assert branch.complete, branch.reason
-    linear = solve_branch(joint, 0.1, loss_factor=1e-3, window=(2.0, 9.0))
+    linear = solve_branch(joint, 0.1, damping=1e-3, resonance=Resonance(1, (2.0, 9.0)))
     assert branch.peak_frequency == pytest.approx(linear.peak_frequency, rel=5e-3)
 
 
@@ -80,8 +83,8 @@ def joint_parts(joint):
 def test_a_peak_just_beyond_the_onset_of_slip_is_found(force):
     """Friction then outgrows a structural damping of a millionth within a step of the backbone."""
     joint, window = make_slipping_joint(share=2.0), (5.0, 30.0)
-    known = {"loss_factor": 1e-6, "window": window}
-    branch = solve_branch(joint, force, coordinates="backbone", **known)
+    known = {"damping": 1e-6, "resonance": Resonance(1, window)}
+    branch = solve_branch(joint, force, method="backbone", **known)
     linear = solve_branch(joint, force, **known)
     assert branch.complete, branch.reason
     assert linear.complete
@@ -97,7 +100,7 @@ FOLDING = [93, 255, 289, 302, 440]
 def test_states_between_those_of_a_backbone_that_turns_back_are_modes(index):
     joint, force, loss_factor = random_joint("constant", index, seed=5151)
     window = frequency_window(joint)
-    backbone = trace_for_forces(joint, [force], loss_factor=loss_factor, window=window)
+    backbone = trace_for_forces(joint, [force], damping=loss_factor, window=window)
     amplitude = np.array([state.log_amplitude for state in backbone.states])
     assert np.any(np.diff(amplitude) < 0)
     for state in backbone.states:
@@ -115,7 +118,7 @@ WITHIN_A_STEP = [("constant", 373), ("variable", 292), ("variable", 376)]
 )
 def test_a_response_from_a_backbone_that_turns_back_has_its_peak(law, index):
     joint, force, loss_factor = random_joint(law, index, seed=5151)
-    branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates="backbone")
+    branch = solve_branch(joint, force, method="backbone", damping=loss_factor)
     assert branch.complete, branch.reason
     assert branch.peak is not None
     # no solution beside it is higher, and none is far from the last

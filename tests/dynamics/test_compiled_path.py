@@ -12,6 +12,7 @@ from boltjoint.dynamics.backbone import backbone
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
 from boltjoint.dynamics.response.continuation import Continuation
 from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.tabulated import TabulatedLoad
@@ -115,7 +116,7 @@ def test_branches_of_random_joints_are_the_same(law, monkeypatch):
     irregular = 0
     for index in range(30):
         joint, force, loss_factor = random_joint(law, index)
-        compiled, general, is_compiled = both(monkeypatch, joint, force, loss_factor=loss_factor)
+        compiled, general, is_compiled = both(monkeypatch, joint, force, damping=loss_factor)
         assert compiled.complete
         if is_compiled:
             assert_same(compiled, general)
@@ -127,25 +128,24 @@ def test_branches_of_random_joints_are_the_same(law, monkeypatch):
 
 def test_a_path_in_a_window_of_its_own_starts_where_it_is_told(monkeypatch):
     joint = make_joint()
-    whole = solve_branch(joint, 5.0, loss_factor=0.01)
+    whole = solve_branch(joint, 5.0, damping=0.01)
     index = whole.peak - 4
     start, window = whole.modal_coordinate[index], tuple(whole.frequency[[index, whole.peak + 4]])
-    compiled, general, is_compiled = both(
-        monkeypatch, joint, 5.0, loss_factor=0.01, window=window, start=start
-    )
+    options = {"damping": 0.01, "resonance": Resonance(1, window), "start": start}
+    compiled, general, is_compiled = both(monkeypatch, joint, 5.0, **options)
     assert is_compiled
     assert_same(compiled, general)
 
 
 def test_a_path_starts_by_load_stepping_where_the_stuck_solution_is_too_far(monkeypatch):
     control = StepControl(smallest_step=0.015, maximum_iterations=2)
-    options = {"loss_factor": 0.01, "control": control}
+    options = {"damping": 0.01, "control": control}
     compiled, general, _ = both(monkeypatch, make_joint(), 5.0, **options)
     assert_same(compiled, general)
 
 
 def test_a_path_that_breaks_off_is_left_to_the_general_tracer(monkeypatch):
-    options = {"loss_factor": 0.01, "control": StepControl(maximum_solutions=20)}
+    options = {"damping": 0.01, "control": StepControl(maximum_solutions=20)}
     compiled, general, is_compiled = both(monkeypatch, make_joint(), 5.0, **options)
     assert not is_compiled
     assert (compiled.complete, compiled.reason) == (general.complete, general.reason)

@@ -34,7 +34,7 @@ FORCES = [0.01, 5.0, 20.0]
 def either(request):
     """A joint of either law with its response."""
     joint = make_joint(law=request.param)
-    return joint, solve_response(joint, FORCES, loss_factor=LOSS)
+    return joint, solve_response(joint, FORCES, damping=LOSS)
 
 
 def test_more_harmonics_change_a_converged_peak_by_less_than_its_truncation_error(either):
@@ -139,7 +139,7 @@ def test_what_is_sampled_already_has_the_same_converged_peaks(either):
     joint, response = either
     expected = converge_peaks(joint, response)
     several = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, 256))
-    of_three = solve_response(several, FORCES, loss_factor=LOSS)
+    of_three = solve_response(several, FORCES, damping=LOSS)
     found = converge_peaks(several, of_three)
     for name in ("peak_frequency_converged", "peak_amplitude_converged"):
         np.testing.assert_allclose(found[name], expected[name], rtol=2e-3)
@@ -169,7 +169,7 @@ def test_a_tabulated_law_has_the_converged_peaks_of_its_elements():
     nodes, preload = connect_small("constant", keys)
     regions = partition_regions(nodes, preload, 2)
     found, expected = (
-        converge_peaks(joint, solve_response(joint, [5.0], loss_factor=LOSS))
+        converge_peaks(joint, solve_response(joint, [5.0], damping=LOSS))
         for joint in (tabulate_joint(regions), regions)
     )
     assert np.isfinite(expected["peak_harmonics"]).all()
@@ -188,9 +188,7 @@ def test_a_peak_that_is_not_found_is_left_out(either):
 def test_a_peak_with_rough_amplitudes_is_that_with_more_samples():
     """Where slopes change their sign too early, by 2.8e-3 in frequency."""
     joint, force, loss_factor = error_bars.small_joint("variable", 28, seed=3)
-    frequency, motion = motion_at_peak(
-        solve_response(joint, [force], loss_factor=loss_factor), force
-    )
+    frequency, motion = motion_at_peak(solve_response(joint, [force], damping=loss_factor), force)
     coarse, fine = (
         find_peak(joint, frequency, force, loss_factor, motion, harmonics=17, samples=samples)
         for samples in (272, 2176)

@@ -25,7 +25,7 @@ FEW = HarmonicConvergence(
 def either(request):
     """A joint of either law with its response."""
     joint = make_joint(law=request.param)
-    return joint, solve_converged_response(joint, FORCES, harmonics=FEW, loss_factor=0.01)
+    return joint, solve_converged_response(joint, FORCES, harmonics=FEW, damping=0.01)
 
 
 def test_each_force_has_the_harmonics_of_its_converged_peak(either):
@@ -35,7 +35,7 @@ def test_each_force_has_the_harmonics_of_its_converged_peak(either):
     np.testing.assert_array_equal(response["response_harmonics"], expected)
     for force, number in zip(FORCES, expected.astype(int), strict=True):
         law = AlternatingFrequencyTime(joint.law, **FEW.sampling(number))
-        alone = solve_response(replace(joint, law=law), [force], loss_factor=0.01)
+        alone = solve_response(replace(joint, law=law), [force], damping=0.01)
         found = response.isel(solution=response["excitation_force"] == force)
         np.testing.assert_array_equal(found["response_amplitude"], alone["response_amplitude"])
         own = list(alone["component"].to_numpy())
@@ -57,10 +57,10 @@ def test_its_peaks_are_the_converged_ones(either):
 
 def test_response_dependent_modes_have_them_too(either):
     joint, expected = either
-    how = {"harmonics": FEW, "loss_factor": 0.01, "coordinates": "rdnm-2"}
-    found = solve_converged_response(joint, FORCES[1:2], **how)
+    how = {"harmonics": FEW, "damping": 0.01}
+    found = solve_converged_response(joint, FORCES[1:2], "rdnm-2", **how)
     peaks = find_converged_peaks(joint, FORCES[1:2], **how)
-    given = solve_converged_response(joint, FORCES[1:2], **how, peaks=peaks)
+    given = solve_converged_response(joint, FORCES[1:2], "rdnm-2", **how, peaks=peaks)
     np.testing.assert_array_equal(found["peak_amplitude"], given["peak_amplitude"])
     assert found["response_harmonics"] == expected["response_harmonics"][1]
     np.testing.assert_allclose(found["peak_amplitude"], expected["peak_amplitude"][1], rtol=0.05)
@@ -70,4 +70,4 @@ def test_what_cannot_have_them_is_refused():
     joint = make_joint()
     for coordinates in ("complex-rdnm-1", "backbone"):
         with pytest.raises(ValueError, match="linear or rdnm-N"):
-            solve_converged_response(joint, [1.0], loss_factor=0.01, coordinates=coordinates)
+            solve_converged_response(joint, [1.0], method=coordinates, damping=0.01)

@@ -7,12 +7,13 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.continuation import LoadStepping
-from boltjoint.dynamics.response.coordinates import formulate_equations
 from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.methods import method_of
 from boltjoint.dynamics.response.rdnm import LaggedRDNM, SelfConsistentRDNM
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.solvers.arc_length import trace
@@ -102,13 +103,12 @@ def test_all_response_dependent_modes_together_are_the_linear_ones(
     law, coordinates, basis_update, force
 ):
     joint, control = joint_of(law), StepControl(largest_step=0.2)
-    full = solve_branch(joint, force, loss_factor=LOSS, control=control)
+    full = solve_branch(joint, force, damping=LOSS, control=control)
     same = solve_branch(
         joint,
         force,
-        loss_factor=LOSS,
-        coordinates=coordinates,
-        basis_update=basis_update,
+        method=method_of(coordinates, basis_update=basis_update),
+        damping=LOSS,
         control=control,
     )
     assert full.complete
@@ -142,7 +142,7 @@ def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
     variable, basis_update
 ):
     balance, x = moved(variable)
-    equations = formulate_equations("rdnm-3", balance, 1, basis_update=basis_update)
+    equations = method_of("rdnm-3", basis_update=basis_update).formulate(balance, 1)
     (equations.update(x, W) if basis_update == "lagged" else equations.accept(x))
     basis = equations.basis if basis_update == "lagged" else equations.state()
     tangential, normal = (k.real for k in secants(variable, x))
@@ -160,7 +160,7 @@ def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
 @pytest.mark.parametrize(
     ("name", "basis_update", "jacobian", "kind"),
     [
-        ("linear", "implicit", "analytic", LinearModes),
+        ("linear", "implicit", "analytic", BalanceEquations),
         ("rdnm-2", "implicit", "analytic", SelfConsistentRDNM),
         ("rdnm-2", "lagged", "analytic", LaggedRDNM),
         ("rdnm-2", "implicit", "forward-difference", LaggedRDNM),
@@ -169,12 +169,9 @@ def test_response_dependent_modes_are_those_of_the_secants_of_both_directions(
 )
 def test_coordinates_are_given_by_their_name(joint, name, basis_update, jacobian, kind):
     balance = HarmonicBalance(joint, LOSS, 5.0)
-    assert type(formulate_equations(name, balance, 1, jacobian, basis_update)) is kind
-
-
-def test_a_backbone_is_no_balance(joint):
-    with pytest.raises(ValueError, match="not formulated in backbone"):
-        formulate_equations("backbone", HarmonicBalance(joint, LOSS, 5.0), 1)
+    method = method_of(name, jacobian=jacobian, basis_update=basis_update)
+    assert method.name == name
+    assert type(method.formulate(balance, 1)) is kind
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -196,7 +193,7 @@ def test_jacobian_contains_the_derivative_of_the_modes(any_joint, count):
 @pytest.mark.parametrize("name", ["linear", "rdnm-1", "rdnm-2"])
 def test_derivatives_by_frequency_and_load_factor_equal_differences(any_joint, name):
     balance, x = moved(any_joint)
-    equations = formulate_equations(name, balance, 1)
+    equations = method_of(name).formulate(balance, 1)
 
     def residual(w, load_factor=1.0):
         return equations.evaluate(x, w, load_factor)[0]
@@ -215,9 +212,9 @@ def test_a_self_consistent_solution_lies_in_its_own_modes(any_joint, count):
     branch = solve_branch(
         any_joint,
         5.0,
-        loss_factor=LOSS,
-        coordinates=f"rdnm-{count}",
-        window=(80.0, 120.0),
+        method=f"rdnm-{count}",
+        damping=LOSS,
+        resonance=Resonance(1, (80.0, 120.0)),
         control=StepControl(largest_step=0.4),
     )
     assert branch.complete
@@ -246,10 +243,9 @@ def test_lagged_modes_converge_to_self_consistent_ones(either):
         lagging = solve_branch(
             either,
             5.0,
-            loss_factor=LOSS,
-            coordinates="rdnm-1",
-            basis_update="lagged",
-            window=(80.0, 100.0),
+            method=method_of("rdnm-1", basis_update="lagged"),
+            damping=LOSS,
+            resonance=Resonance(1, (80.0, 100.0)),
             control=control,
         )
         assert lagging.complete
@@ -267,7 +263,7 @@ def test_lagged_modes_converge_to_self_consistent_ones(either):
 @pytest.mark.parametrize("name", ["linear", "rdnm-1"])
 def test_load_stepping_ends_where_the_corrector_converges(either, name):
     balance = HarmonicBalance(either, LOSS, 20.0)
-    equations = formulate_equations(name, balance, 1)
+    equations = method_of(name).formulate(balance, 1)
     stuck = balance.stuck_solution(W)
     there, _ = newton(equations, stuck, W, StepControl())
     assert there.converged
@@ -286,7 +282,7 @@ def test_load_stepping_ends_where_the_corrector_converges(either, name):
 @pytest.mark.parametrize("name", ["linear", "rdnm-1"])
 def test_load_stepping_has_the_derivative_by_the_logarithm_of_the_load_factor(either, name):
     balance, x = moved(either)
-    equations = formulate_equations(name, balance, 1)
+    equations = method_of(name).formulate(balance, 1)
     whole, _ = equations.evaluate(x, W)
     loading, p, h = LoadStepping(equations, W), -1.0, 1e-4
     near = (loading.evaluate(x, p + h)[0] - loading.evaluate(x, p - h)[0]) / (2 * h)
@@ -375,7 +371,7 @@ def near_resonance(joint, force):
     """The balance, and its solution beside the peak."""
     balance = HarmonicBalance(joint, LOSS, force)
     control = StepControl(largest_step=0.14)
-    full = solve_branch(joint, force, loss_factor=LOSS, control=control)
+    full = solve_branch(joint, force, damping=LOSS, control=control)
     at = full.peak - 2
     assert set(joint.law.contact_state(balance.motion(full.modal_coordinate[at]))) - {0}
     return balance, full.modal_coordinate[at], 2 * np.pi * full.frequency[at]
@@ -406,14 +402,14 @@ def test_with_residual_modes_an_implicit_complex_mode_is_the_whole_solution(eith
 
 
 def test_the_lag_of_complex_modes_is_of_second_order_in_the_step(either):
-    linear, lag = LinearModes(HarmonicBalance(either, LOSS, 5.0)), []
+    linear, lag = BalanceEquations(HarmonicBalance(either, LOSS, 5.0)), []
     for step in (0.16, 0.04):
         branch = solve_branch(
             either,
             5.0,
-            loss_factor=LOSS,
-            coordinates="complex-rdnm-1",
-            window=(80.0, 120.0),
+            method="complex-rdnm-1",
+            damping=LOSS,
+            resonance=Resonance(1, (80.0, 120.0)),
             control=StepControl(largest_step=step, first_step=step),
         )
         assert branch.complete
@@ -440,4 +436,5 @@ def test_complex_modes_need_a_motion_of_one_harmonic():
 @pytest.mark.parametrize("basis_update", ["implicit", "lagged"])
 def test_no_more_modes_than_the_structure_has(joint, name, basis_update):
     with pytest.raises(ValueError, match="4 response-dependent modes of 3 linear ones"):
-        formulate_equations(name, HarmonicBalance(joint, LOSS, 5.0), 1, basis_update=basis_update)
+        method = method_of(name, basis_update=basis_update)
+        method.formulate(HarmonicBalance(joint, LOSS, 5.0), 1)

@@ -15,7 +15,6 @@ from boltjoint.damping import (
     ModalDamping,
     ModalStructure,
     RayleighDamping,
-    choose_damping,
     damping_of_attributes,
     make_damping,
 )
@@ -23,10 +22,11 @@ from boltjoint.dynamics.backbone.backbone import find_backbone, trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
@@ -155,7 +155,7 @@ FORCE = 2.0
 def test_responses_are_those_of_dense_viscous_equations(chain_and_damping, coordinates):
     chain, damping = chain_and_damping
     joint = chain.joint()
-    branch = solve_branch(joint, FORCE, damping=damping, coordinates=coordinates, control=EXACT)
+    branch = solve_branch(joint, FORCE, method=coordinates, damping=damping, control=EXACT)
     assert branch.complete and branch.peak is not None
     states = joint.law.contact_state(
         HarmonicBalance(joint, damping, FORCE).motion(branch.modal_coordinate[branch.peak])
@@ -206,7 +206,7 @@ def test_the_synthesised_response_of_a_stuck_joint_is_the_linear_one(damping, ei
         expected = balance.stuck_solution(2 * np.pi * f)
         # modes coupled by damping are a small part of the response of a light damping
         np.testing.assert_allclose(x, expected, rtol=0, atol=5e-4 * abs(expected).max())
-    branch = solve_branch(either, 1e-6, damping=damping, window=window)
+    branch = solve_branch(either, 1e-6, damping=damping, resonance=Resonance(1, window))
     assert response.frequency[response.peak] == pytest.approx(
         branch.frequency[branch.peak], rel=1e-6
     )
@@ -220,7 +220,7 @@ def test_derivatives_equal_differences(damping, either, harmonics):
         joint = replace(joint, law=AlternatingFrequencyTime(joint.law, harmonics))
     balance = HarmonicBalance(joint, damping, 5.0)
     x = 3e-5 * np.random.default_rng(7).normal(size=balance.modal_force.size)
-    equations = [LinearModes(balance)]
+    equations = [BalanceEquations(balance)]
     if harmonics == 1:
         equations.append(ComplexRDNM(balance, 2))
         equations[1].update(x, 600.0)
@@ -292,7 +292,7 @@ def test_power_is_balanced_under_the_other_laws(damping, law):
 def test_every_formulation_peaks_as_the_linear_one(coordinates, options):
     joint, damping = make_joint(), VISCOUS[0]
     full = solve_branch(joint, 5.0, damping=damping)
-    other = solve_branch(joint, 5.0, damping=damping, coordinates=coordinates, **options)
+    other = solve_branch(joint, 5.0, method_of(coordinates, **options), damping=damping)
     assert other.complete
     # one real mode of three: without the damping of the structure the peak would be twice as high
     assert other.amplitude[other.peak] == pytest.approx(full.amplitude[full.peak], rel=0.02)
@@ -320,9 +320,7 @@ def test_backbone_files_hold_the_model(joint):
     found = find_backbone(joint, [5.0], damping=damping, window=frequency_window(joint))
     assert damping_of_attributes(found.attrs) == damping
     state = found.isel(state=np.argmin(abs(found["peak_force"].to_numpy() - 5.0)))
-    branch = solve_branch(
-        joint, float(state["peak_force"]), damping=damping, coordinates="backbone"
-    )
+    branch = solve_branch(joint, float(state["peak_force"]), method="backbone", damping=damping)
     amplitude = np.linalg.norm(branch.modal_coordinate[branch.peak])
     assert amplitude == pytest.approx(float(state["modal_amplitude"]), rel=1e-3)
 
@@ -355,20 +353,6 @@ def test_ratios_by_mode_are_those_of_the_modes_in_any_vectors(ratios, vectors):
         np.testing.assert_allclose(found, 3.0 * wanted.T @ C @ wanted, atol=1e-13)
     with pytest.raises(ValueError, match="holds 6 ratios, but the basis knows 4 modes"):
         ModalDamping([0.01] * 6).matrix(structure)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        ((None, None), "give either loss_factor or damping"),
-        ((0.01, LossFactor(0.01)), "give either loss_factor or damping"),
-        ((None, 0.01), "damping is of type float: it must be Damping"),
-        ((-0.01, None), "loss_factor is -0.01: it must be at least 0"),
-    ],
-)
-def test_one_model_is_given(arguments, problem):
-    with pytest.raises(ValueError, match=problem):
-        choose_damping(*arguments)
 
 
 def test_coefficients_of_rayleigh_damping_are_numbers_from_zero():

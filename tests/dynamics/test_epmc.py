@@ -19,7 +19,8 @@ from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.synthesis import ModalSynthesis
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
@@ -179,7 +180,7 @@ def test_when_all_slips_friction_is_a_constant_force(joint):
 def test_friction_dissipation_is_the_area_of_the_loop():
     """Of one element of amplitude A: 4 mu N (A - mu N / k), and nothing while it sticks."""
     joint = cantilever(2)
-    found = find_backbone(joint, [0.5, 100.0], loss_factor=LOSS, window=(40.0, 90.0))
+    found = find_backbone(joint, [0.5, 100.0], damping=LOSS, window=(40.0, 90.0))
     mode = found["mode_shape"].sel(part="real") + 1j * found["mode_shape"].sel(part="imaginary")
     amplitude = found["modal_amplitude"] * abs(mode.to_numpy() @ joint.tangential_mode[0])
     slipped = np.maximum(amplitude - SLIP / K, 0)
@@ -191,7 +192,7 @@ def test_friction_dissipation_is_the_area_of_the_loop():
 
 
 def test_dissipation_of_friction_and_structure_is_the_damping_of_the_mode(any_joint):
-    found = find_backbone(any_joint, [0.01, 50.0], loss_factor=LOSS, window=(60.0, 90.0))
+    found = find_backbone(any_joint, [0.01, 50.0], damping=LOSS, window=(60.0, 90.0))
     w, a = 2 * np.pi * found["natural_frequency"], found["modal_amplitude"]
     L = xr.DataArray((2 * np.pi * any_joint.natural_frequency) ** 2, dims="mode")
     structural = LOSS * (L * (found["mode_shape"] ** 2).sum("part")).sum("mode")
@@ -238,7 +239,7 @@ def test_twice_the_load_and_the_amplitude_change_nothing(any_joint):
 def test_with_one_mode_the_synthesised_response_solves_the_balance(any_joint, force):
     joint = with_one_mode(any_joint)
     response, full = (
-        solve_branch(joint, force, loss_factor=LOSS, coordinates=coordinates, control=EXACT)
+        solve_branch(joint, force, method=coordinates, damping=LOSS, control=EXACT)
         for coordinates in ("backbone", "linear")
     )
     balance = HarmonicBalance(joint, LOSS, force)
@@ -256,9 +257,7 @@ def test_with_one_mode_the_synthesised_response_solves_the_balance(any_joint, fo
 @pytest.mark.parametrize(("force", "resonance"), [(0.5, 1), (2.0, 1), (10.0, 1), (50.0, 2)])
 def test_with_more_modes_the_synthesised_response_is_near(any_joint, force, resonance):
     response, full = (
-        solve_branch(
-            any_joint, force, loss_factor=LOSS, coordinates=coordinates, resonance=resonance
-        )
+        solve_branch(any_joint, force, method=coordinates, damping=LOSS, resonance=resonance)
         for coordinates in ("backbone", "linear")
     )
     # the other modes see a contact that one mode alone makes slip, and do not act on it; where the
@@ -296,7 +295,7 @@ def test_one_complex_mode_of_its_own_motion_is_that_of_the_backbone(any_joint):
 @pytest.mark.parametrize("force", [1e-3, 1.0, 30.0])
 def test_the_window_is_covered_from_end_to_end(any_joint, force):
     window = frequency_window(any_joint)
-    branch = solve_branch(any_joint, force, loss_factor=LOSS, coordinates="backbone")
+    branch = solve_branch(any_joint, force, method="backbone", damping=LOSS)
     assert branch.complete
     assert branch.reason == ""
     assert (branch.frequency[0], branch.frequency[-1]) == pytest.approx(window, rel=1e-12)
@@ -329,18 +328,18 @@ def test_a_response_that_the_backbone_does_not_cover_says_why(joint, shares, rea
 
 
 def test_without_structural_damping_friction_limits_the_response_or_the_reason_says_so(joint):
-    slight = solve_branch(joint, 5.0, loss_factor=1e-9, coordinates="backbone")
-    none = solve_branch(joint, 5.0, loss_factor=0.0, coordinates="backbone")
+    slight = solve_branch(joint, 5.0, method="backbone", damping=1e-9)
+    none = solve_branch(joint, 5.0, method="backbone", damping=0.0)
     assert none.complete
     assert none.amplitude[none.peak] == pytest.approx(slight.amplitude[slight.peak], rel=1e-4)
 
     sum_of_slip_forces = joint.law.slip_force.sum()
-    slipping = solve_branch(joint, 10 * sum_of_slip_forces, loss_factor=0.0, coordinates="backbone")
+    slipping = solve_branch(joint, 10 * sum_of_slip_forces, method="backbone", damping=0.0)
     assert not slipping.complete
     assert slipping.peak is None
     assert slipping.reason == "friction alone does not limit the response to this force"
     window = frequency_window(joint)
-    found = find_backbone(joint, [10 * sum_of_slip_forces], loss_factor=0.0, window=window)
+    found = find_backbone(joint, [10 * sum_of_slip_forces], damping=0.0, window=window)
     assert found["complete"] == 1
     assert found.sizes["state"] < 100
     assert all(np.isfinite(found[name]).all() for name in found if found[name].dtype.kind == "f")
@@ -356,7 +355,7 @@ def test_a_mode_that_is_not_there_is_refused(joint, resonance):
 
 def test_forces_of_a_backbone_rise_and_cover_what_was_asked_for(any_joint, tmp_path):
     forces, window = [0.01, 1.0, 50.0], frequency_window(any_joint)
-    found = find_backbone(any_joint, forces, loss_factor=LOSS, window=window)
+    found = find_backbone(any_joint, forces, damping=LOSS, window=window)
     assert found["complete"] == 1
     assert found["reason"] == ""
     units = {name: found[name].attrs["units"] for name in found}
@@ -389,7 +388,7 @@ def test_forces_of_a_backbone_rise_and_cover_what_was_asked_for(any_joint, tmp_p
 def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
     joint = with_one_mode(any_joint) if modes == 1 else any_joint
     window = frequency_window(joint)
-    found = find_backbone(joint, [0.1, 10.0], loss_factor=LOSS, window=window)
+    found = find_backbone(joint, [0.1, 10.0], damping=LOSS, window=window)
     backbone = trace_backbone(EPMCEquations(joint, LOSS), (1e-8, 1.0))
     for i in range(2, found.sizes["state"], 4):
         at = found.isel(state=i)
@@ -410,13 +409,13 @@ def test_the_peak_force_of_a_state_gives_its_amplitude_back(any_joint, modes):
 def test_responses_from_the_file_are_those_from_the_backbone(any_joint, tmp_path):
     forces, window = [0.5, 5.0], frequency_window(any_joint)
     dataset.save(
-        find_backbone(any_joint, forces, loss_factor=LOSS, window=window), tmp_path / "backbone.nc"
+        find_backbone(any_joint, forces, damping=LOSS, window=window), tmp_path / "backbone.nc"
     )
     stored = dataset.load(tmp_path / "backbone.nc")
     known = backbone_from_dataset(any_joint, stored)
-    given = {"loss_factor": LOSS, "window": window, "coordinates": "backbone"}
-    response = solve_response(any_joint, forces, **given, backbone=stored)
-    traced = solve_response(any_joint, forces, **given)
+    how = {"damping": LOSS, "resonance": Resonance(1, window)}
+    response = solve_response(any_joint, forces, ModalSynthesis(stored), **how)
+    traced = solve_response(any_joint, forces, ModalSynthesis(), **how)
     assert len(known.states) == stored.sizes["state"]
     for i, force in enumerate(forces):
         alone = synthesise_response(known, force, window)
@@ -429,7 +428,7 @@ def test_responses_from_the_file_are_those_from_the_backbone(any_joint, tmp_path
 
 def test_a_file_of_another_joint_is_refused(any_joint):
     window = frequency_window(any_joint)
-    found = find_backbone(any_joint, [1.0], loss_factor=LOSS, window=window)
+    found = find_backbone(any_joint, [1.0], damping=LOSS, window=window)
     with pytest.raises(ValueError, match="stored has 3 modes, the joint 1"):
         backbone_from_dataset(with_one_mode(any_joint), found)
 
@@ -462,7 +461,7 @@ def test_a_mode_that_is_not_found_at_all_is_told(joint):
     )
     assert (part.complete, part.peak, part.frequency.size) == (False, None, 0)
     assert part.reason == "no solution found at the start of the window"
-    found = find_backbone(joint, [1e15], loss_factor=LOSS, window=window, control=hopeless)
+    found = find_backbone(joint, [1e15], damping=LOSS, window=window, control=hopeless)
     assert (found["complete"], found.sizes["state"]) == (0, 0)
     assert found["reason"] == part.reason
 
@@ -470,7 +469,9 @@ def test_a_mode_that_is_not_found_at_all_is_told(joint):
 @pytest.mark.parametrize("window", [(60.0, 90.0), (130.0, 170.0)])
 def test_a_window_beside_the_peak_is_covered(joint, window):
     # the response to 5 N is largest at 110 Hz
-    branch = solve_branch(joint, 5.0, loss_factor=LOSS, window=window, coordinates="backbone")
+    branch = solve_branch(
+        joint, 5.0, method="backbone", damping=LOSS, resonance=Resonance(1, window)
+    )
     assert (branch.frequency[0], branch.frequency[-1]) == pytest.approx(window)
     assert branch.complete
     assert branch.peak is None
@@ -478,8 +479,8 @@ def test_a_window_beside_the_peak_is_covered(joint, window):
 
 @pytest.mark.parametrize("force", [0.5, 2.0, 5.0])
 def test_the_peak_is_the_largest_response(joint, force):
-    branch = solve_branch(joint, force, loss_factor=LOSS, coordinates="backbone")
-    full = solve_branch(joint, force, loss_factor=LOSS)
+    branch = solve_branch(joint, force, method="backbone", damping=LOSS)
+    full = solve_branch(joint, force, damping=LOSS)
     assert branch.amplitude[branch.peak] == branch.amplitude.max()
     # what is left is that the other modes do not act back on the contact
     assert branch.frequency[branch.peak] == pytest.approx(full.frequency[full.peak], rel=3e-3)

@@ -19,7 +19,7 @@ from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_branch
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.equations import StepControl
 
@@ -207,7 +207,7 @@ def test_jacobian_of_several_harmonics_equals_differences(law):
 def test_the_file_holds_all_harmonics(law, tmp_path):
     joint = sampled(make_joint(law=law), 3)
     window = frequency_window(joint)
-    stored = find_backbone(joint, [1.0, 5.0], loss_factor=LOSS, window=window)
+    stored = find_backbone(joint, [1.0, 5.0], damping=LOSS, window=window)
     dataset.save(stored, tmp_path / "backbone.nc")
     again = backbone_from_dataset(joint, dataset.load(tmp_path / "backbone.nc"))
     for state in again.states[::5]:
@@ -223,7 +223,7 @@ def test_the_file_holds_all_harmonics(law, tmp_path):
 def test_synthesised_response_has_the_harmonics_of_the_response(law):
     joint = sampled(with_one_mode(make_joint(law=law)), 3, 256)
     window = frequency_window(joint)
-    branch = solve_branch(joint, 5.0, loss_factor=LOSS, window=window)
+    branch = solve_branch(joint, 5.0, damping=LOSS, resonance=Resonance(1, window))
     equations = EPMCEquations(joint, LOSS)
     backbone = trace_backbone(equations, equations.amplitudes_for([5.0], window), StepControl())
     found = synthesise_response(backbone, 5.0, window)

@@ -12,7 +12,7 @@ from boltjoint.damping import RayleighDamping
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import Joint
@@ -45,7 +45,7 @@ def phased(joint, phase):
 
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-1", "complex-rdnm-1", "backbone"])
 def test_a_phase_of_all_points_shifts_the_response_alone(either, coordinates):
-    options = {"loss_factor": LOSS, "coordinates": coordinates, "control": StepControl(1e-11)}
+    options = {"damping": LOSS, "method": coordinates, "control": StepControl(1e-11)}
     one = solve_branch(either, 5.0, **options)
     other = solve_branch(phased(either, 0.7), 5.0, **options)
     assert one.complete and other.complete
@@ -72,7 +72,7 @@ def test_forces_out_of_phase_add_as_complex_amplitudes(either):
 
 def test_phased_responses_balance_power_and_hold_in_time(either):
     joint = replace(either, excitation_mode_cos=np.array([0.5, 1.0, -2.0]))
-    response = solve_response(joint, [0.5, 20.0], loss_factor=LOSS)
+    response = solve_response(joint, [0.5, 20.0], damping=LOSS)
     assert response["complete"].all()
     assert abs(response["energy_error"]).max() < 1e-6
     some = response.isel(solution=slice(0, None, 15))
@@ -148,9 +148,7 @@ class ClampedChain:
 def test_base_excitation_is_an_imposed_motion_of_the_clamp(coordinates):
     chain = ClampedChain()
     joint, damping = chain.joint(), RayleighDamping(0.0, chain.beta)
-    branch = solve_branch(
-        joint, ACCELERATION, damping=damping, coordinates=coordinates, control=EXACT
-    )
+    branch = solve_branch(joint, ACCELERATION, method=coordinates, damping=damping, control=EXACT)
     assert branch.complete and branch.peak is not None
     balance = HarmonicBalance(joint, damping, ACCELERATION)
     states = joint.law.contact_state(balance.motion(branch.modal_coordinate[branch.peak]))
@@ -174,7 +172,9 @@ def test_one_mass_on_a_moving_base_has_its_closed_form():
     joint = Joint(
         np.array([frequency]), -mass * one, one, one[None], at, law, at, excitation_unit="m/s2"
     )
-    response = solve_response(joint, [3.0], loss_factor=LOSS, control=EXACT, window=(30.0, 50.0))
+    response = solve_response(
+        joint, [3.0], damping=LOSS, control=EXACT, resonance=Resonance(1, (30.0, 50.0))
+    )
     w = 2 * np.pi * response["frequency"].to_numpy()
     expected = 3.0 * mass / abs(spring * (1 + 1j * LOSS) + k - mass * w**2)
     np.testing.assert_allclose(response["response_amplitude"], expected, rtol=1e-9)
@@ -201,7 +201,7 @@ def test_sensors_have_amplitudes_and_peaks_of_their_own():
 
 
 def test_an_output_point_alone_is_a_sensor(joint):
-    response = solve_response(joint, [1.0], loss_factor=LOSS)
+    response = solve_response(joint, [1.0], damping=LOSS)
     assert response["sensor"].to_numpy().tolist() == ["output"]
     np.testing.assert_allclose(
         response["sensor_amplitude"][:, 0], response["response_amplitude"], rtol=1e-14
@@ -210,11 +210,11 @@ def test_an_output_point_alone_is_a_sensor(joint):
 
 def test_backbones_under_base_excitation_have_accelerations():
     joint = ClampedChain().joint()
-    found = find_backbone(joint, [1.0], loss_factor=LOSS, window=frequency_window(joint))
+    found = find_backbone(joint, [1.0], damping=LOSS, window=frequency_window(joint))
     assert found["peak_force"].attrs["units"] == "m/s2"
     # without excitation the backbone is the same
     free = replace(joint, excitation_unit="N")
-    again = find_backbone(free, [1.0], loss_factor=LOSS, window=frequency_window(joint))
+    again = find_backbone(free, [1.0], damping=LOSS, window=frequency_window(joint))
     np.testing.assert_array_equal(found["natural_frequency"], again["natural_frequency"])
 
 
@@ -231,7 +231,7 @@ def test_excitation_and_sensors_survive_the_file():
 
 def test_what_is_not_excited_is_refused_by_parts_and_units(joint):
     silent = replace(joint, excitation_mode=np.zeros(3), excitation_mode_cos=np.ones(3))
-    assert solve_branch(silent, 1.0, loss_factor=LOSS).complete  # by its cosine part alone
+    assert solve_branch(silent, 1.0, damping=LOSS).complete  # by its cosine part alone
     still = replace(silent, excitation_mode_cos=1e-12 * np.ones(3))
     with pytest.raises(ValueError, match="this force does not excite"):
         still.check_excitation(1)

@@ -6,10 +6,10 @@ from small_joint import make_joint
 
 from boltjoint import dataset
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
-from boltjoint.dynamics.response.coordinates import formulate_equations
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes, method_of
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.bands import bands_of_equal_load
 from boltjoint.joint.model import merge_points
@@ -58,25 +58,25 @@ def test_a_resonance_that_the_force_does_not_excite_is_refused(joint):
     # at a node of the second stuck mode
     blind = replace(joint, excitation_mode=stuck[:, 0] + stuck[:, 2])
     for solve in (
-        lambda: solve_branch(blind, 1.0, loss_factor=LOSS, resonance=2),
-        lambda: solve_response(blind, [1.0], loss_factor=LOSS, resonance=2),
+        lambda: solve_branch(blind, 1.0, damping=LOSS, resonance=2),
+        lambda: solve_response(blind, [1.0], damping=LOSS, resonance=2),
     ):
         with pytest.raises(ValueError, match=r"this force does not excite .* in resonance 2"):
             solve()
-    assert solve_branch(blind, 1.0, loss_factor=LOSS).complete
+    assert solve_branch(blind, 1.0, damping=LOSS).complete
 
 
 def test_rounding_beside_the_output_point_is_no_excitation(joint):
     # as where the force acts across a symmetric structure
     noise = 1e-10 * np.array([1.0, -0.3, 0.2])
     with pytest.raises(ValueError, match="this force does not excite the selected modes"):
-        solve_branch(replace(joint, excitation_mode=noise), 1.0, loss_factor=LOSS)
+        solve_branch(replace(joint, excitation_mode=noise), 1.0, damping=LOSS)
 
 
 def test_a_weak_excitation_is_one(joint):
     weak = replace(joint, excitation_mode=1e-6 * joint.excitation_mode)
     branch, same = (
-        solve_branch(each, force, loss_factor=LOSS) for each, force in ((weak, 1e6), (joint, 1.0))
+        solve_branch(each, force, damping=LOSS) for each, force in ((weak, 1e6), (joint, 1.0))
     )
     # the same force on the modes, but for rounding
     np.testing.assert_allclose(branch.amplitude[branch.peak], same.amplitude[same.peak], rtol=1e-9)
@@ -104,7 +104,7 @@ def test_window_needs_a_mode(joint, resonance):
 
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-3"])
 def test_while_all_sticks_the_response_is_linear(joint, coordinates):
-    branch = solve_branch(joint, 1e-4, loss_factor=LOSS, coordinates=coordinates)
+    branch = solve_branch(joint, 1e-4, method=coordinates, damping=LOSS)
     assert branch.complete
     expected = np.abs(linear_response(joint, branch.frequency, joint.stuck_stiffness(), 1e-4))
     # residuals below 1e-9 of the force, amplified at most by the resonance
@@ -113,7 +113,7 @@ def test_while_all_sticks_the_response_is_linear(joint, coordinates):
 
 def test_without_friction_the_response_is_that_of_the_free_structure(joint):
     slippery = replace(joint, law=replace(joint.law, slip_force=joint.law.slip_force * 1e-9))
-    branch = solve_branch(slippery, 10.0, loss_factor=LOSS)
+    branch = solve_branch(slippery, 10.0, damping=LOSS)
     assert branch.complete
     expected = np.abs(linear_response(joint, branch.frequency, 0.0, 10.0))
     np.testing.assert_allclose(branch.amplitude, expected, rtol=1e-5)
@@ -122,7 +122,7 @@ def test_without_friction_the_response_is_that_of_the_free_structure(joint):
 def test_energy_balances(joint):
     """Work of the excitation in a period equals friction plus structural loss."""
     force = 20.0
-    branch = solve_branch(joint, force, loss_factor=LOSS)
+    branch = solve_branch(joint, force, damping=LOSS)
     x = branch.modal_coordinate[branch.peak]
     sine, cosine = np.split(x, 2)
     balance = HarmonicBalance(joint, LOSS, force)
@@ -136,8 +136,8 @@ def test_energy_balances(joint):
 
 
 def test_peak_is_located_not_sampled(joint):
-    coarse = solve_branch(joint, 5.0, loss_factor=LOSS, control=StepControl(largest_step=0.3))
-    fine = solve_branch(joint, 5.0, loss_factor=LOSS, control=StepControl(largest_step=0.015))
+    coarse = solve_branch(joint, 5.0, damping=LOSS, control=StepControl(largest_step=0.3))
+    fine = solve_branch(joint, 5.0, damping=LOSS, control=StepControl(largest_step=0.015))
     assert coarse.located[coarse.peak]
     assert coarse.frequency.size < fine.frequency.size / 5
     assert coarse.frequency[coarse.peak] == pytest.approx(fine.frequency[fine.peak], rel=1e-6)
@@ -146,7 +146,7 @@ def test_peak_is_located_not_sampled(joint):
 
 def test_analytic_and_forward_difference_jacobian_give_the_same_branch(joint):
     one, other = (
-        solve_branch(joint, 5.0, loss_factor=LOSS, jacobian=jacobian)
+        solve_branch(joint, 5.0, method=method_of("linear", jacobian=jacobian), damping=LOSS)
         for jacobian in ("analytic", "forward-difference")
     )
     assert other.complete
@@ -155,14 +155,14 @@ def test_analytic_and_forward_difference_jacobian_give_the_same_branch(joint):
 
 
 def test_all_response_dependent_modes_together_are_the_linear_ones(joint):
-    full = solve_branch(joint, 5.0, loss_factor=LOSS)
-    same = solve_branch(joint, 5.0, loss_factor=LOSS, coordinates="rdnm-3")
+    full = solve_branch(joint, 5.0, damping=LOSS)
+    same = solve_branch(joint, 5.0, method="rdnm-3", damping=LOSS)
     assert same.amplitude[same.peak] == pytest.approx(full.amplitude[full.peak], rel=1e-8)
 
 
 def test_one_response_dependent_mode_is_close_while_little_slips(joint):
     full, one = (
-        solve_branch(joint, 0.05, loss_factor=LOSS, coordinates=coordinates)
+        solve_branch(joint, 0.05, method=coordinates, damping=LOSS)
         for coordinates in ("linear", "rdnm-1")
     )
     assert one.complete
@@ -191,10 +191,9 @@ def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
         solve_branch(
             joint,
             force,
-            loss_factor=LOSS,
-            window=(90.0, 180.0),
-            coordinates=coordinates,
-            basis_update=basis_update,
+            method=method_of(coordinates, basis_update=basis_update),
+            damping=LOSS,
+            resonance=Resonance(1, (90.0, 180.0)),
             control=StepControl(largest_step=step),
         )
         for step in (0.16, 0.04)
@@ -212,12 +211,11 @@ def test_peak_of_a_response_dependent_mode_does_not_depend_on_the_step(
 
 
 def test_lagged_modes_are_less_accurate(joint):
-    options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1"}
     within, after = (
-        solve_branch(joint, 5.0, basis_update=basis_update, **options)
-        for basis_update in ("implicit", "lagged")
+        solve_branch(joint, 5.0, ResponseDependentModes(1, True, is_lagged), damping=LOSS)
+        for is_lagged in (False, True)
     )
-    equations = LinearModes(HarmonicBalance(joint, LOSS, 5.0))
+    equations = BalanceEquations(HarmonicBalance(joint, LOSS, 5.0))
     left = [
         np.median(
             [
@@ -234,8 +232,9 @@ def test_lagged_modes_are_less_accurate(joint):
 
 
 def test_without_the_quasi_static_correction_one_mode_responds(joint):
-    options = {"loss_factor": LOSS, "coordinates": "complex-rdnm-1", "window": (90.0, 180.0)}
-    branch = solve_branch(joint, 1e-6, quasi_static_correction=False, **options)
+    options = {"damping": LOSS, "resonance": Resonance(1, (90.0, 180.0))}
+    without = ResponseDependentModes(1, is_complex=True, quasi_static_correction=False)
+    branch = solve_branch(joint, 1e-6, without, **options)
     balance = HarmonicBalance(joint, LOSS, 1e-6)
     sine, cosine = branch.modal_coordinate[branch.peak].reshape(2, -1)
     motion = sine + 1j * cosine
@@ -244,7 +243,7 @@ def test_without_the_quasi_static_correction_one_mode_responds(joint):
     share = abs(stuck @ motion) / np.linalg.norm(motion)
     # but for what structural damping adds to it
     assert share == pytest.approx(1, abs=1e-6)
-    other = solve_branch(joint, 1e-6, **options)
+    other = solve_branch(joint, 1e-6, "complex-rdnm-1", **options)
     ratio = other.amplitude[other.peak] / branch.amplitude[branch.peak]
     assert abs(ratio - 1) > 1e-6
 
@@ -253,7 +252,7 @@ def test_without_the_quasi_static_correction_one_mode_responds(joint):
 def test_a_complex_mode_shows_the_peak_that_a_real_one_misses(law):
     joint, control = make_joint(law=law), StepControl(largest_step=0.16)
     full, real, one = (
-        solve_branch(joint, 5.0, loss_factor=LOSS, coordinates=coordinates, control=control)
+        solve_branch(joint, 5.0, method=coordinates, damping=LOSS, control=control)
         for coordinates in ("linear", "rdnm-1", "complex-rdnm-1")
     )
     exact = full.frequency[full.peak], full.amplitude[full.peak]
@@ -271,15 +270,16 @@ def test_load_stepping_starts_where_the_stuck_solution_is_too_far(coordinates, c
     balance, w = HarmonicBalance(joint, LOSS, force), 2 * np.pi * start
     control = StepControl(largest_step=0.14, maximum_iterations=corrections)
     stuck = balance.stuck_solution(w)
-    assert not newton(formulate_equations(coordinates, balance, 1), stuck, w, control)[0].converged
+    equations = method_of(coordinates).formulate(balance, 1)
+    assert not newton(equations, stuck, w, control)[0].converged
     # above the start; and from below, to where the path above must begin
     raised, other = (
         solve_branch(
             joint,
             force,
-            loss_factor=LOSS,
-            window=window,
-            coordinates=coordinates,
+            method=coordinates,
+            damping=LOSS,
+            resonance=Resonance(1, window),
             control=control,
         )
         for window in ((start, 95.0), (70.0, start))
@@ -299,9 +299,9 @@ def test_file_holds_the_energy_error(coordinates):
     response = solve_response(
         make_joint(law="variable"),
         [5.0],
-        loss_factor=LOSS,
-        window=(80.0, 110.0),
-        coordinates=coordinates,
+        method=coordinates,
+        damping=LOSS,
+        resonance=Resonance(1, (80.0, 110.0)),
         control=StepControl(largest_step=0.2),
     )
     error = np.abs(response["energy_error"])
@@ -317,14 +317,14 @@ def test_file_holds_the_energy_error(coordinates):
 
 @pytest.mark.parametrize("coordinates", ["linear", "rdnm-1"])
 def test_a_branch_may_start_from_a_solution_that_is_known(joint, coordinates):
-    whole = solve_branch(joint, 5.0, loss_factor=LOSS, coordinates=coordinates)
+    whole = solve_branch(joint, 5.0, method=coordinates, damping=LOSS)
     first, last = whole.peak - 12, whole.peak + 12
     near = solve_branch(
         joint,
         5.0,
-        loss_factor=LOSS,
-        coordinates=coordinates,
-        window=(whole.frequency[first], whole.frequency[last]),
+        method=coordinates,
+        damping=LOSS,
+        resonance=Resonance(1, (whole.frequency[first], whole.frequency[last])),
         start=whole.modal_coordinate[first],
     )
     assert near.complete
@@ -337,11 +337,11 @@ def test_a_branch_may_start_from_a_solution_that_is_known(joint, coordinates):
 
 def test_a_synthesised_response_has_no_start(joint):
     with pytest.raises(ValueError, match="synthesised from the backbone has no start"):
-        solve_branch(joint, 1.0, loss_factor=LOSS, coordinates="backbone", start=np.zeros(6))
+        solve_branch(joint, 1.0, method="backbone", damping=LOSS, start=np.zeros(6))
 
 
 def test_without_a_resonance_in_the_window_there_is_no_peak(joint):
-    response = solve_response(joint, [1e-4], loss_factor=LOSS, window=(10.0, 40.0))
+    response = solve_response(joint, [1e-4], damping=LOSS, resonance=Resonance(1, (10.0, 40.0)))
     assert response["complete"].all()
     assert response["peak_frequency"].isnull().all()
     assert response["peak_amplitude"].isnull().all()
@@ -351,7 +351,7 @@ def test_without_a_resonance_in_the_window_there_is_no_peak(joint):
 def test_a_start_without_solution_has_no_peak(joint):
     # too few corrections where the contact slips, and solutions while the force is raised
     control = StepControl(maximum_iterations=1, maximum_solutions=3)
-    response = solve_response(joint, [2e4], loss_factor=LOSS, control=control)
+    response = solve_response(joint, [2e4], damping=LOSS, control=control)
     assert not response["converged"].any()
     assert response["peak_amplitude"].isnull().all()
     assert response["reason"].item() == "no solution found at the start of the window"
@@ -359,7 +359,7 @@ def test_a_start_without_solution_has_no_peak(joint):
 
 def test_a_region_of_one_element_is_the_pair(joint):
     regions = merge_points(joint, np.arange(joint.points))
-    one, other = (solve_branch(j, 5.0, loss_factor=LOSS) for j in (joint, regions))
+    one, other = (solve_branch(j, 5.0, damping=LOSS) for j in (joint, regions))
     np.testing.assert_array_equal(one.amplitude, other.amplitude)
 
 
@@ -371,13 +371,13 @@ def test_order_of_pairs_does_not_matter(joint):
         element_position=joint.element_position[::-1].copy(),
         law=replace(joint.law, slip_force=joint.law.slip_force[::-1].copy()),
     )
-    one, other = (solve_branch(j, 5.0, loss_factor=LOSS) for j in (joint, turned))
+    one, other = (solve_branch(j, 5.0, damping=LOSS) for j in (joint, turned))
     assert one.amplitude[one.peak] == pytest.approx(other.amplitude[other.peak], rel=1e-9)
 
 
 def test_second_resonance(joint):
-    branch = solve_branch(joint, 1e-4, loss_factor=LOSS, coordinates="rdnm-1", resonance=2)
-    full = solve_branch(joint, 1e-4, loss_factor=LOSS, resonance=2)
+    branch = solve_branch(joint, 1e-4, method="rdnm-1", damping=LOSS, resonance=2)
+    full = solve_branch(joint, 1e-4, damping=LOSS, resonance=2)
     assert branch.complete
     # the other modes are left out off resonance
     assert branch.frequency[branch.peak] == pytest.approx(full.frequency[full.peak], rel=1e-4)
@@ -387,7 +387,7 @@ def test_second_resonance(joint):
 def test_file_holds_every_force_level(joint, tmp_path):
     forces = [0.01, 5.0, 20.0]
     regions = bands_of_equal_load(joint.position[:, :2], joint.law.slip_force, 3)
-    response = solve_response(merge_points(joint, regions), forces, loss_factor=LOSS)
+    response = solve_response(merge_points(joint, regions), forces, damping=LOSS)
     dataset.save(response, tmp_path / "response.nc")
     again = dataset.load(tmp_path / "response.nc")
     np.testing.assert_array_equal(again["force_level"], forces)
@@ -408,7 +408,7 @@ def test_file_holds_every_force_level(joint, tmp_path):
 
 def test_further_harmonics_follow_the_first(joint):
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64))
-    response = solve_response(sampled, [20.0], loss_factor=LOSS)
+    response = solve_response(sampled, [20.0], damping=LOSS)
     assert response["complete"].all()
     assert list(response["component"].to_numpy()) == ["bias", "sin", "cos", "sin3", "cos3"]
     output = response["modal_coordinate"].transpose(..., "mode").to_numpy() @ joint.response_mode
@@ -419,14 +419,14 @@ def test_further_harmonics_follow_the_first(joint):
 
 
 def test_states_at_the_peak_go_from_stick_to_slip(joint):
-    response = solve_response(joint, [1e-5, 200.0], loss_factor=LOSS)
+    response = solve_response(joint, [1e-5, 200.0], damping=LOSS)
     assert not response["contact_state"].isel(force=0).any()
     assert (response["contact_state"].isel(force=1) == 1).all()
 
 
 def test_a_branch_that_breaks_off_is_a_result_with_a_flag(joint):
     control = StepControl(maximum_solutions=5)
-    response = solve_response(joint, [5.0, 20.0], loss_factor=LOSS, control=control)
+    response = solve_response(joint, [5.0, 20.0], damping=LOSS, control=control)
     assert not response["complete"].any()
     assert set(response["reason"].to_numpy()) == {"the branch has more solutions than allowed"}
     assert response.sizes["solution"] == 10
@@ -434,16 +434,16 @@ def test_a_branch_that_breaks_off_is_a_result_with_a_flag(joint):
 
 def test_unknown_coordinates_are_refused(joint):
     with pytest.raises(ValueError, match="'cartesian' must be linear, backbone, rdnm-N or complex"):
-        solve_branch(joint, 1.0, loss_factor=LOSS, coordinates="cartesian")
+        solve_branch(joint, 1.0, method="cartesian", damping=LOSS)
     with pytest.raises(ValueError, match="4 response-dependent modes of 3 linear ones"):
-        solve_branch(joint, 1.0, loss_factor=LOSS, coordinates="rdnm-4")
+        solve_branch(joint, 1.0, method="rdnm-4", damping=LOSS)
 
 
 def test_forward_differences_come_close_to_the_jacobian(joint):
     balance = HarmonicBalance(joint, LOSS, 5.0)
     for name in ("linear", "rdnm-2", "complex-rdnm-2"):
         analytic, differences = (
-            formulate_equations(name, balance, 1, jacobian, basis_update="lagged")
+            method_of(name, jacobian=jacobian, basis_update="lagged").formulate(balance, 1)
             for jacobian in ("analytic", "forward-difference")
         )
         x = 1e-5 * np.random.default_rng(3).normal(size=6)
@@ -454,9 +454,8 @@ def test_forward_differences_come_close_to_the_jacobian(joint):
 
 def test_timing_has_a_row_for_every_run(joint):
     both = ["analytic", "forward-difference"]
-    times = time_solver(
-        joint, [1.0, 5.0], jacobians=both, repeats=2, time_budget_s=1e3, loss_factor=LOSS
-    )
+    methods = [LinearModes(jacobian=name) for name in both]
+    times = time_solver(joint, [1.0, 5.0], methods, repeats=2, time_budget_s=1e3, damping=LOSS)
     assert list(times) == [
         *("force_N", "repeat", "wall_s", "cpu_s", "solutions", "iterations"),
         *("jacobian", "complete"),
@@ -467,6 +466,6 @@ def test_timing_has_a_row_for_every_run(joint):
 
 def test_what_took_long_enough_is_not_timed_again(joint):
     times = time_solver(
-        joint, [1.0, 5.0], jacobians=["analytic"], repeats=3, time_budget_s=1e-9, loss_factor=LOSS
+        joint, [1.0, 5.0], [LinearModes()], repeats=3, time_budget_s=1e-9, damping=LOSS
     )
     assert times["force_N"].tolist() == [1.0, 5.0]

@@ -8,7 +8,7 @@ from scipy.optimize import fsolve
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import energy_per_period
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
@@ -162,7 +162,9 @@ def test_with_more_harmonics_the_balance_approaches_time_integration(law):
         )
         balance = HarmonicBalance(made, 0.0, force)
         start = balance.stuck_solution(w)
-        solution, _ = newton(LinearModes(balance), start, w, StepControl(maximum_iterations=50))
+        solution, _ = newton(
+            BalanceEquations(balance), start, w, StepControl(maximum_iterations=50)
+        )
         assert solution.converged
         assert balance.joint.law.contact_state(balance.motion(solution.x)) == (
             1 if law == "constant" else 2

@@ -46,7 +46,7 @@ def test_peaks_at_all_forces_are_within_the_tolerances(law):
     estimated = [float(fit[f"estimated_{of}_error"]) for of in ("frequency", "amplitude")]
     assert estimated[0] <= 1e-3 and estimated[1] <= 1e-2
     for force in np.geomspace(FORCES[0], FORCES[-1], 10):
-        of_all, of_few = (solve_branch(each, force, loss_factor=LOSS) for each in (joint, few))
+        of_all, of_few = (solve_branch(each, force, damping=LOSS) for each in (joint, few))
         frequency, amplitude = (
             getattr(of_few, name)[of_few.peak] / getattr(of_all, name)[of_all.peak] - 1
             for name in ("frequency", "amplitude")

@@ -11,6 +11,8 @@ from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.backbone.isolated_branches import find_isolated_branches
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.windows import Resonance
 
 DAMPING = ModalDamping((0.001,))
 WINDOW = (45.0, 160.0)
@@ -40,8 +42,8 @@ def test_the_isolated_branch_of_one_mode_is_one_of_the_balance():
     low, high = backbone["isolated_from"].item(), backbone["isolated_to"].item()
     appears = backbone["isolated_amplitude"].item()
     assert 13.0 < low < 14.3 < high < 15.0
-    known = {"damping": DAMPING, "window": WINDOW}
-    given = solve_response(joint, forces, coordinates="backbone", backbone=backbone, **known)
+    known = {"damping": DAMPING, "resonance": Resonance(1, WINDOW)}
+    given = solve_response(joint, forces, method=method_of("backbone", backbone=backbone), **known)
     np.testing.assert_array_equal(given["isolated_branch"], [0, 1, 0])
     # one linear mode: synthesis is exact, and continuation gives the same peaks
     linear = solve_response(joint, forces, **known)

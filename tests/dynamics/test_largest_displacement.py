@@ -18,7 +18,7 @@ LENGTH = 0.4
 
 @pytest.fixture(scope="module")
 def response():
-    return solve_response(make_joint(), FORCES, loss_factor=0.01)
+    return solve_response(make_joint(), FORCES, damping=0.01)
 
 
 def stored(farthest):

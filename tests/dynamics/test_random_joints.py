@@ -31,7 +31,7 @@ def test_branches_of_random_joints_are_complete_and_end_at_no_lower_peak(law, co
 def test_a_branch_is_not_followed_back_on_another_part_of_it(coordinates, index, seed):
     """A step that ends on another part changes the orientation, and is repeated."""
     joint, force, loss_factor = random_joint("variable", index, seed)
-    branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
+    branch = solve_branch(joint, force, method=coordinates, damping=loss_factor)
     assert branch.complete, branch.reason
     assert branch.peak is not None
 
@@ -39,7 +39,7 @@ def test_a_branch_is_not_followed_back_on_another_part_of_it(coordinates, index,
 def test_a_backbone_starts_from_modes_that_damping_couples():
     """Two stuck modes are 1.1 % apart, and damped by 1.7 % of their stiffness."""
     joint, force, loss_factor = random_joint("constant", 139, seed=6161)
-    branch = solve_branch(joint, force, loss_factor=loss_factor, coordinates="backbone")
+    branch = solve_branch(joint, force, method="backbone", damping=loss_factor)
     assert branch.complete, branch.reason
 
 
@@ -47,7 +47,7 @@ def test_a_branch_that_one_complex_mode_does_not_lead_across_is_that_in_linear_m
     """An implicit basis has the solutions of the full equations, which are followed instead."""
     joint, force, loss_factor = random_joint("variable", 57, seed=990017)
     branch, linear = (
-        solve_branch(joint, force, loss_factor=loss_factor, coordinates=coordinates)
+        solve_branch(joint, force, method=coordinates, damping=loss_factor)
         for coordinates in ("complex-rdnm-1", "linear")
     )
     assert branch.complete, branch.reason

@@ -11,7 +11,7 @@ from small_joint import make_joint
 from boltjoint import dataset
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response import stability
-from boltjoint.dynamics.response.branch import OutputPoint
+from boltjoint.dynamics.response.branch import OutputPoint, to_dataset
 from boltjoint.dynamics.response.folded_branch import FoldedBranch
 from boltjoint.dynamics.response.folds import find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
@@ -21,6 +21,7 @@ from boltjoint.dynamics.response.stability import (
     floquet_exponents,
     largest_multiplier,
 )
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.verification.periodic_orbits import find_orbit
 
@@ -31,7 +32,7 @@ FOLDED = [(60.0, 5.0), (60.0, 10.0), (-20.0, 1.0)]
 def folded(load, force, modes=2):
     """A branch that folds, with its joint, its balance and its folds."""
     joint = make_folding_joint(load, modes)
-    branch = solve_branch(joint, force, damping=DAMPING, window=WINDOW)
+    branch = solve_branch(joint, force, damping=DAMPING, resonance=Resonance(1, WINDOW))
     folds = find_folds(branch.frequency)
     assert folds.turning_points == 2
     return joint, branch, HarmonicBalance(joint, DAMPING, force), folds
@@ -124,7 +125,9 @@ def test_motions_with_more_harmonics_turn_elsewhere():
     found = find_stability(of_one, branch.frequency, branch.modal_coordinate, folds)
     low, high = found.frequency_range
     law = AlternatingFrequencyTime(of_one.joint.law, 15)
-    of_many = solve_branch(replace(of_one.joint, law=law), 5.0, damping=DAMPING, window=WINDOW)
+    of_many = solve_branch(
+        replace(of_one.joint, law=law), 5.0, damping=DAMPING, resonance=Resonance(1, WINDOW)
+    )
     expected = find_folds(of_many.frequency).frequency_range
     # both branches stop at solutions next to their turning points, of steps that are not the same
     assert (low, high) == pytest.approx(expected, rel=2e-3)
@@ -155,7 +158,7 @@ def test_responses_with_enough_harmonics_are_their_own_motion():
     of_one = folded(60.0, 5.0)[2]
     law = AlternatingFrequencyTime(of_one.joint.law, 5)
     balance = replace(of_one, joint=replace(of_one.joint, law=law))
-    path = solve_branch(balance.joint, 5.0, damping=DAMPING, window=WINDOW)
+    path = solve_branch(balance.joint, 5.0, damping=DAMPING, resonance=Resonance(1, WINDOW))
     folds = find_folds(path.frequency)
     solutions = balance, path.frequency, path.modal_coordinate, folds
     found = find_stability(*solutions, StabilityOptions(harmonics=5))
@@ -286,10 +289,11 @@ def test_the_delay_of_sliders_is_part_of_the_multipliers(law, monkeypatch):
 
 def test_a_result_names_its_folds(tmp_path):
     joint = make_folding_joint()
-    options = StabilityOptions(further_solutions=1)
-    found = solve_response(
-        joint, [5.0, 10.0, 60.0], damping=DAMPING, window=WINDOW, stability=options
-    )
+    options, around = StabilityOptions(further_solutions=1), Resonance(1, WINDOW)
+    branches = [
+        solve_branch(joint, force, damping=DAMPING, resonance=around) for force in (5.0, 10.0, 60.0)
+    ]
+    found = to_dataset(joint, branches, DAMPING, stability=options)
     dataset.save(found, tmp_path / "response.nc")
     stored = dataset.load(tmp_path / "response.nc")
     np.testing.assert_array_equal(stored["turning_points"], [2, 2, 0])
@@ -311,7 +315,7 @@ def test_a_result_names_its_folds(tmp_path):
 
 
 def test_a_result_without_folds_has_none(tmp_path):
-    found = solve_response(make_joint(), [1.0], loss_factor=0.01)
+    found = solve_response(make_joint(), [1.0], damping=0.01)
     dataset.save(found, tmp_path / "response.nc")
     stored = dataset.load(tmp_path / "response.nc")
     assert stored.sizes["fold"] == 0

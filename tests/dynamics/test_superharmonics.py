@@ -20,7 +20,7 @@ def at_peak(second_frequency):
     """Balance, motion and frequency at the peak of a joint by its second natural frequency."""
     joint = make_joint()
     joint = replace(joint, natural_frequency=np.array([70.0, second_frequency, 2000.0]))
-    response = solve_response(joint, [FORCE], loss_factor=LOSS)
+    response = solve_response(joint, [FORCE], damping=LOSS)
     peak = motion_at_peak(response, FORCE)
     frequency, motion, *_ = find_peak(joint, peak[0], FORCE, LOSS, peak[1], harmonics=HARMONICS)
     law = AlternatingFrequencyTime(joint.law, HARMONICS, 256)
@@ -56,7 +56,7 @@ def test_the_third_harmonic_is_largest_where_it_is_named():
 
 def test_what_sticks_has_no_harmonic_in_resonance():
     joint = make_joint()
-    response = solve_response(joint, [1e-3], loss_factor=LOSS)
+    response = solve_response(joint, [1e-3], damping=LOSS)
     frequency, motion = motion_at_peak(response, 1e-3)
     law = AlternatingFrequencyTime(joint.law, HARMONICS, 256)
     balance = HarmonicBalance(replace(joint, law=law), LOSS, 1e-3)

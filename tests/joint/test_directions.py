@@ -8,6 +8,7 @@ from small_joint import connect_small
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
@@ -124,7 +125,7 @@ def test_jacobian_equals_central_differences(law):
 def test_a_response_holds_when_friction_is_followed_in_time(law):
     samples = 512 if law.startswith("coupled") else None
     joint = planar_joint(law, samples)
-    branch = solve_branch(joint, 20.0, loss_factor=0.01, window=(60.0, 90.0))
+    branch = solve_branch(joint, 20.0, damping=0.01, resonance=Resonance(1, (60.0, 90.0)))
     assert branch.complete and branch.peak is not None
     q = branch.modal_coordinate[branch.peak].reshape(len(joint.law.components), -1)
     elements = joint.law.elements if samples else joint.law

@@ -84,7 +84,7 @@ def test_points_that_are_alike_become_one(law):
 def test_responses_of_a_joint_and_of_its_mirrored_twin_are_the_same(law, coordinates):
     joint = make_joint(law=law)
     one, other = (
-        solve_branch(each, 20.0, loss_factor=0.01, coordinates=coordinates)
+        solve_branch(each, 20.0, method=coordinates, damping=0.01)
         for each in (joint, mirrored(joint))
     )
     np.testing.assert_allclose(other.frequency, one.frequency, rtol=1e-9)  # flat peaks
@@ -93,7 +93,7 @@ def test_responses_of_a_joint_and_of_its_mirrored_twin_are_the_same(law, coordin
 
 def test_contact_states_are_those_of_all_elements():
     twice = mirrored(make_joint())
-    states = solve_response(twice, [5.0], loss_factor=0.01)["contact_state"].to_numpy()[0]
+    states = solve_response(twice, [5.0], damping=0.01)["contact_state"].to_numpy()[0]
     assert states.size == 120
     assert np.unique(states).size == 2
     for x in np.unique(twice.position[:, 0]):

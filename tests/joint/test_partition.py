@@ -174,7 +174,7 @@ def test_the_error_predicts_that_of_the_peaks(joint, division):
     forces = (0.01, 1.0, 3.0, 6.0, 10.0)  # from stuck to all slipping
 
     def peaks(j):
-        found = [solve_branch(j, force, loss_factor=0.01) for force in forces]
+        found = [solve_branch(j, force, damping=0.01) for force in forces]
         return np.array([branch.frequency[branch.peak] for branch in found])
 
     of_pairs = peaks(joint)

@@ -114,7 +114,7 @@ def variable(assembly):
 
 @pytest.fixture(scope="module")
 def variable_response(variable):
-    return solve_response(variable, FORCES, loss_factor=0.01)
+    return solve_response(variable, FORCES, damping=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -125,12 +125,12 @@ def reduced(regions):
 
 @pytest.fixture(scope="module")
 def reference():
-    return solve_response(make_joint(), FORCES, loss_factor=0.01)
+    return solve_response(make_joint(), FORCES, damping=0.01)
 
 
 @pytest.fixture(scope="module")
 def response(regions):
-    return solve_response(regions, FORCES, loss_factor=0.01)
+    return solve_response(regions, FORCES, damping=0.01)
 
 
 @pytest.fixture

@@ -197,7 +197,7 @@ def test_every_pair_has_the_colour_of_its_state(assembly, variable, variable_res
 def test_pairs_without_element_and_levels_without_peak_are_told_apart(assembly):
     joint = on_pairs(assembly, np.arange(15))
     nodes = make_joint(15)
-    solved = solve_response(nodes, [0.01, 5.0], loss_factor=0.01)
+    solved = solve_response(nodes, [0.01, 5.0], damping=0.01)
     solved["contact_state"][1] = contact_states.UNKNOWN
     solved["peak_frequency"][1] = np.nan
     figure = plot_states(assembly, joint, solved)

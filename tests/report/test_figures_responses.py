@@ -48,7 +48,7 @@ def test_peaks_are_marked_and_in_view(response, reference):
 
 
 def test_only_what_is_near_a_peak_is_in_view():
-    stuck = solve_response(make_joint(), [1e-4], loss_factor=0.01)
+    stuck = solve_response(make_joint(), [1e-4], damping=0.01)
     (axes,) = plot_response(stuck, "node-to-node", "linear").axes
     peak = stuck["peak_frequency"].item()
     low, high = axes.get_xlim()
@@ -70,7 +70,7 @@ def test_a_level_has_one_colour_in_both_methods(response, reference):
 
 def test_a_broken_branch_ends_in_a_cross_and_is_named(regions, reference):
     short = StepControl(maximum_solutions=12)
-    broken = solve_response(regions, FORCES, loss_factor=0.01, control=short)
+    broken = solve_response(regions, FORCES, damping=0.01, control=short)
     (axes,) = plot_response(broken, "regions=3", "linear", reference).axes
     crosses = marks(axes, "X")
     assert len(crosses) == len(FORCES)
@@ -130,7 +130,7 @@ def without_solutions(response):
 def test_a_response_that_failed_has_a_figure_that_says_so(regions, response, lost, tmp_path):
     if lost == "one solution":
         alone = StepControl(maximum_solutions=1)
-        solved = solve_response(regions, FORCES, loss_factor=0.01, control=alone)
+        solved = solve_response(regions, FORCES, damping=0.01, control=alone)
         assert solved.sizes["solution"] == len(FORCES)
     elif lost == "nothing converged":
         solved = response.assign(converged=0 * response["converged"])
@@ -179,7 +179,7 @@ def test_a_response_replaced_by_linear_modes_is_named(response):
 
 def test_isolated_branches_of_a_backbone_are_named():
     joint = make_joint()
-    found = find_backbone(joint, [5.0], loss_factor=0.01, window=frequency_window(joint))
+    found = find_backbone(joint, [5.0], damping=0.01, window=frequency_window(joint))
     assert found.sizes["isola"] == 0
     rows = {"isolated_from": 12.567, "isolated_to": 12.614}
     named = found.drop_dims("isola").assign(
@@ -194,7 +194,7 @@ def test_isolated_branches_of_a_backbone_are_named():
 
 def test_a_backbone_without_states_has_a_figure(tmp_path):
     joint = make_joint()
-    found = find_backbone(joint, [5.0], loss_factor=0.01, window=frequency_window(joint))
+    found = find_backbone(joint, [5.0], damping=0.01, window=frequency_window(joint))
     for count in (0, 1):
         some = found.isel(state=slice(count))
         figure = plot_backbones({"node-to-node": some}, [5.0])

@@ -20,7 +20,7 @@ def response():
     joint = make_joint()
     modes = np.array([joint.response_mode, 0.5 * joint.response_mode])
     joint = replace(joint, sensor_mode=modes, sensor_name=("tip", "half"))
-    return solve_response(joint, [0.01, 5.0], loss_factor=0.01)
+    return solve_response(joint, [0.01, 5.0], damping=0.01)
 
 
 def test_the_table_has_the_peak_of_each_sensor(response):

@@ -50,7 +50,7 @@ def test_responses_are_those_with_all_jacobians(law, monkeypatch):
     found = []
     for large in (1, 10**6):
         monkeypatch.setattr(arc_length, "LARGE", large)
-        found.append(solve_branch(joint, 20.0, loss_factor=0.01))
+        found.append(solve_branch(joint, 20.0, damping=0.01))
     few, every = found
     assert few.complete
     assert every.complete

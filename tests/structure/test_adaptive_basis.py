@@ -195,7 +195,7 @@ def test_a_basis_of_two_surfaces_has_the_errors_that_it_estimates(structure):
     few, many = (find_modes(two, f"enriched-{n}", pod_modes) for n in ("auto", 50))
     peaks = []
     for modes in (few, many):
-        branch = solve_branch(condition.connect(preload, modes), 50.0, loss_factor=2e-3)
+        branch = solve_branch(condition.connect(preload, modes), 50.0, damping=2e-3)
         peaks.append((branch.frequency[branch.peak], branch.amplitude[branch.peak]))
     errors = abs(np.divide(*peaks) - 1)
     for error, what in zip(errors, ("frequency", "amplitude"), strict=True):

@@ -72,7 +72,7 @@ def test_the_whole_is_solved_where_symmetry_is_not_used(assembly, preload, pod_m
     basis = find_modes(alone, "enriched-40", find_pod_modes(alone, tightened, CONDITIONS, SMALL))
     # it holds lateral motion too, which does not respond
     of_half, of_whole = (
-        solve_response(CONDITIONS[0].connect(preload, each), [5.0, 50.0], loss_factor=2e-3)
+        solve_response(CONDITIONS[0].connect(preload, each), [5.0, 50.0], damping=2e-3)
         for each in (enriched, basis)
     )
     for name, tolerance in (("peak_frequency", 1e-4), ("peak_amplitude", 2e-3)):

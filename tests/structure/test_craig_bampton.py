@@ -48,7 +48,7 @@ def solved(structure):
     joint = CONDITION.connect(preload, modes)
     error = {what: modes.attrs[f"estimated_{what}_error"] for what in ("frequency", "amplitude")}
     responses = {
-        coordinates: solve_response(joint, FORCES, loss_factor=LOSS_FACTOR, coordinates=coordinates)
+        coordinates: solve_response(joint, FORCES, method=coordinates, damping=LOSS_FACTOR)
         for coordinates in ("linear", "backbone")
     }
     return error, preload["normal_load"].to_numpy(), joint, responses

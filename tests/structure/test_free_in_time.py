@@ -22,7 +22,7 @@ def test_the_response_of_a_free_half_lap_is_that_in_time(tiny, normal_stiffness)
     modes = find_modes(free, "free-3")
     joint = connect_nodes(modes, apply_preload(free, 8e3), 1e8, 0.1, normal_stiffness).distinct
     assert np.count_nonzero(joint.is_rigid) == 6
-    response = solve_response(joint, [FORCE], loss_factor=LOSS_FACTOR)
+    response = solve_response(joint, [FORCE], damping=LOSS_FACTOR)
     frequency, motion = motion_at_peak(response, FORCE)
     excitation = frequency, FORCE, LOSS_FACTOR
     # higher than the stuck modes

@@ -43,7 +43,7 @@ def joint_of(structure, preload, basis="free-4", normal_stiffness=1e8):
 def peaks(joint, forces=(2.0, 20.0)):
     """Frequencies and amplitudes of responses in linear modes, the backbone, and all harmonics."""
     of_modes, of_backbone = (
-        solve_response(joint, list(forces), loss_factor=2e-3, coordinates=coordinates)
+        solve_response(joint, list(forces), method=coordinates, damping=2e-3)
         for coordinates in ("linear", "backbone")
     )
     converged = converge_peaks(joint, of_modes.isel(force=[0]))
@@ -130,7 +130,7 @@ def test_the_example_of_the_docs_runs(structure, tmp_path, monkeypatch, capsys):
     exec(example, {})
     modes = find_modes(replace(structure, maker=""), "free-4")
     joint = connect_nodes(modes, apply_preload(structure, LOAD), 1e8, 0.1)
-    expected = solve_response(joint, [5.0], loss_factor=2e-3)["peak_frequency"].item()
+    expected = solve_response(joint, [5.0], damping=2e-3)["peak_frequency"].item()
     assert float(capsys.readouterr().out) == pytest.approx(expected, rel=1e-4)
 
 

@@ -145,7 +145,7 @@ def test_weighted_pairs_and_responses_do_not_turn(both):
     for each in both:
         joint = each.joint("constant")
         weighted, fit = weigh_pairs(joint, [20.0], 2e-3, count=12)
-        branch = solve_branch(joint, 20.0, loss_factor=2e-3)
+        branch = solve_branch(joint, 20.0, damping=2e-3)
         peak = [branch.peak_frequency, branch.peak_amplitude]
         found.append((weighted.places.place, fit["weight"].to_numpy(), peak))
     (place, weight, peak), (other_place, other_weight, other_peak) = found

@@ -178,7 +178,7 @@ def test_the_response_of_three_harmonics_is_that_of_matrices_and_sliders_alone(b
     harmonics, samples = 3, 128
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, harmonics, samples))
     control = StepControl(tolerance=1e-11)
-    branch = solve_branch(sampled, force, loss_factor=LOSS_FACTOR, control=control)
+    branch = solve_branch(sampled, force, damping=LOSS_FACTOR, control=control)
     balance = DenseBalance(block, laws, force, harmonics, samples)
     for at in near_the_peak(branch):
         expected = balance.solve(2 * np.pi * branch.frequency[at])
@@ -200,7 +200,7 @@ def test_the_response_of_closed_forms_is_that_of_many_samples(block, name):
     *laws, force = BOTH[name]
     joint = joint_of(block, laws)
     control = StepControl(tolerance=1e-11)
-    branch = solve_branch(joint, force, loss_factor=LOSS_FACTOR, control=control)
+    branch = solve_branch(joint, force, damping=LOSS_FACTOR, control=control)
     # sampling has an error of second order: by the most samples below 1e-8
     balance, coarse = (DenseBalance(block, laws, force, 1, samples) for samples in (2**16, 2**8))
     places = near_the_peak(branch)
@@ -227,7 +227,7 @@ def test_responses_to_several_forces_hold_the_same_amplitudes(block, name):
     *laws, _ = BOTH[name]
     joint = joint_of(block, laws)
     forces = [3e3, 6e3]
-    found = solve_response(joint, forces, loss_factor=LOSS_FACTOR)
+    found = solve_response(joint, forces, damping=LOSS_FACTOR)
     for force, amplitude, frequency in zip(
         forces, found["peak_amplitude"], found["peak_frequency"], strict=True
     ):

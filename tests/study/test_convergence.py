@@ -9,7 +9,7 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.joint.partition import partition_regions, region_error
@@ -34,7 +34,7 @@ SAMPLES = (64, 128, 256, 512, 1024)
 @pytest.fixture(scope="module", params=["constant", "variable"])
 def solved(request):
     joint = make_joint(law=request.param)
-    return joint, solve_response(joint, FORCES, loss_factor=LOSS)
+    return joint, solve_response(joint, FORCES, damping=LOSS)
 
 
 def test_table_has_a_row_for_every_force_and_number_of_samples(solved):
@@ -76,7 +76,7 @@ def test_error_falls_with_the_square_of_the_samples(solved):
 def test_error_of_responses_that_were_sampled_is_also_against_exact_forces(solved):
     joint, _ = solved
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64))
-    response = solve_response(sampled, [20.0], loss_factor=LOSS)
+    response = solve_response(sampled, [20.0], damping=LOSS)
     error = tabulate_sampling({"joint": (joint, response)}, (64, 1024))["error_relative"]
     # against those of 64 samples the first would be nothing, and the second the larger
     assert error[0] > 50 * error[1] > 0
@@ -84,7 +84,7 @@ def test_error_of_responses_that_were_sampled_is_also_against_exact_forces(solve
 
 def test_sampling_a_joint_that_sticks_errs_by_rounding_only(solved):
     joint, _ = solved
-    response = solve_response(joint, [1e-4], loss_factor=LOSS)
+    response = solve_response(joint, [1e-4], damping=LOSS)
     assert not response["contact_state"].isin([STICK_SLIP, STICK_SLIP_SEPARATION]).any()
     error = tabulate_sampling({"joint": (joint, response)}, (64,))["error_relative"].item()
     # rounding of the normal loads, of which the forces are more than 1e-4
@@ -109,7 +109,7 @@ def test_peaks_are_those_of_the_whole_response(law, followed):
     joint, forces = make_joint(law=law), [0.001, 1.0, 5.0, 20.0, 100.0]
     peaks = peaks_near(joint, forces, LOSS)
     assert list(peaks) == ["force_N", "peak_frequency_Hz", "peak_mm_per_N"]
-    response = solve_response(joint, forces, loss_factor=LOSS)
+    response = solve_response(joint, forces, damping=LOSS)
     # a maximum is located within 1e-6 of a step of some 1e-2 of the frequency
     np.testing.assert_allclose(peaks["peak_frequency_Hz"], response["peak_frequency"], rtol=1e-8)
     expected = 1e3 * response["peak_amplitude"] / forces
@@ -121,7 +121,7 @@ def test_peaks_are_those_of_the_whole_response(law, followed):
 
 def test_peaks_of_a_higher_resonance(joint):
     peaks = peaks_near(joint, [1.0], LOSS, resonance=2).iloc[0]
-    branch = solve_branch(joint, 1.0, loss_factor=LOSS, resonance=2)
+    branch = solve_branch(joint, 1.0, damping=LOSS, resonance=2)
     assert peaks["peak_frequency_Hz"] == pytest.approx(branch.frequency[branch.peak], rel=1e-8)
     assert peaks["peak_mm_per_N"] == pytest.approx(1e3 * branch.amplitude[branch.peak], rel=1e-8)
 
@@ -160,7 +160,7 @@ def test_without_a_peak_where_it_is_expected_all_of_the_response_is_followed(
     followed.clear()
     monkeypatch.setattr(convergence, "synthesise_response", misled)
     np.testing.assert_allclose(peaks_near(joint, [5.0], LOSS), expected, rtol=1e-8)
-    whole = solve_branch(joint, 5.0, loss_factor=LOSS)
+    whole = solve_branch(joint, 5.0, damping=LOSS)
     np.testing.assert_array_equal(followed[-1].frequency, whole.frequency)
 
 
@@ -229,7 +229,7 @@ def test_reductions_are_against_the_first_joint(law):
     np.testing.assert_array_equal(table.loc[:1, ERRORS], 0)
     window = frequency_window(joint)
     for row in table[2:].itertuples():
-        branch = solve_branch(few, row.force_N, loss_factor=LOSS, window=window)
+        branch = solve_branch(few, row.force_N, damping=LOSS, resonance=Resonance(1, window))
         assert row.peak_frequency_Hz == branch.frequency[branch.peak]
         whole = table["peak_frequency_Hz"][FORCES.index(row.force_N)]
         error = 100 * (row.peak_frequency_Hz / whole - 1)

@@ -30,7 +30,7 @@ def joints():
 
 
 def solved(joint, **options):
-    response = solve_response(joint, FORCES, loss_factor=LOSS)
+    response = solve_response(joint, FORCES, damping=LOSS)
     converged = converge_peaks(joint, response, HarmonicConvergence(**options))
     return add_converged_peaks(response, converged)
 
@@ -39,7 +39,7 @@ def test_errors_are_those_of_the_peaks_with_as_many_harmonics(joints):
     small, whole = joints
     response = solved(small)
     table = tabulate_larger_basis(response, whole, FORCES[:1]).set_index("harmonics")
-    in_whole = solve_response(whole, FORCES, loss_factor=LOSS)
+    in_whole = solve_response(whole, FORCES, damping=LOSS)
     tried = HarmonicConvergence((3, 9, 17), 1e-12, 1e-12)
     sequence = converge_peak(whole, *motion_at_peak(in_whole, 1.0), 1.0, LOSS, tried)
     assert {1, 3, 9, 17} <= set(table.index)
@@ -66,6 +66,6 @@ def test_forces_and_peaks_must_be_there(joints):
     small, whole = joints
     with pytest.raises(ValueError, match="must be among the levels"):
         tabulate_larger_basis(solved(small), whole, [2.0])
-    plain = solve_response(small, FORCES, loss_factor=LOSS)
+    plain = solve_response(small, FORCES, damping=LOSS)
     with pytest.raises(ValueError, match="no converged peaks"):
         tabulate_larger_basis(plain, whole, FORCES)

@@ -36,7 +36,7 @@ def joint_of_power(chi, elements=4000):
 
 def backbone_of(joint, forces=FORCES):
     window = frequency_window(joint)
-    return find_backbone(joint, forces, loss_factor=LOSS, window=window)
+    return find_backbone(joint, forces, damping=LOSS, window=window)
 
 
 @pytest.mark.parametrize("chi", [0.0, -0.3, -0.6])
@@ -77,7 +77,7 @@ def test_the_range_ends_where_the_friction_damping_has_its_shares():
 def test_at_its_peak_a_response_dissipates_what_the_backbone_does():
     joint = joint_of_power(-0.3)
     backbone = backbone_of(joint)
-    response = solve_response(joint, FORCES, loss_factor=LOSS)
+    response = solve_response(joint, FORCES, damping=LOSS)
     amplitude, frequency, dissipation = peak_dissipation(joint, response)
     assert amplitude.size == int(response["complete"].sum()) == len(FORCES)
     along, at = np.log(backbone["response_amplitude"]), np.log(amplitude)

@@ -12,7 +12,7 @@ from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.joint.partition import partition_regions
@@ -84,7 +84,7 @@ def test_a_design_is_what_it_is_as_a_case_of_its_own(law):
             made[-1],
             case.levels,
             damping=case.structural_damping,
-            window=frequency_window(*made),
+            resonance=Resonance(1, frequency_window(*made)),
         )
         for name in ("peak_frequency", "peak_amplitude"):
             np.testing.assert_allclose(found[name][row], alone[name], rtol=1e-9)
@@ -105,7 +105,10 @@ def test_a_stiffness_per_area_varies_too():
         made = joints(case)
         windows.append(frequency_window(*made))
         alone = solve_response(
-            made[-1], case.levels, damping=case.structural_damping, window=windows[-1]
+            made[-1],
+            case.levels,
+            damping=case.structural_damping,
+            resonance=Resonance(1, windows[-1]),
         )
         for name in ("peak_frequency", "peak_amplitude"):
             np.testing.assert_allclose(found[name][row], alone[name], rtol=1e-9)
@@ -280,12 +283,10 @@ def test_backbones_are_those_of_the_designs(problem):
     for row in (0, 3):
         joint, _ = problem.solve(values_of(designs)[row])
         loss_factor = values_of(designs)[row]["loss_factor"]
-        whole = find_backbone(joint, [0.1, 30.0], loss_factor=loss_factor, window=(30.0, 200.0))
+        whole = find_backbone(joint, [0.1, 30.0], damping=loss_factor, window=(30.0, 200.0))
         between = (whole["response_amplitude"] > 1e-6) & (whole["response_amplitude"] < 1e-3)
         states = whole.isel(state=np.flatnonzero(between))
-        frequency, damping = backbone_at(
-            joint, states["response_amplitude"], loss_factor=loss_factor
-        )
+        frequency, damping = backbone_at(joint, states["response_amplitude"], damping=loss_factor)
         np.testing.assert_allclose(frequency, states["natural_frequency"], rtol=1e-9)
         np.testing.assert_allclose(damping, states["damping_ratio"], rtol=1e-7)
         # along the line through these states, which is as near as that
@@ -309,7 +310,7 @@ def test_backbones_go_up_to_the_largest_peak_of_the_base_case(problem):
 @pytest.mark.parametrize("amplitudes", [[], [1e-6, 1e-7], [0.0, 1e-6]])
 def test_amplitudes_of_a_backbone_ascend_from_above_zero(problem, amplitudes):
     with pytest.raises(ValueError, match="amplitudes"):
-        backbone_at(problem.joints[-1], amplitudes, loss_factor=0.01)
+        backbone_at(problem.joints[-1], amplitudes, damping=0.01)
 
 
 def test_indices_of_the_stuck_resonance_follow_from_its_derivatives():

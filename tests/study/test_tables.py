@@ -8,6 +8,7 @@ from small_joint import make_joint, make_preload
 from boltjoint.dataset import DamagedFile
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.methods import LinearModes, method_of
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
@@ -28,7 +29,7 @@ from boltjoint.study.timing import time_solver
 from boltjoint.verification.residual_in_time import check_solutions
 
 SOURCE = Path(__file__).parents[2] / "resources" / "source"
-ONCE = {"jacobians": ["analytic", "forward-difference"], "repeats": 1}
+JACOBIANS = ("analytic", "forward-difference")
 FORCES = [0.001, 1.0, 5.0]
 
 
@@ -40,9 +41,7 @@ def study():
     reduced, _ = fit_reduced_joint(regions, 4)
     found = {"node-to-node": nodes, "regions=6": regions, "regions=6/elements=4": reduced}
     solved = {
-        (name, coordinates, 1): solve_response(
-            one, FORCES, loss_factor=0.01, coordinates=coordinates
-        )
+        (name, coordinates, 1): solve_response(one, FORCES, method=coordinates, damping=0.01)
         for name, one in found.items()
         for coordinates in ("linear", "rdnm-1")
     }
@@ -276,7 +275,11 @@ def test_times_stand_beside_the_published_ones(study):
     found, _ = study
     timings = {
         (name, coordinates, 1): time_solver(
-            one, FORCES, **ONCE, loss_factor=0.01, coordinates=coordinates
+            one,
+            FORCES,
+            [method_of(coordinates, jacobian=jacobian) for jacobian in JACOBIANS],
+            repeats=1,
+            damping=0.01,
         )
         for name, one in found.items()
         for coordinates in ("linear", "rdnm-1")
@@ -391,7 +394,7 @@ def test_elements_under_variable_load_stand_beside_the_published_ones(case, regi
 def test_states_are_shares_of_elements_and_of_load(variable):
     name = "node-to-node"
     joint = variable[name]
-    response = solve_response(joint, FORCES, loss_factor=0.01)
+    response = solve_response(joint, FORCES, damping=0.01)
     stored = {name: joint_to_dataset(joint)}
     table = tabulate_states({(name, "linear", 1): response}, stored)
     assert list(table["force_N"]) == FORCES
@@ -509,7 +512,7 @@ def test_levels_of_a_table_are_read_as_they_were(tmp_path):
 def test_residuals_in_time_are_those_of_their_levels(study, tmp_path):
     found, _ = study
     nodes = found["node-to-node"]
-    response = solve_response(nodes, [1 / 3, 10.123456789012], loss_factor=0.01)
+    response = solve_response(nodes, [1 / 3, 10.123456789012], damping=0.01)
     check = check_solutions(joint_to_dataset(nodes), response)
     check.to_csv(tmp_path / "check.csv", index=False)
     which = ("node-to-node", "linear", 1)
@@ -519,7 +522,8 @@ def test_residuals_in_time_are_those_of_their_levels(study, tmp_path):
 
 def test_times_of_a_case_that_was_not_published_stand_alone(study):
     found, _ = study
-    times = time_solver(found["node-to-node"], [1.0], **ONCE, loss_factor=0.01)
+    methods = [LinearModes(jacobian=jacobian) for jacobian in JACOBIANS]
+    times = time_solver(found["node-to-node"], [1.0], methods, repeats=1, damping=0.01)
     table = tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
     assert not [name for name in table if "published" in name or "source" in name]
     assert table["cpu_s"].item() > 0

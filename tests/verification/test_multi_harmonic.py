@@ -7,7 +7,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.response.phase_resonance import find_peak
@@ -80,7 +80,7 @@ def test_without_losses_it_is_the_balance_of_several_harmonics(either):
     balance = HarmonicBalance(several, 0.0, 5.0)
     w = 2 * np.pi * 95.0
     control = StepControl(maximum_iterations=50)
-    solution, _ = newton(LinearModes(balance), balance.stuck_solution(w), w, control)
+    solution, _ = newton(BalanceEquations(balance), balance.stuck_solution(w), w, control)
     assert found.converged
     assert solution.converged
     # both residuals are below 1e-9 of the force, and the joint is far from resonance
@@ -124,11 +124,11 @@ def test_a_motion_by_its_harmonics():
 
 @pytest.mark.parametrize("force", [5.0, 20.0])
 def test_a_peak_with_more_harmonics_is_that_of_its_branch(either, force):
-    response = solve_response(either, [force], loss_factor=LOSS)
+    response = solve_response(either, [force], damping=LOSS)
     frequency, start = motion_at_peak(response, force)
     assert frequency == float(response["peak_frequency"][0])
     peak = find_peak(either, frequency, force, LOSS, start, harmonics=3, samples=2048)
-    whole = solve_branch(sampled(either, 3, 2048), force, loss_factor=LOSS)
+    whole = solve_branch(sampled(either, 3, 2048), force, damping=LOSS)
     assert whole.complete
     amplitude = abs(peak.motion.amplitude(either.response_mode))
     assert amplitude == pytest.approx(whole.peak_amplitude, rel=1e-6)
@@ -137,6 +137,6 @@ def test_a_peak_with_more_harmonics_is_that_of_its_branch(either, force):
 
 
 def test_no_peak_is_found_where_the_amplitude_only_rises(either):
-    response = solve_response(either, [0.01], loss_factor=LOSS)
+    response = solve_response(either, [0.01], damping=LOSS)
     frequency, start = motion_at_peak(response, 0.01)
     assert find_peak(either, 0.8 * frequency, 0.01, LOSS, start, harmonics=1) is None

@@ -8,6 +8,7 @@ from small_joint import make_joint
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.folds import find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import Integration
 
@@ -25,7 +26,7 @@ def period(joint, components, x, samples=2000):
 def of_branch(solution):
     """A solution of the folded branch: joint, frequency and a period of motion."""
     joint = make_folding_joint()
-    branch = solve_branch(joint, FORCE, damping=DAMPING, window=WINDOW)
+    branch = solve_branch(joint, FORCE, damping=DAMPING, resonance=Resonance(1, WINDOW))
     first, last = find_folds(branch.frequency).at
     i = {"unstable": (first + last) // 2, "stable": last + 20}[solution]
     return (

@@ -28,7 +28,7 @@ def at_peak(response):
 def test_solutions_have_no_residual_in_time(either):
     regions = merge_points(either, np.repeat([0, 1, 2, 3], 15))
     for joint in (either, regions):
-        response = solve_response(joint, [0.5, 5.0, 20.0, 80.0], loss_factor=LOSS)
+        response = solve_response(joint, [0.5, 5.0, 20.0, 80.0], damping=LOSS)
         assert response["complete"].all()
         assert response["converged"].all()
         some = response.isel(solution=slice(None, None, 10))
@@ -37,7 +37,7 @@ def test_solutions_have_no_residual_in_time(either):
 
 
 def test_the_residual_in_time_is_that_of_the_balance(either):
-    response = solve_response(either, [5.0], loss_factor=LOSS)
+    response = solve_response(either, [5.0], damping=LOSS)
     wrong = at_peak(response)
     wrong["modal_coordinate"] *= 1 + 1e-4
     found = residuals_in_time(joint_to_dataset(either), wrong)[0]
@@ -58,14 +58,14 @@ def test_the_residual_in_time_is_that_of_the_balance(either):
 
 def test_a_wrong_bias_is_found():
     joint = make_joint(law="variable")
-    response = solve_response(joint, [20.0], loss_factor=LOSS)
+    response = solve_response(joint, [20.0], damping=LOSS)
     wrong = at_peak(response)
     wrong["modal_coordinate"].loc[{"component": "bias"}] *= 1.01
     assert residuals_in_time(joint_to_dataset(joint), wrong, maximum_samples=8000) > 1e-4
 
 
 def test_more_samples_are_taken_where_they_are_needed(joint):
-    response = solve_response(joint, [20.0], loss_factor=LOSS)
+    response = solve_response(joint, [20.0], damping=LOSS)
     peak = at_peak(response)
     few = residuals_in_time(joint_to_dataset(joint), peak, samples=50, maximum_samples=100)
     enough = residuals_in_time(joint_to_dataset(joint), peak, samples=50)
@@ -74,7 +74,7 @@ def test_more_samples_are_taken_where_they_are_needed(joint):
 
 
 def test_the_check_has_a_row_for_each_force(either):
-    response = solve_response(either, [0.5, 20.0], loss_factor=LOSS)
+    response = solve_response(either, [0.5, 20.0], damping=LOSS)
     response = response.isel(solution=slice(None, None, 20)).copy(deep=True)
     response["converged"][0] = 0
     response["modal_coordinate"][0] = 1.0
@@ -96,6 +96,6 @@ def test_the_check_has_a_row_for_each_force(either):
 
 def test_further_harmonics_are_refused(joint):
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3))
-    response = solve_response(sampled, [0.5], loss_factor=LOSS)
+    response = solve_response(sampled, [0.5], damping=LOSS)
     with pytest.raises(ValueError, match="first harmonic only, not sin3, cos3"):
         residuals_in_time(joint_to_dataset(joint), response)

@@ -9,6 +9,7 @@ from small_joint import make_joint
 
 from boltjoint.damping import ModalDamping, RayleighDamping
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import steady_state
@@ -58,7 +59,7 @@ def test_rigid_body_motion_is_added_in_time_and_by_harmonics(law, damping):
 
 def test_an_orbit_has_the_multipliers_of_elastic_motion():
     joint = make_folding_joint()
-    response = solve_response(joint, [5.0], damping=DAMPING, window=WINDOW)
+    response = solve_response(joint, [5.0], damping=DAMPING, resonance=Resonance(1, WINDOW))
     motion = solve_periodic(joint, 60.0, 5.0, DAMPING, harmonics=9)
     start = motion.in_time(500)
     at_rest = np.hstack([np.zeros((500, 2)), start])
@@ -71,7 +72,7 @@ def test_an_orbit_has_the_multipliers_of_elastic_motion():
     np.testing.assert_allclose(abs(free.motion[:, :2]).max(axis=0), 5.0 * abs(EXCITED) / w**2)
 
     # the same marks at folds by Hill's method, where those of rigid-body motion would be 1
-    moved = solve_response(freed(joint), [5.0], damping=DAMPING, window=WINDOW)
+    moved = solve_response(freed(joint), [5.0], damping=DAMPING, resonance=Resonance(1, WINDOW))
     for each in (response, moved):
         assert each["turning_points"].item() == 2
     found, expected = (

@@ -8,7 +8,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
@@ -128,7 +128,7 @@ def newton_solution(joint, frequency, force, loss_factor):
     balance = HarmonicBalance(joint, loss_factor, force)
     w = 2 * np.pi * frequency
     control = StepControl(maximum_iterations=50)
-    solution, _ = newton(LinearModes(balance), balance.stuck_solution(w), w, control)
+    solution, _ = newton(BalanceEquations(balance), balance.stuck_solution(w), w, control)
     assert solution.converged
     q = dict(zip(balance.components, solution.x.reshape(-1, joint.response_mode.size), strict=True))
     return complex(joint.response_mode @ q["sin"], joint.response_mode @ q["cos"])
@@ -230,7 +230,7 @@ def test_steps_need_not_resolve_the_highest_mode(either):
 
 
 def test_the_table_compares_at_the_largest_response(either):
-    response = solve_response(either, [0.5, 20.0], loss_factor=LOSS)
+    response = solve_response(either, [0.5, 20.0], damping=LOSS)
     table = tabulate_time_integration(either, response, harmonics=(1, 9, 45), steps=1000)
     assert list(table.columns) == [
         "force_N",
@@ -260,7 +260,7 @@ def test_the_table_compares_at_the_largest_response(either):
 
 def test_the_table_knows_sampled_friction_and_some_forces(joint):
     sampled = replace(joint, law=AlternatingFrequencyTime(joint.law, 3, samples=64))
-    response = solve_response(sampled, [0.5, 20.0], loss_factor=LOSS)
+    response = solve_response(sampled, [0.5, 20.0], damping=LOSS)
     table = tabulate_time_integration(sampled, response, forces=[20.0], harmonics=(3, 9), steps=500)
     plain = tabulate_time_integration(joint, response, forces=[20.0], harmonics=(3, 9), steps=500)
     pd.testing.assert_frame_equal(table, plain)
@@ -268,7 +268,7 @@ def test_the_table_knows_sampled_friction_and_some_forces(joint):
 
 
 def test_converged_peaks_agree_with_time_and_end_after_two_small_changes(either):
-    response = solve_response(either, [20.0], loss_factor=LOSS)
+    response = solve_response(either, [20.0], damping=LOSS)
     table = tabulate_steady_states(either, response, forces=[20.0], harmonics=(33, 65, 97, 129))
     amplitude = table["amplitude_m"].to_numpy()
     small = abs(np.diff(amplitude) / amplitude[:-1]) < 5e-4

@@ -12,7 +12,7 @@ from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.laws import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
@@ -94,7 +94,7 @@ def alone(design):
     window = frequency_window(nodes, regions, fitted)
     loss_factor = float(design["loss_factor"])
     levels = [float(design["force_level"])]
-    return solve_response(fitted, levels, loss_factor=loss_factor, window=window)
+    return solve_response(fitted, levels, damping=loss_factor, resonance=Resonance(1, window))
 
 
 def test_each_design_is_what_it_is_as_a_case_of_its_own(sweep):

@@ -14,7 +14,8 @@ from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import Branch, solve_branch
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.methods import LinearModes
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import Division, partition_regions, region_error
@@ -129,12 +130,8 @@ def peaks_near(
         branch = _near_peak(backbone, force, window, resonance, control)
         if branch is None:
             logger.info("%g N: no peak in the window predicted from the backbone", force)
-            branch = solve_branch(
-                joint,
-                force,
-                window=window,
-                **of_mode,
-            )
+            of_mode["resonance"] = Resonance(resonance, window)
+            branch = solve_branch(joint, force, **of_mode)
         row = {"force_N": force, "peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
         if branch.peak is not None:
             row["peak_frequency_Hz"] = branch.frequency[branch.peak]
@@ -265,7 +262,8 @@ def tabulate_reductions(
     if not joints:
         raise ValueError("joints is empty: the first is the one that the others stand for")
     first = next(iter(joints.values()))
-    options = {"damping": as_damping(damping), "window": frequency_window(first)}
+    around = Resonance(1, frequency_window(first))
+    how = {"damping": as_damping(damping), "resonance": around, "control": control}
     rows = []
     for name, joint in joints.items():
         of_joint = {
@@ -273,10 +271,10 @@ def tabulate_reductions(
             "points": joint.points,
             "elements": joint.law.point_of_element.size,
         }
-        times = time_solver(joint, forces, jacobians=["analytic"], control=control, **options)
+        times = time_solver(joint, forces, [LinearModes()], **how)
         cpu = times.groupby("force_N")["cpu_s"].median()
         for force in forces:
-            branch = solve_branch(joint, force, control=control, **options)
+            branch = solve_branch(joint, force, **how)
             row = {**of_joint, "cpu_s": cpu[force], "complete": branch.complete, "force_N": force}
             row |= {"peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
             if branch.peak is not None:
@@ -360,8 +358,7 @@ def _near_peak(
             balance.joint,
             force,
             damping=balance.damping,
-            window=(predicted.frequency[first], predicted.frequency[last]),
-            resonance=resonance,
+            resonance=Resonance(resonance, (predicted.frequency[first], predicted.frequency[last])),
             control=control,
             start=predicted.modal_coordinate[first],
         )

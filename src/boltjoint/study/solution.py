@@ -1,7 +1,7 @@
 """The responses of a case in a basis, with the joints, windows and options of its stages."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,8 @@ from boltjoint.dynamics.response.converged_response import (
 )
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
-from boltjoint.dynamics.response.windows import window_around
+from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
@@ -70,7 +71,9 @@ class CaseInBasis:
         harmonics: HarmonicConvergence | None = None,
         **options: object,
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
-        """The frequency responses, and the parameters of each (``solve_response``).
+        """The frequency responses, and the parameters of each.
+
+        ``options`` as for ``method_of``.
 
         With ``harmonics`` each has its peaks with all harmonics too. They are those of the joint in
         all linear modes, found from the first response of it, whatever coordinates others have.
@@ -83,16 +86,20 @@ class CaseInBasis:
                 **self._excitation(response),
                 **options,
             }
+            backbone = backbones.get(response)
+            method = method_of(str(response.coordinates), backbone=backbone, **options)
             peaks = response.joint, response.resonance
             if self._chooses_harmonics:
                 how["harmonics"] = harmonics = harmonics or HarmonicConvergence()
                 if peaks not in converged:
-                    converged[peaks] = find_converged_peaks(joint, **how, **given).merge(
+                    of_linear = {**how, "jacobian": method.jacobian}
+                    converged[peaks] = find_converged_peaks(joint, self.forces, **of_linear).merge(
                         model_errors(stored)
                     )
-                found = solve_converged_response(joint, **how, **given, peaks=converged[peaks])
+                how["peaks"] = converged[peaks]
+                found = solve_converged_response(joint, self.forces, method, **how)
             else:
-                found = solve_response(joint, **how, **given, backbone=backbones.get(response))
+                found = solve_response(joint, self.forces, method, **how)
                 if harmonics is not None:
                     if peaks not in converged:
                         converged[peaks] = converge_peaks(joint, found, harmonics).merge(
@@ -108,27 +115,32 @@ class CaseInBasis:
         self,
         responses: "Sequence[Response]",
         jacobians: Sequence[Sequence[str]],
+        *,
+        repeats: int,
+        time_budget_s: float,
         **options: object,
     ) -> Iterator[pd.DataFrame]:
-        """The solution times of the frequency responses (``time_solver``)."""
+        """The solution times of the frequency responses (``time_solver``).
+
+        With several Jacobians each; further ``options`` as for ``method_of``.
+        """
         problems = self._problems(responses)
         for (response, joint, how, _), timed in zip(problems, jacobians, strict=True):
-            yield time_solver(
-                joint,
-                **how,
-                coordinates=response.coordinates,
-                **self._excitation(response),
-                jacobians=timed,
-                **options,
-            )
+            method = method_of(str(response.coordinates), **options)
+            methods = [replace(method, jacobian=jacobian) for jacobian in timed]
+            budget = {"repeats": repeats, "time_budget_s": time_budget_s}
+            yield time_solver(joint, self.forces, methods, **how, **budget)
 
     def trace_backbones(
         self, responses: "Sequence[Response]"
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
         for response, joint, how, _ in self._problems(responses):
-            given = self._excitation(response)
-            yield find_backbone(joint, **how, **given), self._parameters(response, given)
+            given, resonance = self._excitation(response), how.pop("resonance")
+            traced = find_backbone(
+                joint, self.forces, window=resonance.window, resonance=resonance.number, **how
+            )
+            yield traced, self._parameters(response, given)
 
     def _problems(
         self, responses: "Sequence[Response]"
@@ -140,7 +152,11 @@ class CaseInBasis:
             ranges = stored["resonance_range"].to_numpy().tolist()
             resonance = response.resonance
             window = window_around(*ranges[resonance - 1], resonance, self.windows[resonance])
-            how = {"window": window, "control": StepControl(**self.steps)}
+            how = {
+                "damping": self.damping,
+                "resonance": Resonance(resonance, window),
+                "control": StepControl(**self.steps),
+            }
             yield response, joint, how, stored
 
     def _load(self, name: str) -> tuple[Joint, xr.Dataset]:

@@ -25,8 +25,9 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.dynamics.response.common_grid import amplitude_on_grid
-from boltjoint.dynamics.response.frequency_response import branch_solver
-from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.dynamics.response.method import Problem
+from boltjoint.dynamics.response.methods import as_method
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction import contact_states
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.io import ImpossibleJoint
@@ -95,16 +96,11 @@ class SweptJoint:
         case = self._case(values)
         joints = self._joints(case)
         joint = self._solved(joints)
-        solve = branch_solver(
-            joint,
-            case.levels,
-            window=window or self._window(joints),
-            resonance=case.solve[0].resonance,
-            damping=case.structural_damping,
-            coordinates=str(case.coordinates[0]),
-            control=self.control,
-        )
-        return joint, [solve(level) for level in case.levels]
+        resonance = Resonance(case.solve[0].resonance, window or self._window(joints))
+        problem = Problem.of(joint, case.structural_damping, resonance, self.control)
+        joint.check_excitation(problem.resonance)
+        method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
+        return joint, [method.solve(problem, level) for level in case.levels]
 
     def backbone(self, values: Mapping[str, float], amplitudes: Array) -> tuple[Array, Array]:
         """Natural frequency [Hz] and damping ratio of a design at amplitudes [m]."""

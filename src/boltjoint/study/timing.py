@@ -4,7 +4,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
-from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -12,8 +11,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
-from boltjoint.dynamics.balance.linear_modes import Jacobian
-from boltjoint.dynamics.response.frequency_response import branch_solver, solve_branch
+from boltjoint.damping import Damping
+from boltjoint.dynamics.response.method import Method, Problem
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 
@@ -21,11 +21,13 @@ from boltjoint.solvers.equations import StepControl
 def time_solver(
     joint: Joint,
     forces: Sequence[float],
+    methods: Sequence[Method],
     *,
-    jacobians: Sequence[Jacobian],
+    damping: Damping | float,
+    resonance: Resonance | int = 1,
+    control: StepControl | None = None,
     repeats: int = 3,
     time_budget_s: float = 0.5,
-    **options: object,
 ) -> pd.DataFrame:
     """Time the frequency response at every force level, on one thread.
 
@@ -35,12 +37,12 @@ def time_solver(
 
     Parameters
     ----------
-    joint, forces, **options
+    joint, forces, damping, resonance, control
         As for ``solve_response``.
-    jacobians
-        Analytic, forward differences or both.
+    methods
+        Methods that are timed, told apart by their Jacobian.
     repeats
-        How often each force level is solved at most.
+        Largest number of times that a force level is solved.
     time_budget_s
         A force level is not repeated once its solutions took so long in sum [s].
 
@@ -52,36 +54,33 @@ def time_solver(
     Raises
     ------
     ValueError
-        If there is no force, a number is out of range, a Jacobian is not known, or as for
-        ``solve_branch``.
+        If there is no force, a number is out of range, or as for ``solve_branch``.
     """
     forces = checks.levels("forces", forces)
     checks.whole("repeats", repeats, at_least=1)
     checks.number("time_budget_s", time_budget_s, at_least=0)
-    checks.sequence("jacobians", jacobians)
-    control = StepControl() if options.get("control") is None else options["control"]
-    checks.instance("control", control, StepControl)
-    for jacobian in jacobians:
-        checks.choice("jacobians", jacobian, get_args(Jacobian))
+    checks.sequence("methods", methods, Method)
+    problem = Problem.of(joint, damping, resonance, control)
+    joint.check_excitation(problem.resonance)
+    brief = problem._replace(control=replace(problem.control, maximum_solutions=2))
     rows = []
-    brief = replace(control, maximum_solutions=2)
-    spent = dict.fromkeys(product(jacobians, forces), 0.0)
+    spent = dict.fromkeys(product(range(len(methods)), forces), 0.0)
     with threadpool_limits(limits=1):
-        for jacobian in jacobians:
-            solve_branch(joint, forces[0], jacobian=jacobian, **options | {"control": brief})
+        for method in methods:
+            method.solve(brief, forces[0])
         for repeat in range(repeats):
-            for jacobian in jacobians:
-                due = [force for force in forces if spent[jacobian, force] < time_budget_s]
+            for number, method in enumerate(methods):
+                due = [force for force in forces if spent[number, force] < time_budget_s]
                 if not due:
                     continue
                 begun = _clock()
-                solve = branch_solver(joint, forces, jacobian=jacobian, **options)
+                prepared = method.prepared(problem, forces)
                 in_common = (_clock() - begun) / len(forces)
                 for force in due:
                     begun = _clock()
-                    branch = solve(force)
+                    branch = prepared.solve(problem, force)
                     wall, cpu = _clock() - begun + in_common
-                    spent[jacobian, force] += wall
+                    spent[number, force] += wall
                     rows.append(
                         {
                             "force_N": force,
@@ -90,7 +89,7 @@ def time_solver(
                             "cpu_s": cpu,
                             "solutions": branch.frequency.size,
                             "iterations": int(branch.iterations.sum()),
-                            "jacobian": jacobian,
+                            "jacobian": method.jacobian,
                             "complete": int(branch.complete),
                         }
                     )

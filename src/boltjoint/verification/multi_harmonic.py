@@ -13,7 +13,7 @@ import numpy as np
 from boltjoint import checks
 from boltjoint.damping import Damping
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
@@ -83,6 +83,6 @@ def solve_periodic(
         checks.instance("start", start, PeriodicMotion)
         shape = "components", joint.natural_frequency.size
         x = checks.array("start", start.in_components(law.components), shape).ravel()
-    solution = NewtonKrylov(LinearModes(balance), control).solve(x, w)
+    solution = NewtonKrylov(BalanceEquations(balance), control).solve(x, w)
     amplitude = law.components.rows(solution.x)
     return PeriodicMotion(law.components, amplitude, solution.converged)

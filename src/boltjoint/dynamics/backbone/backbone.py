@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.damping import Damping, choose_damping, damping_of_attributes
+from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_root
 from boltjoint.dynamics.backbone.compiled_epmc import epmc_system
@@ -224,16 +224,15 @@ def trace_for_forces(
     joint: Joint,
     forces: Sequence[float],
     *,
-    loss_factor: float | None = None,
+    damping: Damping | float,
     window: tuple[float, float],
     resonance: int = 1,
     control: StepControl | None = None,
-    damping: Damping | None = None,
 ) -> Backbone:
     """The backbone that covers the responses to forces in a window, as for ``find_backbone``."""
     checks.instance("joint", joint, Joint)
     joint.check_excitation(resonance)
-    equations = EPMCEquations(joint.distinct, choose_damping(loss_factor, damping), resonance)
+    equations = EPMCEquations(joint.distinct, damping, resonance)
     low, high = equations.amplitudes_for(forces, window)
     smallest = min(forces) * joint.excitation
     for first in _FIRST_AMPLITUDES:
@@ -250,11 +249,10 @@ def find_backbone(
     joint: Joint,
     forces: Sequence[float],
     *,
-    loss_factor: float | None = None,
+    damping: Damping | float,
     window: tuple[float, float],
     resonance: int = 1,
     control: StepControl | None = None,
-    damping: Damping | None = None,
 ) -> xr.Dataset:
     """Natural frequency and damping ratio of a joint over its modal amplitude (``backbone.nc``).
 
@@ -264,16 +262,14 @@ def find_backbone(
         The joint and its structure.
     forces
         Amplitudes of the excitation [N] whose responses the backbone covers.
-    loss_factor
-        Structural damping eta [-], in place of ``damping``.
+    damping
+        Of the structure; a number is a loss factor.
     window
         Lowest and highest frequency of those responses [Hz].
     resonance
         Number of the mode, from 1.
     control
         Tolerance and step lengths.
-    damping
-        Of the structure, in place of ``loss_factor``.
 
     Returns
     -------
@@ -291,7 +287,6 @@ def find_backbone(
         If forces, damping or window are out of range, the structure has fewer modes, or the force
         does not excite the resonance.
     """
-    damping = choose_damping(loss_factor, damping)
     traced = trace_for_forces(
         joint, forces, damping=damping, window=window, resonance=resonance, control=control
     )

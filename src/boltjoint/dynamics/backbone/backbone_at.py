@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.damping import Damping, choose_damping
+from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
 from boltjoint.joint.model import Joint
@@ -22,10 +22,9 @@ def backbone_at(
     joint: Joint,
     amplitudes: Sequence[float] | Array,
     *,
-    loss_factor: float | None = None,
+    damping: Damping | float,
     resonance: int = 1,
     control: StepControl | None = None,
-    damping: Damping | None = None,
 ) -> tuple[Array, Array]:
     """Natural frequency [Hz] and damping ratio at given amplitudes of the output point.
 
@@ -35,7 +34,7 @@ def backbone_at(
         The joint and its structure.
     amplitudes
         Ascending [m], shape (amplitudes,).
-    loss_factor, resonance, control, damping
+    damping, resonance, control
         As for ``find_backbone``.
 
     Returns
@@ -53,7 +52,7 @@ def backbone_at(
     wanted = checks.array("amplitudes", amplitudes, ("amplitudes",), above=0)
     if wanted.size == 0 or np.any(np.diff(wanted) <= 0):
         raise ValueError("amplitudes must ascend")
-    equations = EPMCEquations(joint.distinct, choose_damping(loss_factor, damping), resonance)
+    equations = EPMCEquations(joint.distinct, damping, resonance)
     output = equations.balance.joint.response_mode
 
     def size(state: ModalState) -> float:

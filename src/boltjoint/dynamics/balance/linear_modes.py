@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.dynamics.balance.compiled_balance import balance_system
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.solvers.compiled_steps import System
 from boltjoint.solvers.equations import Equations, LazyJacobian
 
 Jacobian = Literal["analytic", "forward-difference"]
@@ -21,8 +23,8 @@ Jacobian = Literal["analytic", "forward-difference"]
 _DIFFERENCE = float(np.sqrt(np.finfo(float).eps))
 
 
-class LinearModes(Equations):
-    """The modal superposition method (MSM): all linear modes as coordinates.
+class BalanceEquations(Equations):
+    """The harmonic balance as equations of the solvers, with all linear modes as coordinates.
 
     Parameters
     ----------
@@ -43,6 +45,14 @@ class LinearModes(Equations):
         self.balance = balance
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
         self.is_analytic = jacobian == "analytic"
+
+    def compiled_system(self) -> System | None:
+        """The equations as compiled loops follow them; None where the general ones are needed."""
+        return balance_system(self.balance) if self.is_analytic else None
+
+    def in_all_modes(self, reduced: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Solutions of the balance in all linear modes, by whether each is one of a basis."""
+        return ~reduced
 
     def evaluate(
         self, x: NDArray[np.float64], p: float, load_factor: float = 1.0

@@ -7,16 +7,12 @@ normalised by ``phi^T phi = 1``, without conjugate, by which the modes of a comp
 are orthogonal.
 """
 
-from typing import get_args
-
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint import checks
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import Jacobian, LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations, Jacobian
 from boltjoint.dynamics.response.rdnm import (
-    BasisUpdate,
     matching_modes,
     orientation_of_modes,
     stuck_modes,
@@ -25,7 +21,7 @@ from boltjoint.solvers.equations import LazyJacobian
 from boltjoint.solvers.lagged_basis import LaggedEquations
 
 
-class ComplexRDNM(LinearModes, LaggedEquations):
+class ComplexRDNM(BalanceEquations, LaggedEquations):
     """The balance projected onto a few complex modes, with quasi-static residual modes.
 
     With ``q = Im((s + i c) exp(iwt))``, the unknown is y of ``s + i c = Phi y + q_r``, its real and
@@ -42,9 +38,9 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         The modal equations, of one harmonic.
     count, target, jacobian
         As for ``LaggedRDNM``.
-    basis_update
-        ``implicit``: a step is repeated in updated modes until they are those of its solution;
-        ``lagged``: they are updated once a solution.
+    is_lagged
+        Whether the modes are updated once a solution; else a step is repeated in updated modes
+        until they are those of its solution.
     quasi_static_correction
         Whether q_r is added; else it is zero.
 
@@ -62,16 +58,14 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         count: int,
         target: int = 0,
         jacobian: Jacobian = "analytic",
-        basis_update: BasisUpdate = "implicit",
+        is_lagged: bool = False,
         quasi_static_correction: bool = True,
     ) -> None:
         super().__init__(balance, jacobian)
-        checks.choice("basis_update", basis_update, get_args(BasisUpdate))
-        quasi_static_correction = checks.flag("quasi_static_correction", quasi_static_correction)
-        self.implicit = basis_update == "implicit"
+        self.implicit = not is_lagged
         # with the residual modes, a basis of the solution itself is as good as the linear modes
         exact = self.implicit and quasi_static_correction
-        self.full_equations = LinearModes(balance, jacobian) if exact else None
+        self.full_equations = BalanceEquations(balance, jacobian) if exact else None
         if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
             raise ValueError("complex response-dependent modes need a motion of one harmonic")
         self._modes = len(balance.stiffness)
@@ -80,6 +74,10 @@ class ComplexRDNM(LinearModes, LaggedEquations):
         self._quasi_static_correction = quasi_static_correction
         real = stuck_modes(balance, count, target)[1]
         self.basis = real.astype(complex), np.zeros(self._modes, dtype=complex)
+
+    def compiled_system(self) -> None:
+        """None: the basis depends on the response."""
+        return None
 
     @property
     def basis(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

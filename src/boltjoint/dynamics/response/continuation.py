@@ -9,9 +9,8 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.dynamics.balance.compiled_balance import balance_system
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.output_point import OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
 from boltjoint.solvers.compiled_path import follow
@@ -41,7 +40,7 @@ class LoadStepping(Equations):
         The frequency [rad/s].
     """
 
-    def __init__(self, equations: LinearModes, w: float) -> None:
+    def __init__(self, equations: BalanceEquations, w: float) -> None:
         self._equations, self._w = equations, w
         self.residual_scale = equations.residual_scale
 
@@ -85,7 +84,7 @@ class Continuation:
 
     def __init__(
         self,
-        equations: LinearModes,
+        equations: BalanceEquations,
         balance: HarmonicBalance,
         control: StepControl,
         output: OutputPoint,
@@ -166,9 +165,7 @@ class Continuation:
         self, window: tuple[float, float], start: NDArray[np.float64] | None
     ) -> SolutionBranch | None:
         """The branch where it takes its regular course, and has a compiled system."""
-        if type(self._equations) is not LinearModes or not self._equations.is_analytic:
-            return None
-        system = balance_system(self._balance)
+        system = self._equations.compiled_system()
         if system is None:
             return None
         limits = Limits.of(

@@ -7,15 +7,21 @@ from dataclasses import replace
 import xarray as xr
 
 from boltjoint import checks
+from boltjoint.damping import Damping
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.balance.linear_modes import Jacobian
 from boltjoint.dynamics.response.converged_peaks import (
     HarmonicConvergence,
     add_converged_peaks,
     converge_peaks,
 )
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.method import Method
+from boltjoint.dynamics.response.methods import LinearModes, as_method
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.joint.model import Joint
+from boltjoint.solvers.equations import StepControl
 
 logger = logging.getLogger(__name__)
 
@@ -24,8 +30,11 @@ def find_converged_peaks(
     joint: Joint,
     forces: Sequence[float],
     *,
+    damping: Damping | float,
+    resonance: Resonance | int = 1,
+    control: StepControl | None = None,
     harmonics: HarmonicConvergence = HarmonicConvergence(),
-    **options: object,
+    jacobian: Jacobian = "analytic",
 ) -> xr.Dataset:
     """The peaks of a joint with as many harmonics as change nothing, from those with one.
 
@@ -35,10 +44,12 @@ def find_converged_peaks(
         With the law of its elements, or AFT of it.
     forces
         Amplitudes of the excitation [N].
+    damping, resonance, control
+        As for ``solve_response``.
     harmonics
         Numbers of harmonics and tolerances.
-    options
-        As for ``solve_response``; coordinates are linear modes whatever they say.
+    jacobian
+        As for ``LinearModes``.
 
     Returns
     -------
@@ -52,18 +63,21 @@ def find_converged_peaks(
     """
     checks.instance("joint", joint, Joint)
     joint = replace(joint, law=without_sampling(joint.law))
-    # a backbone is not asked for, nor what judges coordinates that are not used here
-    response = solve_response(joint, forces, **options | {"coordinates": "linear"})
+    how = {"damping": damping, "resonance": resonance, "control": control}
+    response = solve_response(joint, forces, LinearModes(jacobian=jacobian), **how)
     return converge_peaks(joint, response, harmonics)
 
 
 def solve_converged_response(
     joint: Joint,
     forces: Sequence[float],
+    method: Method | str = "linear",
     *,
+    damping: Damping | float,
+    resonance: Resonance | int = 1,
+    control: StepControl | None = None,
     harmonics: HarmonicConvergence = HarmonicConvergence(),
     peaks: xr.Dataset | None = None,
-    **options: object,
 ) -> xr.Dataset:
     """Frequency responses at several force levels, each with as many harmonics as its peak needs.
 
@@ -76,13 +90,13 @@ def solve_converged_response(
         With the law of its elements, or AFT of it.
     forces
         Amplitudes of the excitation [N].
+    method, damping, resonance, control
+        As for ``solve_response``.
     harmonics
         Numbers of harmonics and tolerances.
     peaks
-        Of ``find_converged_peaks`` for this joint and resonance and these forces, in whatever
-        coordinates the response is; found by default.
-    options
-        As for ``solve_response``.
+        Of ``find_converged_peaks`` for this joint and resonance and these forces, by whatever
+        method the response is; found by default.
 
     Returns
     -------
@@ -94,23 +108,27 @@ def solve_converged_response(
     Raises
     ------
     ValueError
-        As for ``solve_response``; if the coordinates are ``complex-rdnm-N`` or ``backbone``.
+        As for ``solve_response``; if the method does not know motions of any number of harmonics
+        (``complex-rdnm-N``, ``backbone``).
     """
     checks.instance("joint", joint, Joint)
     forces = checks.levels("forces", forces)
     joint = replace(joint, law=without_sampling(joint.law))
-    coordinates = str(options.get("coordinates", "linear"))
-    if coordinates.startswith(("complex", "backbone")):
-        raise ValueError(f"coordinates is {coordinates}: must be linear or rdnm-N")
+    method = as_method(method)
+    if not method.knows_harmonics:
+        raise ValueError(f"method is {method.name}: must be linear or rdnm-N")
+    how = {"damping": damping, "resonance": resonance, "control": control}
     if peaks is None:
-        peaks = find_converged_peaks(joint, forces, harmonics=harmonics, **options)
+        peaks = find_converged_peaks(
+            joint, forces, **how, harmonics=harmonics, jacobian=method.jacobian
+        )
     most = max(harmonics.harmonics)
     highest = peaks["peak_harmonics"].fillna(most).to_numpy().astype(int)
     found = []
     for force, number in zip(forces, highest, strict=True):
         logger.info("%g N: response with %d harmonics", force, number)
         law = AlternatingFrequencyTime(joint.law, **harmonics.sampling(int(number)))
-        found.append(solve_response(replace(joint, law=law), [force], **options))
+        found.append(solve_response(replace(joint, law=law), [force], method, **how))
     response = _concatenate(found)
     numbers = quantity("force", highest, "1", "highest harmonic of the response")
     return add_converged_peaks(response.assign(response_harmonics=numbers), peaks)

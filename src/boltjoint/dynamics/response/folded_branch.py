@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response.folds import Folds, find_folds
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
@@ -213,7 +213,7 @@ class FoldedBranch:
         return motion.in_components(self.balance.components).ravel()
 
 
-class _Counted(LinearModes):
+class _Counted(BalanceEquations):
     """The equations, with the number of their evaluations: those of few samples as one."""
 
     def __init__(self, balance: HarmonicBalance) -> None:

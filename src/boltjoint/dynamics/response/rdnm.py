@@ -15,22 +15,18 @@ Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle
 University: section 2.1.3.
 """
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from boltjoint import checks
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import Jacobian, LinearModes
+from boltjoint.dynamics.balance.linear_modes import BalanceEquations, Jacobian
 from boltjoint.solvers.equations import LazyJacobian
 from boltjoint.solvers.lagged_basis import LaggedEquations
 
-BasisUpdate = Literal["implicit", "lagged"]
 
-
-class LaggedRDNM(LinearModes, LaggedEquations):
+class LaggedRDNM(BalanceEquations, LaggedEquations):
     """Lagged RDNM: the balance is projected onto the modes of the last solution.
 
     They are updated after every accepted solution and tracked by their shape (MAC).
@@ -44,7 +40,7 @@ class LaggedRDNM(LinearModes, LaggedEquations):
     target
         The mode of the stuck structure that must be among them, from 0.
     jacobian
-        As for ``LinearModes``.
+        As for ``BalanceEquations``.
 
     Raises
     ------
@@ -65,6 +61,10 @@ class LaggedRDNM(LinearModes, LaggedEquations):
         super().__init__(balance, jacobian)
         self._linear = balance
         self.basis = stuck_modes(balance, count, target)[1]
+
+    def compiled_system(self) -> None:
+        """None: the basis depends on the response."""
+        return None
 
     @property
     def basis(self) -> NDArray[np.float64]:
@@ -94,7 +94,7 @@ class LaggedRDNM(LinearModes, LaggedEquations):
     change_from_fixed, change_to_fixed = from_fixed, to_fixed
 
 
-class SelfConsistentRDNM(LinearModes):
+class SelfConsistentRDNM(BalanceEquations):
     """Self-consistent RDNM: modes of the solution itself, an implicit basis update.
 
     The unknown is the amplitude q of all linear modes. With the modes V of the describing function
@@ -125,6 +125,14 @@ class SelfConsistentRDNM(LinearModes):
         self._found: tuple[NDArray[np.float64], ...] | None = None
         #: frequency of the last evaluation, at which the modes are those of the describing function
         self._w = 0.0
+
+    def compiled_system(self) -> None:
+        """None: the basis depends on the response."""
+        return None
+
+    def in_all_modes(self, reduced: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """None: all are in the modes of the solution itself."""
+        return np.zeros_like(reduced)
 
     def state(self) -> NDArray[np.float64]:
         """The modes at the last accepted solution, by which those at the next are tracked."""

@@ -36,6 +36,39 @@ class WindowMargins(Options):
     above: float = 1.05
 
 
+@dataclass(frozen=True)
+class Resonance:
+    """A resonance that is followed, and the frequency window of its responses.
+
+    Parameters
+    ----------
+    number
+        Of the resonance, from 1.
+    window
+        Lowest and highest frequency [Hz]; by default ``frequency_window``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such number, or the window is none.
+    """
+
+    number: int = 1
+    window: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse impossible values."""
+        checks.whole("resonance", self.number, at_least=1)
+        if self.window is not None:
+            object.__setattr__(self, "window", checks.interval("window", self.window))
+
+    def around(self, joint: Joint) -> tuple[float, float]:
+        """Window of the responses of a joint [Hz]."""
+        if self.window is None:
+            return frequency_window(joint, resonance=self.number)
+        return self.window
+
+
 def frequency_window(
     *joints: Joint,
     resonance: int = 1,
