@@ -124,7 +124,7 @@ def test_a_joint_has_the_excitation_and_sensors_of_its_case(assembly, modes, pre
     given = excited(kind="base", direction="z"), [Sensor(name="tip", **tip)]
     joint = connect_nodes(place_excitation(assembly, modes, *given), preload, 1e8, 0.1)
     assert joint.excitation_unit == "m/s2"
-    assert list(joint.sensors) == ["tip"]
+    assert list(joint.sensors.by_name) == ["tip"]
     response = solve_response(joint, [0.1, 10.0], damping=RayleighDamping(2.0, 1e-6))
     assert response["complete"].all()
     assert response["force_level"].attrs["units"] == "m/s2"

@@ -21,6 +21,7 @@ from boltjoint.damping import ModalStructure
 from boltjoint.friction.declarations import AXES
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.law import FrictionLaw
+from boltjoint.joint.parts import Contact, Excitation, Sensors
 from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
 
 Array = NDArray[np.float64]
@@ -44,6 +45,8 @@ _ALIKE = 1e-11
 @dataclass(frozen=True)
 class Joint:
     """A structure in modal coordinates and the friction elements that act on it.
+
+    Its parts are the ``structure``, its ``excitation``, its ``sensors`` and the ``contact``.
 
     Parameters
     ----------
@@ -157,12 +160,25 @@ class Joint:
         modes = self.natural_frequency.size
         return f"<Joint of {elements} on {self.points} contact points, in {modes} modes>"
 
-    @property
-    def excitation(self) -> NDArray:
-        """Modes at the excitation, sine part + i cosine part; real where all is in phase."""
-        if self.excitation_mode_cos is None:
-            return self.excitation_mode
-        return self.excitation_mode + 1j * self.excitation_mode_cos
+    @cached_property
+    def excitation(self) -> Excitation:
+        """Where the structure is excited."""
+        return Excitation(self.excitation_mode, self.excitation_mode_cos, self.excitation_unit)
+
+    @cached_property
+    def sensors(self) -> Sensors:
+        """Where motion is observed: the output point alone where no sensors are named."""
+        if self.sensor_mode is None:
+            return Sensors(self.response_mode, {OUTPUT_POINT: self.response_mode})
+        by_name = dict(zip(self.sensor_name, self.sensor_mode, strict=True))
+        return Sensors(self.response_mode, by_name)
+
+    @cached_property
+    def contact(self) -> Contact:
+        """The contact points and the friction elements on them."""
+        rows = tuple(getattr(self, MODES[direction]) for direction in self.law.directions)
+        positions = self.position, self.element_position
+        return Contact(self.law, rows, *positions, self.surface_places)
 
     def structure(self, basis: Array | None = None) -> ModalStructure:
         """The structure without contact in a basis, shape (modes, vectors), or in the modes."""
@@ -173,13 +189,6 @@ class Joint:
             None if free is None else 2 * np.pi * free,
             self.free_participation,
         )
-
-    @property
-    def sensors(self) -> dict[str, Array]:
-        """Modes at each sensor by its name: the output point alone where there is none."""
-        if self.sensor_mode is None:
-            return {OUTPUT_POINT: self.response_mode}
-        return dict(zip(self.sensor_name, self.sensor_mode, strict=True))
 
     @property
     def points(self) -> int:
@@ -194,12 +203,7 @@ class Joint:
     @property
     def rows(self) -> tuple[Array, ...]:
         """Modal rows of each direction the law needs, each (points, modes)."""
-        return tuple(getattr(self, MODES[direction]) for direction in self.law.directions)
-
-    @property
-    def rows_in_plane(self) -> tuple[Array, ...]:
-        """``rows`` of the directions in the plane of contact, along which friction acts."""
-        return self.rows[:-1] if self.law.directions[-1] == "normal" else self.rows
+        return self.contact.rows
 
     def moved_as(self, transform: Callable[[Array], Array]) -> dict[str, Array]:
         """The fields of ``rows``, each transformed in the same way, for ``dataclasses.replace``."""
@@ -220,15 +224,13 @@ class Joint:
 
     def stuck_stiffness(self) -> Array:
         """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
-        stiffness = self.law.stuck_stiffness(self.points)
-        return sum(B.T @ (k[:, None] * B) for B, k in zip(self.rows, stiffness.T, strict=True))
+        return self.contact.stuck_stiffness()
 
     @cached_property
     def is_rigid(self) -> NDArray[np.bool_]:
         """Modes of the rigid body, shape (modes,): at 0 Hz, and no contact point moves in them."""
-        moved = np.max([abs(B).max(axis=0) for B in self.rows], axis=0)
-        at_rest = moved <= checks.ROUNDING_OF_MODES * moved.max()
-        return (self.natural_frequency == 0) & at_rest
+        moves = self.contact.moves_in(checks.ROUNDING_OF_MODES)
+        return (self.natural_frequency == 0) & ~moves
 
     @property
     def elastic_modes(self) -> int:
@@ -270,14 +272,14 @@ class Joint:
             If the excitation has no part in it, or the output point moves in no mode.
         """
         place = self.place_of(resonance)
-        excited, observed = map(np.linalg.norm, (self.excitation, self.response_mode))
-        by_force = self.excitation_unit == "N"
+        excitation, by_force = self.excitation.modes, self.excitation.is_force
+        excited, observed = map(np.linalg.norm, (excitation, self.sensors.output))
         rounding = checks.ROUNDING_OF_MODES * (max(excited, observed) if by_force else excited)
         stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
         squared, vectors = np.linalg.eigh(stiffness)
         own = squared[place]
         modes = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
-        participation = np.linalg.norm(self.excitation @ modes)
+        participation = np.linalg.norm(excitation @ modes)
         if participation <= rounding:
             what, unit = ("force", "kg^-1/2") if by_force else ("acceleration", "kg^1/2")
             raise ValueError(

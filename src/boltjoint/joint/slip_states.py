@@ -100,7 +100,7 @@ def find_slip_states(
         square, vectors = eigh(modal_stiffness_where(joint, stuck), subset_by_index=places)
         frequency[i], mode[i] = np.sqrt(square), vectors.T
         for r in range(resonances):
-            in_plane = [B @ mode[i, r] for B in joint.rows_in_plane]
+            in_plane = [B @ mode[i, r] for B in joint.contact.rows_in_plane]
             moved = np.linalg.norm(in_plane, axis=0)[on]
             onset = limit / np.maximum(moved, np.finfo(float).tiny)
             by_onset = np.argsort(onset, kind="stable")

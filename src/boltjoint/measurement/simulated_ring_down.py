@@ -98,11 +98,12 @@ def simulate_ring_down(
         free.q[1] = step * kick
         free.v[0] = kick
     history = _integrate(free, (samples - 1) * between + 2 * _BESIDE + 1, step)
-    motion = history[:, free.elastic] @ np.array(list(joint.sensors.values()))[:, free.elastic].T
+    modes = np.array(list(joint.sensors.by_name.values()))[:, free.elastic]
+    motion = history[:, free.elastic] @ modes.T
     order = MOTIONS[quantity]
     values = motion[_BESIDE:-_BESIDE] if order == 0 else _derivative(motion, order, step)
     time = np.arange(samples) / rate
-    return Signals(time, values[::between][:samples], quantity, tuple(joint.sensors))
+    return Signals(time, values[::between][:samples], quantity, tuple(joint.sensors.by_name))
 
 
 def _start_from_mode(free: Integration, joint: Joint, state: ModalState, step: float) -> None:

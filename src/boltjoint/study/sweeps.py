@@ -333,7 +333,7 @@ class _Observed:
                 at = branch.peak
                 self.peak[place, level] = branch.frequency[at], branch.amplitude[at]
                 if self.state is not None:
-                    motion = ModalContact(joint).motion(branch.modal_coordinate[at])
+                    motion = ModalContact(joint.contact).motion(branch.modal_coordinate[at])
                     states = joint.law.contact_state(motion, branch.frequency[at])
                     self.state[place, level, : states.size] = states
             if self.grid is not None:

@@ -93,7 +93,8 @@ class _ModalEquations:
     def __init__(self, joint: xr.Dataset, damping: Damping) -> None:
         model = joint_from_dataset(joint).distinct
         self.L = (2 * np.pi * model.natural_frequency[:, None]) ** 2
-        self.phi, self.phi_cos = model.excitation.real, model.excitation.imag
+        excitation = model.excitation.modes
+        self.phi, self.phi_cos = excitation.real, excitation.imag
         # forces in time are those of the normal direction too, whether the law needs it or not
         modes = (getattr(model, MODES[each]) for each in model.law.directions_in_time)
         self.rows = [np.zeros_like(model.rows[0]) if B is None else B for B in modes]

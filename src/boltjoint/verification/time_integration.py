@@ -215,7 +215,7 @@ class Integration:
                 # two sliders have a normal load in common, and it acts once
                 N[lateral] = 0.0
             elements = X, V, R, N, sliders.normal_load, mu
-        H, pull = damping.matrix(joint.structure()).at(w), joint.excitation * (force + 0j)
+        H, pull = damping.matrix(joint.structure()).at(w), joint.excitation.modes * (force + 0j)
         viscous = H[np.ix_(elastic, elastic)] / w
         if dashpots is not None:
             B = joint.rows[0][:, elastic]

@@ -111,10 +111,10 @@ class Backbone:
     def to_dataset(self) -> xr.Dataset:
         """The dataset of ``backbone.nc`` (``find_backbone``)."""
         joint, states = self.equations.balance.joint, self.states
-        unit = joint.excitation_unit
+        unit = joint.excitation.unit
         amplitude = np.array([state.amplitude for state in states])
         mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
-        excitation = joint.excitation
+        excitation = joint.excitation.modes
         force = [state.least_distance / state.excited_distance(excitation) for state in states]
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
@@ -234,7 +234,7 @@ def trace_for_forces(
     joint.check_excitation(resonance)
     equations = EPMCEquations(joint.distinct, damping, resonance)
     low, high = equations.amplitudes_for(forces, window)
-    smallest = min(forces) * joint.excitation
+    smallest = min(forces) * joint.excitation.modes
     for first in _FIRST_AMPLITUDES:
         backbone = trace_backbone(equations, (first * low, high), control)
         if not backbone.states:

@@ -214,7 +214,7 @@ class EPMCEquations(Equations):
         Damping that grows with the frequency counts as at the lower end of the window.
         """
         forces, window = checks.levels("forces", forces), checks.interval("window", window)
-        excitation = self.balance.joint.excitation
+        excitation = self.balance.joint.excitation.modes
         distance = max(abs(self.scale - (2 * np.pi * f) ** 2) for f in window)
         lowest = min(forces) * abs(self.stuck @ excitation) / distance
         H = self.balance.damping_matrix.at(2 * np.pi * window[0])

@@ -140,7 +140,7 @@ class _ResponseCurve:
 
     def __init__(self, backbone: Backbone, force: float) -> None:
         self.backbone, self.balance = backbone, backbone.equations.balance
-        self.excitation = self.balance.joint.excitation * force
+        self.excitation = self.balance.joint.excitation.modes * force
         #: states whose amplitude the force exceeds, and at last that of the peak
         self.states = list(backbone.states)
         #: index of the first state whose amplitude the force does not reach

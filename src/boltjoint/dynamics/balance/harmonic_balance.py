@@ -109,12 +109,13 @@ class HarmonicBalance:
     @cached_property
     def contact(self) -> ModalContact:
         """The friction elements in the same coordinates."""
-        return ModalContact(self.joint, self.basis)
+        return ModalContact(self.joint.contact, self.basis)
 
     @cached_property
     def modal_force(self) -> NDArray[np.float64]:
         """Excitation in modal coordinates [kg^-1/2 N], shape (components * modes,)."""
-        mode = self.joint.excitation if self.basis is None else self.joint.excitation @ self.basis
+        mode = self.joint.excitation.modes
+        mode = mode if self.basis is None else mode @ self.basis
         force = np.zeros((len(self.components), mode.size))
         force[self.components.sin()] = mode.real * self.excitation_force
         force[self.components.cos()] = mode.imag * self.excitation_force
@@ -156,9 +157,8 @@ class HarmonicBalance:
         The contact may have a frequency of its own, ``w_of_contact`` [rad/s]: that of a mode whose
         inertia is put apart.
         """
-        force, tangent = self.contact.force_and_tangent(
-            x, w if w_of_contact is None else w_of_contact
-        )
+        at = w if w_of_contact is None else w_of_contact
+        force, tangent = self.contact.force_and_tangent(x, at)
         residual = self.linear_force(x, w) + force - self.modal_force
         return residual, Derivative(
             lambda: self.dynamic_stiffness(w) + tangent(),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.harmonics import Components
-from boltjoint.joint.model import Joint
+from boltjoint.joint.parts import Contact
 from boltjoint.solvers.equations import Derivative
 
 #: with more modes, products of two at every point take more time to read than to form
@@ -27,24 +27,24 @@ class ModalContact:
 
     Parameters
     ----------
-    joint
-        The structure and its friction elements.
+    contact
+        Contact points and friction elements of a joint.
     basis
         V of ``q = V x``, shape (linear modes, modes); the linear modes themselves by default.
     """
 
-    joint: Joint
+    contact: Contact
     basis: NDArray[np.float64] | None = None
 
     @cached_property
     def components(self) -> Components:
         """Harmonic components in the order of the unknown."""
-        return Components(self.joint.law.components)
+        return Components(self.contact.law.components)
 
     @cached_property
     def rows(self) -> tuple[NDArray[np.float64], ...]:
         """Relative modes of the contact points in each direction [kg^-1/2], (points, modes)."""
-        return tuple(B if self.basis is None else B @ self.basis for B in self.joint.rows)
+        return tuple(B if self.basis is None else B @ self.basis for B in self.contact.rows)
 
     @cached_property
     def modes(self) -> int:
@@ -54,7 +54,7 @@ class ModalContact:
     @cached_property
     def stuck_stiffness(self) -> NDArray[np.float64]:
         """Modal stiffness while nothing slips [s^-2], shape (components * modes,) * 2."""
-        stuck = self.joint.stuck_stiffness()
+        stuck = self.contact.stuck_stiffness()
         stuck = stuck if self.basis is None else self.basis.T @ stuck @ self.basis
         return np.kron(np.eye(len(self.components)), stuck)
 
@@ -73,7 +73,7 @@ class ModalContact:
         """Forces on the modes at x [kg^-1/2 N] and the frequency w [rad/s], shape of x."""
         if (in_modes := self._summed_in_modes(x, w)) is not None:
             return in_modes[0]
-        return self.modal_force(self.joint.law.evaluate(self.motion(x), w))
+        return self.modal_force(self.contact.law.evaluate(self.motion(x), w))
 
     def force_and_tangent(
         self, x: NDArray[np.float64], w: float
@@ -81,7 +81,7 @@ class ModalContact:
         """Forces on the modes at x [kg^-1/2 N], and their lazily evaluated derivative [s^-2]."""
         if (in_modes := self._summed_in_modes(x, w)) is not None:
             return in_modes
-        force, tangent = self.joint.law.evaluate_with_tangent(self.motion(x), w)
+        force, tangent = self.contact.law.evaluate_with_tangent(self.motion(x), w)
         derivative = Derivative(
             lambda: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
         )
@@ -92,7 +92,7 @@ class ModalContact:
     ) -> tuple[NDArray[np.float64], Derivative] | None:
         """As ``force_and_tangent`` by sums in modal coordinates; None of laws without them."""
         amplitudes = self._amplitudes(x)
-        in_modes = self.joint.law.modal_force_and_tangent(self.rows, amplitudes, w)
+        in_modes = self.contact.law.modal_force_and_tangent(self.rows, amplitudes, w)
         if in_modes is None:
             return None
         force, tangent = in_modes
@@ -106,12 +106,12 @@ class ModalContact:
         """Derivative of the forces on the modes by w; None where they do not depend on it."""
         if not self._depends_on_frequency:
             return None
-        return self.modal_force(self.joint.law.frequency_derivative(self.motion(x), w))
+        return self.modal_force(self.contact.law.frequency_derivative(self.motion(x), w))
 
     @cached_property
     def _depends_on_frequency(self) -> bool:
-        at_rest = np.zeros((self.joint.points, len(self.rows) * len(self.components)))
-        return self.joint.law.frequency_derivative(at_rest, 1.0) is not None
+        at_rest = np.zeros((self.contact.points, len(self.rows) * len(self.components)))
+        return self.contact.law.frequency_derivative(at_rest, 1.0) is not None
 
     def change(self, dx: NDArray[np.float64], tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """Derivative of the forces on the modes along dx, from the tangents of the points."""
@@ -254,7 +254,7 @@ class ModalContact:
     @cached_property
     def _stuck_stiffness_of_points(self) -> NDArray[np.float64]:
         """Of each point and direction [N/m], (points, directions)."""
-        return self.joint.law.stuck_stiffness(self.joint.points)
+        return self.contact.law.stuck_stiffness(self.contact.points)
 
     @cached_property
     def stuck_tangents(self) -> NDArray[np.float64]:

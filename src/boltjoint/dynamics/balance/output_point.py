@@ -16,7 +16,7 @@ class OutputPoint:
     """
 
     def __init__(self, balance: HarmonicBalance) -> None:
-        self._mode = balance.joint.response_mode
+        self._mode = balance.joint.sensors.output
         self._sin, self._cos = balance.components.sin(), balance.components.cos()
 
     def __call__(self, q: NDArray[np.float64]) -> complex:

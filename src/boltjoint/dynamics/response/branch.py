@@ -233,7 +233,7 @@ def to_dataset(
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
     folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
     residuals, energy_errors, states_at_peak, stabilities = [], [], [], []
-    contact = ModalContact(joint)
+    contact = ModalContact(joint.contact)
     for branch, fold in zip(branches, folds, strict=True):
         balance = HarmonicBalance(joint.distinct, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
@@ -277,7 +277,7 @@ def to_dataset(
     isolated = np.array(isolated, dtype=np.int8)
     larger = [-1 if found is None else found for found in each("larger_resonance")]
     of_solutions = (
-        ("excitation_force", excitation, joint.excitation_unit, "excitation amplitude"),
+        ("excitation_force", excitation, joint.excitation.unit, "excitation amplitude"),
         ("frequency", along("frequency"), "Hz", "excitation frequency"),
         ("response_amplitude", amplitude, "m", "first-harmonic amplitude of the output point"),
         ("iterations", along("iterations"), "1", "corrector iterations"),
@@ -290,7 +290,7 @@ def to_dataset(
         ("energy_error", energy_errors, "1", "input less dissipation, over the larger of both"),
     )
     of_forces = (
-        ("force_level", force, joint.excitation_unit, "excitation amplitude"),
+        ("force_level", force, joint.excitation.unit, "excitation amplitude"),
         ("peak_frequency", at_peak("frequency"), "Hz", "frequency of the largest maximum"),
         ("peak_amplitude", at_peak("amplitude"), "m", "largest maximum of response_amplitude"),
         ("peak_error_estimate", list(peak_error), "1", "error_estimate at the peak"),
@@ -317,7 +317,7 @@ def to_dataset(
                 ("force", "element"), np.array(states_at_peak), contact_states.ATTRIBUTES
             ),
         },
-        coords={"component": components, "sensor": list(joint.sensors)},
+        coords={"component": components, "sensor": list(joint.sensors.by_name)},
         attrs=as_damping(damping).attributes() | {"stability": stability.stored()},
     )
 
@@ -333,7 +333,7 @@ def _of_folds(
         for name in ("frequency", "amplitude")
     )
     return (
-        ("fold_force", force, joint.excitation_unit, "excitation whose branch turns"),
+        ("fold_force", force, joint.excitation.unit, "excitation whose branch turns"),
         ("fold_frequency", frequency, "Hz", "frequency of the solution at which it turns"),
         ("fold_amplitude", amplitude, "m", "response_amplitude of that solution"),
     )
@@ -341,7 +341,7 @@ def _of_folds(
 
 def _of_sensors(joint: Joint, branches: Sequence[Branch]) -> dict[str, xr.Variable]:
     """Amplitudes of the sensors, and the largest of each at every force level."""
-    mode = np.array(list(joint.sensors.values()))
+    mode = np.array(list(joint.sensors.by_name.values()))
     components = Components(joint.law.components)
     sin, cos = components.sin(), components.cos()
     amplitudes, peaks = [], np.full((len(branches), len(mode)), np.nan)

@@ -70,7 +70,7 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
             raise ValueError("complex response-dependent modes need a motion of one harmonic")
         self._modes = len(balance.stiffness)
         self._bias = self._modes * balance.components.has_bias
-        self._excitation = balance.joint.excitation * balance.excitation_force
+        self._excitation = balance.joint.excitation.modes * balance.excitation_force
         self._quasi_static_correction = quasi_static_correction
         real = stuck_modes(balance, count, target)[1]
         self.basis = real.astype(complex), np.zeros(self._modes, dtype=complex)

@@ -137,7 +137,7 @@ def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, 
     if loops is None:
         sine, cosine = motion.in_components(("sin", "cos"))
         at = joint.law.point_of_element
-        moved = [np.hypot(B @ sine, B @ cosine)[at] for B in joint.rows_in_plane]
+        moved = [np.hypot(B @ sine, B @ cosine)[at] for B in joint.contact.rows_in_plane]
         return {"slide": pack(np.hypot(*moved) * _UM)}
     displacement, force = loops
     scale = np.abs(force).max(axis=1)
