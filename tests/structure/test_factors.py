@@ -8,6 +8,7 @@ import pytest
 from element_meshes import box_of
 from matrix_files import described
 from scipy import sparse
+from threadpoolctl import ThreadpoolController
 
 from boltjoint.config import factorisation
 from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
@@ -58,6 +59,13 @@ def test_factors_are_the_same_each_time(method, stiffness):
     b = np.ones(stiffness.shape[0])
     one, other = (factorise(stiffness, method).solve(b) for _ in range(2))
     np.testing.assert_array_equal(one, other)
+
+
+def test_pardiso_takes_one_thread(stiffness):
+    pytest.importorskip("pypardiso")
+    factorise(stiffness, "pardiso")
+    libraries = ThreadpoolController().select(internal_api="mkl").info()
+    assert [each["num_threads"] for each in libraries] == [1]
 
 
 def test_nested_dissection_has_less_fill():

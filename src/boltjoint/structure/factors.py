@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
+from threadpoolctl import ThreadpoolController
 
 from boltjoint import checks
 
@@ -120,6 +121,8 @@ class _Pardiso:
             import pypardiso
         except ImportError:
             raise ValueError(_missing("pardiso", "pypardiso")) from None
+        # one thread: sums in another order would change the last digits, and jobs run side by side
+        ThreadpoolController().select(internal_api="mkl").limit(limits=1)
         asymmetry = abs(matrix - matrix.T).max()
         is_symmetric = asymmetry <= _SYMMETRIC * abs(matrix.data).max(initial=0.0)
         self._solver = pypardiso.PyPardisoSolver(mtype=-2 if is_symmetric else 11)
