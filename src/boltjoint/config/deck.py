@@ -173,6 +173,7 @@ class Deck(Described):
     """
 
     GAP_KEY: ClassVar[str] = "initial_gap"
+    HAS_SOLIDS: ClassVar[bool] = True
 
     type: Literal["deck"]
     """Kind of structure."""

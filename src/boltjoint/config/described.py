@@ -24,6 +24,8 @@ class Described(Entry):
 
     #: whether there is a mesh of a half lap, which figures show
     HAS_MESH: ClassVar[bool] = False
+    #: whether there are solid bodies of any other cells, which figures show
+    HAS_SOLIDS: ClassVar[bool] = False
     #: key of the initial gap
     GAP_KEY: ClassVar[str] = "contact.gap_um"
     #: whole numbers that name something, which do not vary in sweeps

@@ -81,7 +81,11 @@ def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Ma
             _TEXT.dimensions_of_source(" and ".join(in_source)),
             source_reference("Table", ["3.1"]),
         ]
-    if without := [name for name, assembly in assemblies.items() if not assembly.HAS_MESH]:
+    if without := [
+        name
+        for name, assembly in assemblies.items()
+        if not (assembly.HAS_MESH or assembly.HAS_SOLIDS)
+    ]:
         notes.append(_TEXT.without_mesh(" and ".join(without)))
     frame = pd.DataFrame(columns).fillna("–").rename_axis("quantity").reset_index()
     described = table_with_caption(
