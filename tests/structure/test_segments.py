@@ -219,7 +219,7 @@ def test_a_half_lap_whose_nodes_do_not_match_is_nearly_the_same(assembly, struct
         solve_response(
             connect_nodes(find_modes(each, "free-4"), tight, 1e8, 0.1),
             [2.0, 20.0],
-            loss_factor=2e-3,
+            damping=2e-3,
         )
         for each, tight in ((structure, preload), (other, tightened))
     ]
