@@ -57,7 +57,7 @@ def array(
     Parameters
     ----------
     name
-        Of the argument.
+        Name of the argument.
     value
         What it was given.
     shape

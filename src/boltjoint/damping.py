@@ -92,7 +92,7 @@ class DampingMatrix:
     Parameters
     ----------
     terms
-        Of H.
+        Terms of H.
     """
 
     def __init__(self, terms: Iterable[Term]) -> None:

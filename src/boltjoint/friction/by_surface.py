@@ -29,8 +29,8 @@ def elements_by_surface(
     surfaces
         By the names of surfaces, ``law`` and the keys whose values replace those of all there.
     keys
-        Of all surfaces, as for ``from_contact`` of the laws or per area. Those that the law of a
-        surface does not know do not count there.
+        Keys of all surfaces, as for ``from_contact`` of the laws or per area. Those that the law of
+        a surface does not know do not count there.
 
     Raises
     ------

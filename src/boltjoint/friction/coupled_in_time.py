@@ -25,7 +25,7 @@ def integrate_in_plane(
     Parameters
     ----------
     point
-        Of each element, shape (elements,).
+        Point of each element, shape (elements,).
     quantities
         k_u, k_v, n0 and mu of each, shape (4, elements).
     motion

@@ -236,7 +236,7 @@ def add_forces(
     Parameters
     ----------
     point_of_element
-        Of each element, shape (elements,).
+        Contact point of each element, shape (elements,).
     quantities
         k_u, k_v, n0 and mu of each, shape (4, elements).
     motion, force, tangent

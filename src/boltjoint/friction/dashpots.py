@@ -32,7 +32,7 @@ class Dashpots:
     point
         The contact point each acts on, counted from 0, shape (dashpots,).
     damping
-        Of each [N s/m], shape (dashpots,).
+        Damping of each [N s/m], shape (dashpots,).
     """
 
     element: NDArray[np.int64]
@@ -53,7 +53,7 @@ class Dashpots:
         w
             The frequency [rad/s].
         components
-            Of motion and force in each direction.
+            Components of motion and force in each direction.
         """
         force, own = np.zeros_like(motion), slice(len(components))
         d = self.at_points(len(motion))
@@ -74,7 +74,7 @@ class ClosedFormWithDashpots(ClosedForm):
     Parameters
     ----------
     form
-        Of the elements without dashpots.
+        Form of the elements without dashpots.
     dashpots
         Beside them.
     components
@@ -112,7 +112,7 @@ class SamplesWithDashpots(AtSamples):
     Parameters
     ----------
     form
-        Of the elements without dashpots.
+        Form of the elements without dashpots.
     dashpots
         Beside them.
     """
@@ -150,7 +150,7 @@ class TimeWithDashpots(InTime):
     Parameters
     ----------
     form
-        Of the elements without dashpots.
+        Form of the elements without dashpots.
     dashpots
         Beside them.
     """

@@ -255,7 +255,7 @@ def check_elements(
     law
         A frozen dataclass during its construction.
     limits
-        Of those ``quantities`` that need not be positive, as for ``checks.array``.
+        Limits of those ``quantities`` that need not be positive, as for ``checks.array``.
 
     Raises
     ------

@@ -26,7 +26,7 @@ class Period:
     Parameters
     ----------
     frequency
-        Of the motion [rad/s].
+        Frequency of the motion [rad/s].
     components
         Harmonic coefficients of motion and force.
     tables
@@ -112,7 +112,7 @@ class AtSamples(ABC):
         Parameters
         ----------
         displacement
-            Of the points [m], shape (points, directions, samples).
+            Displacement of the points [m], shape (points, directions, samples).
         w
             The frequency [rad/s].
         """

@@ -44,7 +44,7 @@ class Hysteresis(NamedTuple):
     Parameters
     ----------
     force
-        Of each element [N], shape (elements, samples).
+        Force of each element [N], shape (elements, samples).
     stiffness
         Slope of the branch of each sample, and of that which ends at a reversal near it [N/m],
         shape (2, elements, samples).

@@ -41,8 +41,8 @@ class FrictionLaw(ABC):
             Coefficients of the displacements [m] in the order of ``components``, one direction
             after another, shape (points, directions * components).
         frequency
-            Of the motion [Hz], for laws that depend on it; at 0 it is so slow that no viscous force
-            acts.
+            Frequency of the motion [Hz], for laws that depend on it; at 0 it is so slow that no
+            viscous force acts.
 
         Returns
         -------

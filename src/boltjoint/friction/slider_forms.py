@@ -23,7 +23,7 @@ class SlidersAtSamples(AtSamples):
     Parameters
     ----------
     sliders
-        Of all elements.
+        Sliders of all elements.
     elements
         Number of elements.
     """
@@ -62,7 +62,7 @@ class SlidersInTime(InTime):
     Parameters
     ----------
     sliders
-        Of all elements.
+        Sliders of all elements.
     """
 
     sliders: Sliders

@@ -101,9 +101,10 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     Parameters
     ----------
     position
-        Of every pair [m], along the surface and across it from the middle, shape (pairs, 2).
+        Position of every pair [m], along the surface and across it from the middle, shape (pairs,
+        2).
     load
-        Of every pair, of any unit, shape (pairs,).
+        Load of every pair, of any unit, shape (pairs,).
     count
         Number of bands.
 
@@ -145,7 +146,8 @@ def bands_of_equal_middle_load(position: Array, pressure: Array, count: int) -> 
     Parameters
     ----------
     position
-        Of every pair [m], along the surface and across it from the middle, shape (pairs, 2).
+        Position of every pair [m], along the surface and across it from the middle, shape (pairs,
+        2).
     pressure
         On every pair, of any unit, 0 where it is open, shape (pairs,).
     count

@@ -23,7 +23,8 @@ class ElementShares:
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region, whose totals are K and S [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region, whose totals are K and S [N/m], [N],
+        shape (many,).
     """
 
     def __init__(self, stiffness: Array, slip_force: Array) -> None:

@@ -22,7 +22,7 @@ class DescribingFunctionMisfit(ElementShares):
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     loss_weight
         Weight of relative errors of small losses.
     options

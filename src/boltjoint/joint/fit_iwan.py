@@ -53,7 +53,7 @@ def fit_iwan_element(
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     options
         Amplitudes and losses of the describing functions that are compared.
 

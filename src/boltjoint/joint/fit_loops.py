@@ -18,9 +18,9 @@ class LoopMisfit(ElementShares):
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     amplitude
-        Of the loops [m], shape (loops,).
+        Amplitude of the loops [m], shape (loops,).
     samples
         Points along half a loop.
     """

@@ -35,8 +35,8 @@ class FitOptions(Options):
         Loss, over the total stiffness, below which the structure's own damping hides that of the
         contact, as light structural damping does.
     sharpnesses
-        Of the minimax loading curves from which the fit of describing functions starts: the
-        smaller, the more weight small amplitudes have.
+        Sharpness of the minimax loading curves from which the fit of describing functions starts:
+        the smaller, the more weight small amplitudes have.
 
     Raises
     ------

@@ -70,7 +70,7 @@ def fit_elements(
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     count
         Number of elements to fit.
     method

@@ -82,9 +82,10 @@ def loop_error(
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     fitted_stiffness, fitted_slip_force
-        Of the fitted elements, with the same total slip force, shape (few,).
+        Stiffness and slip force of the fitted elements, with the same total slip force, shape
+        (few,).
     options
         Amplitudes and points of the loops whose mean error is found.
 
@@ -123,7 +124,7 @@ def loop_error_of_curve(
     corner, force
         Displacements from 0 that hold all corners of both curves [m], and the force there [N].
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     options
         As for ``loop_error``.
     """

@@ -33,7 +33,7 @@ def minimax_loading_curve(
     Parameters
     ----------
     stiffness, slip_force
-        Of the elements of a region [N/m], [N], shape (many,).
+        Stiffness and slip force of the elements of a region [N/m], [N], shape (many,).
     count
         Number of elements.
     sharpness

@@ -51,18 +51,19 @@ class Joint:
     Parameters
     ----------
     natural_frequency
-        Of the structure without contact [Hz], shape (modes,).
+        Natural frequencies of the structure without contact [Hz], shape (modes,).
     excitation_mode, response_mode
         Mass-normalised modes at the excitation and the output point [kg^-1/2], shape (modes,).
     tangential_mode
         Relative modal displacement, side A minus side B, along the first tangent (the bar in a half
         lap) at every contact point [kg^-1/2], shape (points, modes): u = tangential_mode @ q.
     position
-        Of every contact point [m], shape (points, 3).
+        Position of every contact point [m], shape (points, 3).
     law
         The friction elements and which point each acts on.
     element_position
-        Of every element [m], shape (elements, 3): its contact pair, or its region's centre.
+        Position of every element [m], shape (elements, 3): its contact pair, or its region's
+        centre.
     normal_mode
         As ``tangential_mode``, along the normal and positive when closing, where the law needs it:
         v = normal_mode @ q.
@@ -76,7 +77,7 @@ class Joint:
         As ``response_mode``, of each sensor, shape (sensors, modes); by default the output point
         alone.
     sensor_name
-        Of each sensor.
+        Name of each sensor.
     free_frequency, free_participation
         Where the vectors of the basis are no modes without contact: natural frequencies of such
         modes [Hz], shape (free modes,), and ``phi_r^T M`` of them times the vectors [-], shape
@@ -305,7 +306,7 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
     region
         Region of every point, from 0 without gaps, shape (points,).
     weight
-        Of every point in the mean of its region, shape (points,); equal by default.
+        Weight of every point in the mean of its region, shape (points,); equal by default.
 
     Raises
     ------
@@ -348,8 +349,8 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
     joint
         A joint whose law is made of elements.
     weight
-        Of each element, zero of those that are left out, shape (elements,). Points without elements
-        are left out, too.
+        Weight of each element, zero of those that are left out, shape (elements,). Points without
+        elements are left out, too.
 
     Raises
     ------

@@ -126,11 +126,11 @@ def fit_dataset(
     Parameters
     ----------
     cost
-        Of eq. 3.3 [N^2], minimised or not.
+        Cost of eq. 3.3 [N^2], minimised or not.
     error
-        Of the loops at all amplitudes.
+        Error of the loops at all amplitudes.
     amplitude
-        Of the compared loops [m], shape (loops,).
+        Amplitude of the compared loops [m], shape (loops,).
     displacement, force_of_region, force_of_fit
         Along their unloading branches [m], [N], shape (loops, samples).
     options

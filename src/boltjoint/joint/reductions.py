@@ -30,7 +30,7 @@ def reduce_joint(joint: Joint, reduction: str, **options: object) -> tuple[Joint
     reduction
         One of ``names.REDUCTIONS``.
     options
-        Of that reduction, such as ``count``, the number of elements in each region.
+        Options of that reduction, such as ``count``, the number of elements in each region.
 
     Returns
     -------

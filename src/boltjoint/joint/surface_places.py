@@ -30,7 +30,7 @@ class SurfacePlaces:
     Attributes
     ----------
     name
-        Of the surface of each point, shape (points,).
+        Name of the surface of each point, shape (points,).
     place
         Along the first and the second tangent of the surface [m], shape (points, 2), the second one
         from the middle of the surface's width.
@@ -78,7 +78,7 @@ class SurfacePlaces:
         frame
             Directions of the tangents and the normal of each point in x, y, z, (points, 3, 3).
         name
-            Of the surface of each point, shape (points,).
+            Name of the surface of each point, shape (points,).
         """
         place = np.empty((len(position), 2))
         for each in np.unique(name):

@@ -46,13 +46,13 @@ class IdentifiedMode:
     time
         At which the decay passes the amplitudes [s], shape (points,).
     amplitude
-        Of the sensor [unit of its quantity], shape (points,).
+        Amplitude of the sensor [unit of its quantity], shape (points,).
     frequency, frequency_error
         Natural frequency and its standard error [Hz], shape (points,).
     damping_ratio, damping_error
         Modal damping ratio and its standard error [-], shape (points,).
     window
-        Of the local least squares [s], shape (points,).
+        Window of the local least squares [s], shape (points,).
     sensor, quantity, method
         What was measured, and how it was identified.
     """
@@ -85,7 +85,7 @@ def identify_ring_down(
     Parameters
     ----------
     signals
-        Of the free decay: from after the impact, or from where the shaker was switched off.
+        Signals of the free decay: from after the impact, or from where the shaker was switched off.
     band
         Lowest and highest frequency that hold the mode, and no other [Hz].
     sensor
@@ -93,7 +93,7 @@ def identify_ring_down(
     method
         ``analytic signal`` or ``peak finding``.
     options
-        Of the local least squares.
+        Options of the local least squares.
 
     Raises
     ------

@@ -42,7 +42,7 @@ class RegressionOptions(Options):
         Shortest length over one over the width of the band: what the band-pass lets through has as
         many independent samples in it.
     window_ratio
-        Of each window to the next shorter one.
+        Window ratio of each window to the next shorter one.
     longest_window
         Longest length [periods].
     threshold
@@ -94,7 +94,7 @@ class NoisyDecay:
     noise
         Standard deviation of z.
     correlation
-        Of the noise of z by the lag [s].
+        Correlation of the noise of z by the lag [s].
     """
 
     time: Array

@@ -19,7 +19,7 @@ class Scatter:
     Parameters
     ----------
     time
-        Of the decay [s], shape (points,).
+        Time of the decay [s], shape (points,).
     frequency, frequency_scatter
         Weighted mean, and standard deviation between them [Hz], shape (points,).
     damping_ratio, damping_scatter

@@ -51,14 +51,14 @@ def simulate_ring_down(
     joint
         With its elements' own law, which are integrated as springs with sliders.
     damping
-        Of the structure; a number is a loss factor. Damping that is not viscous is the viscous
-        damping which is the same at the resonance.
+        Damping of the structure; a number is a loss factor. Damping that is not viscous is the
+        viscous damping which is the same at the resonance.
     impulse
-        Of the excitation at time 0 [N s], from rest.
+        Impulse of the excitation at time 0 [N s], from rest.
     state
         Nonlinear mode of this joint in which it vibrates at time 0, in place of an impulse.
     duration, sampling_rate
-        Of the record [s], [Hz].
+        Duration and sampling rate of the record [s], [Hz].
     quantity
         ``displacement``, ``velocity`` or ``acceleration``.
     resonance

@@ -69,7 +69,7 @@ def identify_constant_response(
     response, force
         Amplitudes of the response [SI unit of the quantity] and of the force [N], shape (steps,).
     phase
-        Of the response from the force [rad], shape (steps,).
+        Phase of the response from the force [rad], shape (steps,).
     quantity
         ``displacement``, ``velocity`` or ``acceleration``.
 

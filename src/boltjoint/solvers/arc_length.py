@@ -138,7 +138,7 @@ class Tracer:
     Parameters
     ----------
     corrector
-        Of the branch.
+        Corrector of the branch.
     window
         As for ``trace``.
     branch

@@ -38,13 +38,13 @@ def continuations(
     Parameters
     ----------
     corrector
-        Of the branch.
+        Corrector of the branch.
     predictor
         The last solution before the corner, with the tangent of its own Jacobian.
     radius
-        Of the sphere around it, larger than the distance of the corner.
+        Radius of the sphere around it, larger than the distance of the corner.
     orientation
-        Of the branch in the sense of travel; by default, with 0, that of the predictor.
+        Orientation of the branch in the sense of travel; by default, with 0, that of the predictor.
 
     Returns
     -------

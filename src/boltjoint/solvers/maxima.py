@@ -40,7 +40,7 @@ class Maxima:
         The branch by the distance from one solution towards the next, each given by the origin
         passed to ``sample``.
     tolerance
-        Of the location, relative to the step length.
+        Tolerance of the location, relative to the step length.
     """
 
     def __init__(

@@ -106,7 +106,7 @@ class ContactPoints:
         side_a, side_b
             Degrees of freedom of the nodes along x, y, z, shape (pairs, 3).
         dofs
-            Of the structure.
+            Number of degrees of freedom of the structure.
         position, area, friction_coefficient, frame, surface, gap, penalty
             As the attributes, of each pair or of all; frames are x, y, z by default.
         """

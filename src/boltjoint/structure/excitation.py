@@ -39,11 +39,11 @@ def place_excitation(
     assembly, modes
         As from ``build_assembly``, or ``assembly.nc``, and from ``find_modes``.
     excitation
-        Of the case; by default at the first input of the structure, of a half lap the middle of
-        the free end's top edge, along z.
+        Excitation of the case; by default at the first input of the structure, of a half lap the
+        middle of the free end's top edge, along z.
     sensors
-        Of the case, points or names of outputs, the first one being the output point; by default
-        all outputs of the structure, of a half lap at the same place.
+        Sensors of the case, points or names of outputs, the first one being the output point; by
+        default all outputs of the structure, of a half lap at the same place.
 
     Returns
     -------

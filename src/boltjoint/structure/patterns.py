@@ -124,15 +124,15 @@ def resonances(
     assembly, preload
         An assembly of a maker or its structure, and its preload as from ``apply_preload``.
     stiffness
-        Of the spring on each sticking pair, along its first tangent, or along that and its normal
-        [N/m].
+        Stiffness of the spring on each sticking pair, along its first tangent, or along that and
+        its normal [N/m].
     patterns
         By name, the pairs that stick, the same on both sides of a plane of symmetry; by default
         ``stuck_patterns`` of the assembly.
     number
         Resonances.
     stiffness_per_area
-        Of the spring, times the area of the pair [N/m3], where that is stiffer.
+        Stiffness of the spring, times the area of the pair [N/m3], where that is stiffer.
 
     Returns
     -------

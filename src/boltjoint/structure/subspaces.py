@@ -87,7 +87,7 @@ class Subspace:
         Parameters
         ----------
         factors
-            Of the stiffness, as from ``factors``.
+            Factors of the stiffness, as from ``factors``.
         stiffness
             K, or K with springs of the contact.
         count

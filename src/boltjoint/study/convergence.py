@@ -105,7 +105,7 @@ def peaks_near(
     joint, resonance, control
         As for ``solve_branch``.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     forces
         Amplitudes of the excitation [N].
 

@@ -137,7 +137,7 @@ class Job:
     Attributes
     ----------
     name
-        Of its rule.
+        Name of its rule.
     artefacts, options
         What it makes, and the further arguments of each.
     inputs

@@ -30,21 +30,21 @@ class Estimate:
     Attributes
     ----------
     memory
-        Of the job that needs most [byte].
+        Memory of the job that needs most [byte].
     key
         File and key by which that job is made smaller.
     job
         What that job does.
     seconds
-        Of one core [s], for the finite elements, the fits, the responses, the peaks that are
+        Time on one core [s], for the finite elements, the fits, the responses, the peaks that are
         compared and the time integration; peaks with more harmonics come on top.
     responses
         Frequency responses.
     designs
         Designs of sweeps.
     meshes, tightenings, joints
-        Of sweeps: assemblies that are meshed, rows of bolts that are tightened, and joints that are
-        made.
+        Meshes, tightenings and joints of sweeps: assemblies that are meshed, rows of bolts that are
+        tightened, and joints that are made.
     """
 
     memory: float

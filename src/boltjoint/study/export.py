@@ -28,7 +28,7 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     Parameters
     ----------
     folder
-        Of the study, with ``results/cases``.
+        Folder of the study, with ``results/cases``.
     to
         Folder of the files, each named by case, basis, joint, coordinates and resonance.
     form

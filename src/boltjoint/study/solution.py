@@ -45,7 +45,7 @@ class CaseInBasis:
     forces
         Amplitudes of the excitation [N].
     damping
-        Of the structure.
+        Damping of the structure.
     windows
         Frequencies [Hz] by resonance, None where they are chosen.
     sampling

@@ -54,8 +54,8 @@ class SweptJoint:
     case
         Content of the base case, with the resonance, joint and coordinates that are solved.
     joints
-        Of the base case: node to node, then those that it was reduced to; the last one is solved,
-        in a frequency window that suits all.
+        Joints of the base case: node to node, then those that it was reduced to; the last one is
+        solved, in a frequency window that suits all.
     sampling
         Harmonics and time samples of AFT, None for analytic forces.
     control
@@ -89,7 +89,7 @@ class SweptJoint:
         Parameters
         ----------
         values
-            Of the keys that vary.
+            Values of the keys that vary.
         window
             Frequencies [Hz]; by default those of the design.
         """

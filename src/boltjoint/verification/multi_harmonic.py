@@ -50,9 +50,9 @@ def solve_periodic(
     joint
         With the law of its elements, constant or variable.
     frequency, force
-        Of the excitation [Hz], [N].
+        Frequency and force of the excitation [Hz], [N].
     damping
-        Of the structure, as viscous damping; a number is a loss factor.
+        Damping of the structure, as viscous damping; a number is a loss factor.
     harmonics
         Number of harmonics.
     samples

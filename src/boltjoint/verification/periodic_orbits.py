@@ -40,7 +40,7 @@ class PeriodicOrbit:
     motion
         Modal coordinates at the samples of the period [kg^1/2 m], shape (steps, modes).
     change
-        Of displacement and velocity of the modes over a period, relative to their size.
+        Change of displacement and velocity of the modes over a period, relative to their size.
     converged
         Whether that is below the tolerance.
     """
@@ -75,11 +75,11 @@ def find_orbit(
         Period of motion to begin with, modal coordinates at equally spaced times [kg^1/2 m], shape
         (samples, modes); the sliders follow it for two periods.
     steps
-        Of a period.
+        Steps of a period.
     tolerance
         Change over a period, relative to the motion, below which it is periodic.
     maximum_iterations
-        Of Newton's method.
+        Maximum iterations of Newton's method.
 
     Raises
     ------
@@ -122,7 +122,7 @@ class _Period:
     Parameters
     ----------
     integration
-        Of the joint, in time.
+        Integration of the joint, in time.
     start
         Period of motion to begin with; one more is integrated, so that the changes in the last step
         are those of the steps.

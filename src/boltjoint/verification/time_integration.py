@@ -60,7 +60,8 @@ class SteadyState:
     periods
         Number of integrated periods with both steps.
     change
-        Of displacement and velocity of the modes over the last period, relative to their size.
+        Change of displacement and velocity of the modes over the last period, relative to their
+        size.
     step_error
         Relative difference of the first harmonic with the finer step from the extrapolated one.
     converged
@@ -102,9 +103,9 @@ def steady_state(
     joint
         With its elements' own law, which are integrated as springs with sliders.
     frequency, force
-        Of the excitation [Hz], [N].
+        Frequency and force of the excitation [Hz], [N].
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     start
         Initial period of motion, modal coordinates at equally spaced times [kg^1/2 m], shape
         (samples, modes); the sliders follow it for two periods. By default the joint starts at rest

@@ -87,13 +87,13 @@ def integrate_period(
         Rows k_u R, k_v N, R and N of the elements, shape (elements, modes); V and N have no rows
         under constant normal load.
     normal_load, mu
-        Of the elements, or empty and their slip force.
+        Normal load and friction coefficient of the elements, or empty and their slip force.
     stiffness, damping, force
         L, shape (modes,); C, (modes, modes); sine + i cosine of the force on the modes, (modes,).
     w
         Frequency of the excitation [rad/s].
     factors
-        Of the force at the begin and the end of the period.
+        Factors of the force at the begin and the end of the period.
     history
         Filled with the motion at the begin of each step, shape (steps, modes).
     """

@@ -52,7 +52,7 @@ class Backbone:
     Parameters
     ----------
     equations
-        Of the nonlinear mode.
+        Equations of the nonlinear mode.
     states
         Solutions of the equations.
     control
@@ -172,7 +172,7 @@ def trace_backbone(
     Parameters
     ----------
     equations
-        Of the nonlinear mode.
+        Equations of the nonlinear mode.
     amplitudes
         Lowest and highest [kg^1/2 m]. Where the corrector does not converge from the stuck mode at
         the lowest, the backbone starts at a lower one.
@@ -263,7 +263,7 @@ def find_backbone(
     forces
         Amplitudes of the excitation [N] whose responses the backbone covers.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     window
         Lowest and highest frequency of those responses [Hz].
     resonance

@@ -139,7 +139,7 @@ def solve_root(
     Parameters
     ----------
     function
-        Of different sign at both states.
+        Function of different sign at both states.
     between
         The states.
     scale

@@ -72,7 +72,7 @@ class EPMCEquations(Equations):
     joint
         The structure and its friction elements.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     resonance
         Number of the stuck mode at which the backbone starts, from 1.
 
@@ -237,7 +237,7 @@ class ModalState:
     Parameters
     ----------
     equations
-        Of the mode.
+        Equations of the mode.
     unknown
         Solution of the equations.
     log_amplitude

@@ -76,7 +76,7 @@ def synthesise_response(
     Parameters
     ----------
     backbone
-        Of the joint, with its damping.
+        Backbone of the joint, with its damping.
     force
         F [N].
     window

@@ -47,7 +47,7 @@ class HarmonicBalance:
     joint
         The structure and its friction elements.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     excitation_force
         F [N], or the acceleration of the supports [m/s2].
     basis

@@ -166,7 +166,7 @@ class ModalContact:
         Parameters
         ----------
         motion, tangent
-            Of the points, as the law takes and gives them.
+            Motion and tangent of the points, as the law takes and gives them.
         D
             As from ``describing_function``.
 

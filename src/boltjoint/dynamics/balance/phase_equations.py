@@ -25,7 +25,7 @@ class PhaseEquations(Equations):
     scale
         Size of x.
     amplitude
-        Of the output point [m], to which its deviation from the phase is compared.
+        Amplitude of the output point [m], to which its deviation from the phase is compared.
     """
 
     def __init__(self, balance: HarmonicBalance, scale: float, amplitude: float) -> None:

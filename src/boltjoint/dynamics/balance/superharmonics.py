@@ -51,11 +51,12 @@ def find_superharmonic(
     balance
         With the harmonics of the motion, in linear modes.
     jacobian
-        Of the balance at the motion.
+        Jacobian of the balance at the motion.
     motion, frequency
         A solution, and its frequency [Hz].
     smallest_share
-        Of a resonance that counts: high harmonics pass many resonances with hardly any motion.
+        Smallest share of a resonance that counts: high harmonics pass many resonances with hardly
+        any motion.
     """
     w = 2 * np.pi * frequency
     q = motion.in_components(balance.components)

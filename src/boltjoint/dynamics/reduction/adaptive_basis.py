@@ -111,7 +111,7 @@ def find_pod_modes(
     options
         Number of candidates and POD modes, tolerances, and the states at which errors are found.
     pod_options
-        Of the snapshots and their decomposition.
+        Options of the snapshots and their decomposition.
 
     Returns
     -------

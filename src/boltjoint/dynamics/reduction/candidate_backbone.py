@@ -47,7 +47,7 @@ class Correction:
     motion
         Bias where the law has one, sine and cosine part, shape (candidates, components).
     adjoints
-        Of the relative frequency and amplitude of the peak, of the same shape.
+        Adjoint solutions of the relative frequency and amplitude of the peak, of the same shape.
     errors
         Dual-weighted residual of either: its value in the basis less that in the candidates.
     """
@@ -69,7 +69,7 @@ class CandidateBackbone:
     connect
         Makes the joint from modes of all pairs of the assembly (``modes.nc``).
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     resonance
         Number of the mode, from 1.
     control

@@ -62,9 +62,9 @@ class HyperReductionOptions(Options):
         Derivative of the logarithm of the force by that of the amplitude, below which the amplitude
         of a peak at a force has no limit of accuracy, as of contact-adapted bases.
     divisions
-        Of every interval between two states of the backbone: every other state of all makes the
-        weights, and all show the errors. Each pair that slips leaves a trace in the damping over
-        the amplitude, between states that are too far apart for it.
+        Parts of every interval between two states of the backbone: every other state of all makes
+        the weights, and all show the errors. Each pair that slips leaves a trace in the damping
+        over the amplitude, between states that are too far apart for it.
     safety
         Factor of the errors at these states: those between them were at most 1.3 times as large, in
         joints of some hundred pairs.
@@ -110,7 +110,7 @@ def weigh_pairs(
         Amplitudes of the excitation [N], or accelerations of the supports [m/s2]: the peaks are
         held under all from the smallest to the largest.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     count
         Pairs to keep; None for the fewest with which no peak is estimated to have larger errors
         than the tolerances.
@@ -120,7 +120,7 @@ def weigh_pairs(
         By the number of each resonance whose peaks are held, from 1, the frequencies [Hz] around
         it, or None for those of ``frequency_window``.
     control
-        Of the backbones.
+        Step-length control of the backbones.
     options
         Numerical options.
 

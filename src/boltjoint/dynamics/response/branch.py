@@ -205,9 +205,9 @@ def to_dataset(
     branches
         One for each force level.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     errors
-        Of each branch; None where the branches are in linear modes.
+        Errors of each branch; None where the branches are in linear modes.
     limits
         Estimated errors beyond which a branch is marked as wrong.
     stability

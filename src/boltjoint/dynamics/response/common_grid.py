@@ -22,7 +22,8 @@ def amplitude_on_grid(frequency: Array, amplitude: Array, grid: Array) -> Array:
     Parameters
     ----------
     frequency, amplitude
-        Of the solutions along the path, of any units, shape (solutions,).
+        Frequencies and amplitudes of the solutions along the path, of any units, shape
+        (solutions,).
     grid
         Ascending frequencies, shape (frequencies,).
 

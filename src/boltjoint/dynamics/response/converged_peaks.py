@@ -156,11 +156,11 @@ def converge_peak(
     joint
         With the law of its elements.
     frequency, motion
-        Of the peak with few harmonics [Hz].
+        Frequency and motion of the peak with few harmonics [Hz].
     force
         Amplitude of the excitation [N].
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     options
         Numbers of harmonics and tolerances.
 

@@ -95,7 +95,7 @@ def solve_converged_response(
     harmonics
         Numbers of harmonics and tolerances.
     peaks
-        Of ``find_converged_peaks`` for this joint and resonance and these forces, by whatever
+        Peaks of ``find_converged_peaks`` for this joint and resonance and these forces, by whatever
         method the response is; found by default.
 
     Returns

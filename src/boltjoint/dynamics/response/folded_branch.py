@@ -55,11 +55,11 @@ class FoldedBranch:
     balance
         The modal equations with few harmonics, in linear modes.
     frequency
-        Of the solutions [Hz], shape (solutions,).
+        Frequencies of the solutions [Hz], shape (solutions,).
     x
         Their modal coordinates, finite, shape (solutions, components * modes).
     folds
-        Of the branch: at least one turning point.
+        Folds of the branch: at least one turning point.
     harmonics, samples
         Highest harmonic, and time samples of a period.
     """

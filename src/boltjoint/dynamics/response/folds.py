@@ -43,8 +43,8 @@ def find_folds(frequency: NDArray[np.float64], complete: bool = True) -> Folds:
     Parameters
     ----------
     frequency
-        Of the solutions in the order of the branch [Hz], shape (solutions,); the branch runs from
-        low to high.
+        Frequencies of the solutions in the order of the branch [Hz], shape (solutions,); the branch
+        runs from low to high.
     complete
         Whether it does to the end. Else a sweep down, which would begin beyond, shows none of it.
 

@@ -52,7 +52,7 @@ def solve_branch(
         ``LinearModes``, ``ResponseDependentModes`` or ``ModalSynthesis`` with their options, or a
         name: ``linear``, ``rdnm-N``, ``complex-rdnm-N`` or ``backbone``.
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     resonance
         Number of the resonance, from 1, or a ``Resonance`` with a window: it sets the window, and a
         mode that response-dependent modes contain.

@@ -25,7 +25,7 @@ class Problem(NamedTuple):
     joint
         The joint and its structure.
     damping
-        Of the structure.
+        Damping of the structure.
     resonance
         Number of the resonance, from 1.
     window

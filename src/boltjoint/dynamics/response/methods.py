@@ -159,15 +159,15 @@ def method_of(
     jacobian
         ``analytic`` or ``forward-difference``.
     basis_update
-        Of response-dependent modes: ``implicit`` or ``lagged``.
+        Basis update of response-dependent modes: ``implicit`` or ``lagged``.
     quasi_static_correction
-        Of complex ones.
+        Quasi-static correction of complex ones.
     largest_error
         Estimated relative error of a peak beyond which a warning reports a branch as wrong.
     fallback
         ``linear`` or ``none``.
     backbone
-        Of ``find_backbone``, for ``backbone``.
+        Backbone of ``find_backbone``, for ``backbone``.
 
     Raises
     ------

@@ -30,7 +30,7 @@ class OtherResonances:
     Parameters
     ----------
     backbone
-        Of the resonance whose responses are synthesised.
+        Backbone of the resonance whose responses are synthesised.
     forces
         Amplitudes of the excitation [N].
     window

@@ -51,7 +51,8 @@ class PeakSearch(Options):
     smallest_step
         Step of the phase [rad] below which a solution that is not found is given up.
     largest_turn
-        Of the phase [rad] from that of the peak with fewer harmonics: there is no peak beyond.
+        Largest turn of the phase [rad] from that of the peak with fewer harmonics: there is no peak
+        beyond.
     largest_distance
         From the frequency of the peak with fewer harmonics, over it: beyond it lies another
         resonance.
@@ -129,7 +130,7 @@ def find_peak(
     force
         Amplitude of the excitation [N].
     damping
-        Of the structure; a number is a loss factor.
+        Damping of the structure; a number is a loss factor.
     harmonics
         Number of harmonics.
     samples

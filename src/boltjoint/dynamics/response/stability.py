@@ -128,7 +128,7 @@ def floquet_exponents(
     x, w
         Their unknown, and the frequency [rad/s].
     samples
-        Of the period, at which sliders are followed.
+        Samples of the period, at which sliders are followed.
     """
     return _all_exponents(*_exponent_problem(balance, x, w, samples))
 
@@ -174,11 +174,11 @@ def find_stability(
     balance
         The modal equations, in linear modes.
     frequency
-        Of the solutions [Hz], shape (solutions,).
+        Frequencies of the solutions [Hz], shape (solutions,).
     x
         Their modal coordinates, shape (solutions, components * modes).
     folds
-        Of the branch (``find_folds``).
+        Folds of the branch (``find_folds``).
     options
         Where it is found, and how.
     """
@@ -264,7 +264,7 @@ def _exponents_within(
     jacobian, rate
         J and D + G.
     limit
-        Of the modulus.
+        Limit of the modulus.
     count
         How many are expected there.
 

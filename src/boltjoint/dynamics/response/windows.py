@@ -43,7 +43,7 @@ class Resonance:
     Parameters
     ----------
     number
-        Of the resonance, from 1.
+        Number of the resonance, from 1.
     window
         Lowest and highest frequency [Hz]; by default ``frequency_window``.
 

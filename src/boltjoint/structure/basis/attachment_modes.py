@@ -65,7 +65,7 @@ def attachment_modes(
     part
         The motion of the structure.
     factors
-        Of its stiffness.
+        Factors of its stiffness.
     mode
         Modes, shape (unknowns, modes).
     rows

@@ -62,7 +62,7 @@ class Candidates:
     weight
         2 for a pair that also represents its mirror image, else 1, shape (pairs,).
     normal_load, gap
-        Of the pairs after tightening [N], [m].
+        Normal load and gap of the pairs after tightening [N], [m].
     area, surface
         [m2], and name of the surface.
     along
@@ -70,12 +70,13 @@ class Candidates:
     to_bolts
         Distance from the nearest bolt axis [m], shape (pairs,).
     assembly_position
-        Of all pairs of the assembly [m], shape (pairs of the assembly, 3).
+        Positions of all pairs of the assembly [m], shape (pairs of the assembly, 3).
     pair_on_side
         The pair here that each pair of the assembly is, or is the mirror image of, shape (pairs of
         the assembly,).
     free_frequency
-        Of the bending modes, or of all, without contact [Hz], shape (free modes,).
+        Natural frequencies of the bending modes, or of all, without contact [Hz], shape (free
+        modes,).
     free_participation
         ``phi^T M`` of these modes, shape (free modes, candidates).
     """

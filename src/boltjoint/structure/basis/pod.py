@@ -71,7 +71,8 @@ class EnergyCoordinates:
     vectors
         Shape (candidates, vectors); each counts alike, whatever its size.
     contact_stiffness
-        Of the springs along t1 and normal, which all loaded pairs have [N/m], shape (pairs,).
+        Stiffness of the springs along t1 and normal, which all loaded pairs have [N/m], shape
+        (pairs,).
     """
 
     def __init__(self, candidates: Candidates, vectors: Array, contact_stiffness: Array) -> None:
@@ -128,7 +129,7 @@ def balanced_pod_modes(
     maximum
         POD modes kept, or as many as the snapshots span if those are fewer.
     contact_stiffness
-        Of the norm, as for ``EnergyCoordinates``.
+        Stiffness of the norm, as for ``EnergyCoordinates``.
     iterations, least_weight
         As of ``PODOptions``.
     """

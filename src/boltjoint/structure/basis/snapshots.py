@@ -32,7 +32,8 @@ class Snapshot:
     motion
         Shape (candidates, components).
     adjoints
-        Of each quantity of interest over its tolerance, shape (candidates, components) each.
+        Adjoints of each quantity of interest over its tolerance, shape (candidates, components)
+        each.
     """
 
     motion: Array
@@ -52,7 +53,7 @@ def uniform_modes(candidates: Candidates, stiffness: Array, count: int) -> Array
     candidates
         The candidate vectors.
     stiffness
-        Of each pair where it is held [N/m], shape (pairs,).
+        Stiffness of each pair where it is held [N/m], shape (pairs,).
     count
         Modes of each contact.
 
@@ -87,11 +88,11 @@ def pattern_snapshots(
     candidates
         The candidate vectors.
     stiffness
-        Of each pair where it sticks [N/m], shape (pairs,).
+        Stiffness of each pair where it sticks [N/m], shape (pairs,).
     resonances
         Modes of each pattern.
     tolerance
-        Of the frequencies, relative.
+        Tolerance of the frequencies, relative.
     load_shares
         As of ``PODOptions``.
     """

@@ -21,9 +21,9 @@ def make(description: Described, folder: Path) -> tuple[xr.Dataset, Structure]:
     Parameters
     ----------
     description
-        Of the assembly.
+        Description of the assembly.
     folder
-        Of the study, in which the files of the description lie.
+        Folder of the study, in which the files of the description lie.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def move_in(largest: np.ndarray, *places: Sequence[np.ndarray]) -> np.ndarray:
     largest
         Motion of each mode where it is largest, shape (modes,).
     places
-        Of each group, the modes at its places, shape (places, modes); without places all do.
+        Places of each group, the modes at its places, shape (places, modes); without places all do.
     """
     found = np.ones(largest.shape, dtype=bool)
     for group in places:

@@ -42,8 +42,8 @@ class MicroslipOptions(Options):
         twice or half of either moves the power by at most 0.26 in ``enriched-40``, and by 0.49 in
         ``free-4``, whose range is less than a decade.
     points
-        Of the fit, evenly spaced over the logarithm of the amplitude. Twice or half as many move
-        the power by at most 5e-3.
+        Points of the fit, evenly spaced over the logarithm of the amplitude. Twice or half as many
+        move the power by at most 5e-3.
     """
 
     from_share: float = 0.01

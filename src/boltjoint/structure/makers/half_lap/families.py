@@ -53,7 +53,7 @@ def classify(
     symmetric_share
         1 for a symmetric mode, 0 for an antisymmetric one, shape (modes,).
     width, height
-        Of the cross-section [m].
+        Width and height of the cross-section [m].
 
     Returns
     -------

@@ -41,7 +41,7 @@ def initial_gap(
     assembly
         Dimensions, and ``contact.gap_um``.
     position
-        Of the pairs, shape (pairs, 3) [m].
+        Positions of the pairs, shape (pairs, 3) [m].
     gap_map
         The map where ``contact.gap_um`` is the name of a file.
 

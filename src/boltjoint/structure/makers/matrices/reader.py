@@ -45,7 +45,7 @@ class Reader:
     described
         Names of variables and files.
     folder
-        Of the study, in which all files lie.
+        Folder of the study, in which all files lie.
     """
 
     def __init__(self, described: Matrices, folder: str | Path) -> None:

@@ -85,7 +85,7 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
     described
         Names of files and variables.
     folder
-        Of the study, in which all files lie.
+        Folder of the study, in which all files lie.
 
     Raises
     ------
