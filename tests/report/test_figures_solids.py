@@ -20,7 +20,8 @@ WEDGE = np.array([[-1, -1, -1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1
 @pytest.fixture
 def bodies():
     """Two cubes that share a face, and a wedge apart from them, as cells in the order of VTK."""
-    node = np.concatenate([CUBE, [*CUBE[4:], 0, 0, 2], [*WEDGE, 0.0, 0, 6]])
+    places = CUBE, CUBE[4:] + np.array([0, 0, 2]), WEDGE + np.array([0.0, 0, 6])
+    node = np.concatenate(places)
     wedge = 12 + KINDS["C3D6"].vtk_order
     cell = [range(8), [4, 5, 6, 7, 8, 9, 10, 11], [*wedge, -1, -1]]
     return xr.Dataset(
