@@ -18,7 +18,7 @@ WORDS = re.compile(
 
 def words_in(path):
     """Its words of that study, with what stands around them."""
-    text = re.sub(r"<style>.*?</style>|<svg.*?</svg>", " ", path.read_text(), flags=re.DOTALL)
+    text = re.sub(r"<(style|svg|script).*?</\1>", " ", path.read_text(), flags=re.DOTALL)
     return [text[max(0, m.start() - 40) : m.end() + 20] for m in WORDS.finditer(text)]
 
 
