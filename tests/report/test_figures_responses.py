@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import xarray as xr
 from figure_parts import FORCES, curves, legend_texts, marks, texts_in
 from small_joint import make_joint
 
@@ -200,3 +201,33 @@ def test_a_backbone_without_states_has_a_figure(tmp_path):
         figure = plot_backbones({"node-to-node": some}, [5.0])
         save_figure(figure, tmp_path / "backbone.svg")
         assert texts_in(figure) == ["no results"] * (2 if count == 0 else 0)
+
+
+def test_a_response_tells_where_the_linear_model_ends(reference):
+    far = reference.assign(peak_displacement_over_length=("force", [0.01, 0.05, 0.4]))
+    (axes,) = plot_response(far, "node-to-node", "linear").axes
+    assert any("linear model ends" in text for text in legend_texts(axes))
+    level, peak = float(far["force_level"][-1]), float(far["peak_amplitude"][-1])
+    heights = [line.get_ydata() for line in axes.get_lines() if len(line.get_ydata()) == 2]
+    limit = 1e3 * peak / level / 4
+    assert any(np.allclose(each, limit, rtol=1e-9) for each in heights)
+    (axes,) = plot_response(reference, "node-to-node", "linear").axes
+    assert not any("linear model ends" in text for text in legend_texts(axes))
+
+
+def test_axes_of_backbones_end_beyond_the_linear_model():
+    amplitude = np.geomspace(1e-6, 1.0, 50)
+    found = xr.Dataset(
+        {
+            "response_amplitude": ("state", amplitude),
+            "natural_frequency": ("state", np.linspace(80.0, 70.0, 50)),
+            "damping_ratio": ("state", np.full(50, 1e-3)),
+            "peak_force": ("state", amplitude),
+            "isolated_from": ("isola", [], {"units": "N"}),
+            "isolated_to": ("isola", []),
+        }
+    )
+    for axes in plot_backbones({"node-to-node": found}, [], 30.0).axes:
+        assert axes.get_xlim()[1] == pytest.approx(90.0)
+    for axes in plot_backbones({"node-to-node": found}, [], None).axes:
+        assert axes.get_xlim()[1] > 1e3

@@ -1,9 +1,10 @@
 """Figures of backbones."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from boltjoint.names import JointName
+from boltjoint.names import Coordinates, JointName
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, figure
 
@@ -20,15 +21,22 @@ def _resonances(contents: Contents) -> Iterator[dict[str, object]]:
                 yield {"case": case, "basis": basis, "resonance": resonance}
 
 
+def _responses(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    """The responses that are made from the backbones."""
+    which = {**artefact.which, "coordinates": Coordinates("backbone")}
+    return contents.select("response", form="data", **which)
+
+
 @figure(
     "backbone",
     of=_resonances,
-    reads=(data_of("backbone", by=["case", "basis", "resonance"]),),
+    reads=(data_of("backbone", by=["case", "basis", "resonance"]), _responses),
     job="responses_{case}_{basis}",
     section="backbones",
     title="Backbones of resonance {resonance}",
     caption="Natural frequency and damping ratio of the nonlinear mode over the amplitude of the "
-    "output point, from full stick to full slip; a dot is the peak under a force of this case.",
+    "output point, from full stick to full slip; a dot is the peak under a force of this case. "
+    "Beyond the dashed line the structure moves by more than a tenth of its length.",
     options=lambda contents, artefact: {
         "joints": contents.backbones(artefact.case, artefact.basis, artefact.resonance),
         "forces": contents.study.case(artefact.case).levels,
@@ -38,7 +46,16 @@ def backbone(
     artefact: Artefact, results: "Results", joints: list[JointName], forces: list[float]
 ) -> "Figure":
     """Natural frequency and damping ratio over amplitude."""
+    from boltjoint.report.figures.curves import response_curves
     from boltjoint.report.figures.responses import plot_backbones
 
     found = {joint: results.dataset("backbone", **artefact.which, joint=joint) for joint in joints}
-    return plot_backbones(found, forces)
+    limits = [
+        curve.linear_limit * curve.level
+        for joint in joints
+        for which in [{**artefact.which, "joint": joint, "coordinates": "backbone"}]
+        if results.has("response", **which)
+        for curve in response_curves(results.dataset("response", **which))
+    ]
+    known = [limit for limit in limits if math.isfinite(limit)]
+    return plot_backbones(found, forces, min(known, default=None))

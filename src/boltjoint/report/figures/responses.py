@@ -21,6 +21,7 @@ from boltjoint.report.figures.style import (
     level_colours,
     method_label,
 )
+from boltjoint.structure.extent import LINEAR
 
 #: response over the excitation level, by the unit of the level
 _RATIOS = {
@@ -33,6 +34,11 @@ _ERROR_BAR_LINE = {"linewidth": 0.8, "alpha": 0.8}
 _UNSTABLE_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
 #: where stability is that of one harmonic
 _ONE_HARMONIC = {"linestyle": (0, (1.0, 1.5))}
+#: where the largest displacement is a tenth of the length
+_LIMIT_LINE = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
+_LIMIT = f"linear model ends ({LINEAR:.0%} of the length)".replace("%", " %")
+#: amplitude over that limit at which axes end
+_BEYOND = 3
 #: response over its peak down to which a curve is in the axes
 _FLANK = 1 / 2
 #: margin on both sides of that, over its width, and at least over the frequency
@@ -49,7 +55,8 @@ def plot_response(
 
     The axes span the frequencies at which some response is half its peak or more, and a margin.
     Dashed are solutions whose motion is unstable, dotted those where that is known of few harmonics
-    only. Peaks with as many harmonics as converge are joined to those of the response.
+    only. Peaks with as many harmonics as converge are joined to those of the response. Long dashes
+    tell above which response the linear model of the structure does not hold.
 
     Parameters
     ----------
@@ -106,6 +113,11 @@ def plot_response(
                 at = [[value] for value in curve.converged]
                 axes.plot(*at, color=colour, markersize=5, zorder=4, **_CONVERGED_MARK)
                 marks["peak with all harmonics"] = _CONVERGED_MARK
+            beyond = x[y > curve.linear_limit]
+            if beyond.size and dataset is response:
+                ends = [beyond.min(), beyond.max()]
+                axes.plot(ends, [curve.linear_limit] * 2, color=colour, **_LIMIT_LINE)
+                marks[_LIMIT] = _LIMIT_LINE
             if curve.broken_off:
                 axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **BREAK_MARK)
                 marks["branch breaks off"] = BREAK_MARK
@@ -121,7 +133,9 @@ def plot_response(
 
 
 @figure_style
-def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float]) -> Figure:
+def plot_backbones(
+    backbones: Mapping[str, xr.Dataset], forces: Sequence[float], limit: float | None = None
+) -> Figure:
     """Natural frequency and damping ratio over amplitude, by joint.
 
     Parameters
@@ -130,6 +144,9 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
         ``backbone.nc`` by joint.
     forces
         Excitations [N] whose peaks are marked.
+    limit
+        Amplitude [mm] beyond which the linear model of the structure does not hold: the axes end at
+        ``_BEYOND`` times that.
     """
     figure = Figure(figsize=(8, 6), layout="constrained")
     panels = figure.subplots(2, sharex=True)
@@ -152,10 +169,15 @@ def plot_backbones(backbones: Mapping[str, xr.Dataset], forces: Sequence[float])
     panels[1].set_yscale("log")
     label_decades(panels[1])
     panels[1].set_xlabel("amplitude at the output point (mm)")
-    panels[0].legend()
     for axes in panels:
         axes.set_xscale("log")
         axes.grid(True)
+        if limit is not None:
+            low, high = axes.get_xlim()
+            if limit < high:
+                axes.axvline(limit, color="0.4", label=_LIMIT, **_LIMIT_LINE)
+                axes.set_xlim(low, min(high, _BEYOND * limit))
+    panels[0].legend()
     return figure
 
 
