@@ -24,12 +24,11 @@ YARDSTICK = "response three_bolt_constant free-4 node-to-node, 10 N: least work"
 #: slower by this factor is a regression, if the spread of the times is not as large
 REGRESSION = 1.3
 #: growth is fitted from here on: below, what does not grow counts
-FIRST_FITTED = {"elements": 1000, "vectors": 8, "forces": 4, "designs": 10}
+FIRST_FITTED = {"elements": 1000, "vectors": 8, "forces": 4}
 AXES = {
     "elements": "elements",
     "vectors": "vectors of the basis",
     "forces": "forces",
-    "designs": "designs",
 }
 
 
@@ -74,10 +73,10 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
 
 @figure_style
 def plot_growth(table: pd.DataFrame, slopes: pd.DataFrame) -> Figure:
-    """Wall time over elements, vectors, forces and designs."""
-    figure = Figure(figsize=(8, 6.4), layout="constrained")
+    """Wall time over elements, vectors and forces."""
+    figure = Figure(figsize=(11, 3.4), layout="constrained")
     of_curve = slopes.set_index(["by", "what"])["exponent"]
-    for axes, (by, label) in zip(figure.subplots(2, 2).flat, AXES.items(), strict=True):
+    for axes, (by, label) in zip(figure.subplots(1, 3), AXES.items(), strict=True):
         of_axis = table[(table["kind"] == "growth") & (table["by"] == by)]
         for (what, curve), colour in zip(
             of_axis.groupby("what", sort=False), REGION_COLOURS, strict=False

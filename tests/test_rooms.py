@@ -42,11 +42,10 @@ TREES = {
 }
 
 
-def imported(tree, with_types=True):
-    """The files of the package that a module imports anywhere, and the lines where."""
+def imported(tree):
+    """The files of the package that a module imports anywhere, for types too, and the lines."""
     for node in ast.iter_child_nodes(tree):
-        if with_types or not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
-            yield from imported(node, with_types)
+        yield from imported(node)
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "boltjoint":
             for alias in node.names:
                 parts = [*node.module.split("."), alias.name][1:]
@@ -79,7 +78,7 @@ def test_imports_within_dynamics_point_downwards(file):
 
 def test_imports_never_form_a_circle():
     TopologicalSorter(
-        {file: {below for below, _ in imported(TREES[file], with_types=False)} for file in TREES}
+        {file: {below for below, _ in imported(TREES[file])} for file in TREES}
     ).prepare()
 
 

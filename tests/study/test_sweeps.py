@@ -20,7 +20,8 @@ from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.sweeps import SweptJoint, gather_sweep, solve_designs
+from boltjoint.study.sweeps import gather_sweep, solve_designs
+from boltjoint.study.swept_joint import SweptJoint
 from boltjoint.study.tables.sweeps import tabulate_sensitivity
 
 KEYS = {

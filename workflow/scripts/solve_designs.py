@@ -7,7 +7,8 @@ from boltjoint.config.varied_case import with_values
 from boltjoint.joint.io import ImpossibleJoint, load_joint
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
-from boltjoint.study.sweeps import SweptJoint, solve_designs
+from boltjoint.study.sweeps import solve_designs
+from boltjoint.study.swept_joint import SweptJoint
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)

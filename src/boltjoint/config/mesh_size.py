@@ -1,10 +1,8 @@
 """Size of the mesh of an assembly, by counting its divisions: nothing is built."""
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from boltjoint.config.assembly import Assembly
+from typing import Any, NamedTuple, Protocol
 
 #: more than any machine can count: sizes beyond it would overflow
 COUNTLESS = 1e30
@@ -18,7 +16,20 @@ class MeshSize(NamedTuple):
     pairs: int
 
 
-def mesh_size(assembly: "Assembly") -> MeshSize:
+class Divisions(Protocol):
+    """What of a half lap its size follows from: an ``Assembly`` has it."""
+
+    bar: Any
+    bolts: Any
+    mesh: Any
+    bolt_count: int
+    bolt_positions_mm: Sequence[float]
+    elements_outside_lap: Sequence[float]
+    layers_in_washer: float
+    rings_head_to_washer_edge: int
+
+
+def mesh_size(assembly: Divisions) -> MeshSize:
     """Size of the mesh of an assembly, by counting its divisions."""
     mesh = assembly.mesh
     across, along, layers = (
@@ -62,13 +73,13 @@ def mesh_size(assembly: "Assembly") -> MeshSize:
     )
 
 
-def pairs_of_one_side(assembly: "Assembly") -> int:
+def pairs_of_one_side(assembly: Divisions) -> int:
     """Coincident node pairs on the centre line and on one side of it."""
     rings, columns = _rings_and_columns_of_pairs(assembly)
     return (mesh_size(assembly).pairs + 2 * rings + columns) // 2
 
 
-def longest_element_of_lap_mm(assembly: "Assembly") -> float:
+def longest_element_of_lap_mm(assembly: Divisions) -> float:
     """Longest element of the contact along the bar: of the columns and rings of the mesh."""
     mesh, bolts, positions = assembly.mesh, assembly.bolts, assembly.bolt_positions_mm
     cell, seat = mesh.bolt_cell_length_mm, bolts.seat_diameter_mm
@@ -87,7 +98,7 @@ def longest_element_of_lap_mm(assembly: "Assembly") -> float:
     )
 
 
-def _rings_and_columns_of_pairs(assembly: "Assembly") -> tuple[int, int]:
+def _rings_and_columns_of_pairs(assembly: Divisions) -> tuple[int, int]:
     """Rings of contact pairs around all holes, and columns across the bar that are in no ring."""
     mesh, bolts = assembly.mesh, assembly.bolt_count
     rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge + 1

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
 from boltjoint.study import layout
@@ -13,7 +13,6 @@ from boltjoint.study.trusted_bases import headline_basis
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
-    from boltjoint.study.display import Display
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,13 @@ def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
                 yield Artefact("fit_timing", **which)
 
 
+class Listed(Protocol):
+    """What a study has several of, such as a figure (``study.display.Display``)."""
+
+    def artefacts(self, contents: "Contents") -> Iterator[Artefact]:
+        """All of this kind that a study has."""
+
+
 class Contents(Responses):
     """Everything that a study makes.
 
@@ -95,7 +101,7 @@ class Contents(Responses):
         The figures and tables that studies have.
     """
 
-    def __init__(self, study: "Study", displays: "Iterable[Display]" = ()) -> None:
+    def __init__(self, study: "Study", displays: "Iterable[Listed]" = ()) -> None:
         super().__init__(study)
         self._displays = tuple(displays)
 

@@ -11,7 +11,7 @@ from boltjoint.study.designs import varied
 
 if TYPE_CHECKING:
     from boltjoint.joint.io import ImpossibleJoint
-    from boltjoint.study.sweeps import SweptJoint
+    from boltjoint.study.swept_joint import SweptJoint
 
 #: units of contact stiffness, of a pair and per area
 _STIFFNESSES = ("N/m", "N/m3")
