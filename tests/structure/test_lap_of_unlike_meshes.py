@@ -91,7 +91,7 @@ def test_meshes_of_two_to_three():
         solve_response(
             connect_nodes(find_modes(each, "free-4"), preload, 1e8, 0.1),
             [2.0, 20.0],
-            loss_factor=2e-3,
+            damping=2e-3,
         )
         for each, preload in zip((matching, unlike), preloads, strict=True)
     ]
