@@ -18,6 +18,8 @@ _MM, _GPA = 1e3, 1e-9
 _MODULI, _DENSITIES, _SIZES = (5e8, 1e12), (200.0, 25e3), (1e-3, 50.0)
 #: keywords and names of the deck that are told, at most
 _MOST = 8
+#: nodes of a coupling whose mean other constraints hold, beyond which it fills the stiffness
+_MEAN = 500
 
 
 def check_of(description: Description, folder: str | Path) -> tuple[dict[str, str], list[str]]:
@@ -48,7 +50,8 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
     facts["sets of nodes"] = _first(list(deck.node_sets.written.values()))
     facts["surfaces"] = _first([each.name for each in deck.surfaces.values()])
     facts["not used of the deck"] = _left_out(assembled)
-    return facts, [*_doubts(description, as_read), *_of_ties(assembled)]
+    doubts = [*_doubts(description, as_read), *_of_ties(assembled), *_of_couplings(assembled)]
+    return facts, doubts
 
 
 def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
@@ -184,4 +187,17 @@ def _of_ties(assembled: Assembled) -> list[str]:
         "the master and stay free"
         for each in assembled.ties
         if each.apart
+    ]
+
+
+def _of_couplings(assembled: Assembled) -> list[str]:
+    """Unknowns that follow from more of others than factors hold well."""
+    T = assembled.elimination.transformation.tocsr()
+    of_nodes = np.diff(T.indptr)[: 3 * assembled.mesh.node_count]
+    most = int(of_nodes.max(initial=0))
+    if most <= 3 * _MEAN:
+        return []
+    return [
+        f"a coupling of {most // 3} nodes is held by equations: each of its nodes depends on all "
+        "others, which costs memory"
     ]
