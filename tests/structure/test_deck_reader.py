@@ -213,6 +213,7 @@ BAD = {
     "*NODE\n5, 0., 0., 1.5": "line 35: node 5 stands elsewhere at joint.inp, line 3: give",
     "*NODE\n50, 1.0 2.0 3.0": "line 36: *NODE: '1.0 2.0 3.0' is no number: values are apart by",
     "*NODE\n50, 1.e999": "line 36: *NODE: '1.e999' is no finite number",
+    "*NODE\n50, 1.E300": "line 35: node 50 lies beyond 1e+12",
     "*NODE\nx, 1.": "line 36: *NODE: 'x' is no whole number",
     "*SHELL SECTION, ELSET=LOWER": "line 35: *SHELL SECTION: shells are not read",
     "*CYCLIC SYMMETRY MODEL, N=3": "line 35: *CYCLIC SYMMETRY MODEL: cyclic symmetry is not",

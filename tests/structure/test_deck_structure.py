@@ -193,11 +193,16 @@ BAD = {
         CONTACT,
         "joint.inp: element 30 (C3D4) has no material: give *SOLID SECTION for its set",
     ),
+    "a bolt that pulls one way": (
+        "*CLOAD\n100, 1, 3.\n101, 1, -3.\n",
+        CONTACT,
+        "joint.inp: load of head is not in equilibrium with itself",
+    ),
     "an element turned inside out": (
         "*NODE\n30, 5., 0., 0.\n31, 6., 0., 0.\n32, 5., 1., 0.\n33, 5., 0., -1.\n"
         "*ELEMENT, TYPE=C3D4, ELSET=UPPER\n30, 30, 31, 32, 33\n",
         CONTACT,
-        "1 elements C3D4 are turned inside out, the first one is 30 at",
+        "joint.inp: 1 elements C3D4 are turned inside out, the first one is 30 at",
     ),
 }
 

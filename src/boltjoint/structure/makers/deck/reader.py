@@ -23,6 +23,8 @@ from boltjoint.structure.makers.deck.reading import Reading
 Array = NDArray[np.float64]
 
 _HANDLERS = mesh_keywords.HANDLERS | model_keywords.HANDLERS
+#: coordinate of a node, in units of the deck, that no body has
+_FARTHEST = 1e12
 #: keywords that say how an analysis runs or what it writes, not what the structure is
 _SILENT = {"HEADING", "PREPRINT", "END STEP", "ASSEMBLY", "END ASSEMBLY", "END PART", "STEP"}
 _SILENT |= {"END INSTANCE", "RESTART", "PARAMETER"}
@@ -130,6 +132,11 @@ def _finish(reading: Reading) -> None:
     if not len(deck.nodes):
         raise ValueError(f"{deck.file} has no *NODE: it is no deck of a structure")
     deck.coordinate = np.concatenate(reading.coordinates)
+    far = abs(deck.coordinate).max(axis=1) > _FARTHEST
+    if far.any():
+        node = int(np.argmax(far))
+        place = reading.place_of_node(node)
+        raise ValueError(f"{place}: {deck.nodes.name(node)} lies beyond {_FARTHEST:g}")
     for one, other in deck.nodes.twice():
         if not np.array_equal(deck.coordinate[one], deck.coordinate[other]):
             places = [str(reading.place_of_node(each)) for each in (one, other)]

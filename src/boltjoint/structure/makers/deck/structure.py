@@ -93,6 +93,16 @@ def structure_of_deck(description: Description, folder: str | Path) -> Structure
 
 def model_of_deck(description: Description, folder: str | Path) -> DeckModel:
     """The structure of a deck, and what it came from, as ``structure_of_deck``."""
+    try:
+        return _model(description, folder)
+    except (ValueError, RuntimeError) as error:
+        text = " ".join(str(error).split())
+        if text.startswith(description.file):
+            raise
+        raise ValueError(f"{description.file}: {text}") from error
+
+
+def _model(description: Description, folder: str | Path) -> DeckModel:
     as_read = described_mesh(description, Path(folder))
     deck = as_read.deck
     wanted = None if isinstance(description.bolts, str) else description.bolts
