@@ -134,6 +134,10 @@ def test_slaves_near_the_master_are_moved_onto_it_and_others_keep_their_offset(c
     far = constrained(raised + TIE, tolerance=0.3)
     assert far.mesh.coordinate[8].tolist() == [0, 0, 1.2]
     assert zero_modes(far) == zero_eigenvalues(far) == 6
+    moved = constrained(raised + TIE, tolerance=0.3, adjust="all")
+    assert moved.mesh.coordinate[8].tolist() == [0, 0, 1]
+    kept = constrained(raised + TIE.replace("glue", "glue, ADJUST=NO"), tolerance=0.3, adjust="all")
+    assert kept.mesh.coordinate[8].tolist() == [0, 0, 1.2]
     left = constrained(raised + TIE)
     assert (left.ties[0].apart, len(left.ties[0].node)) == (1, 3)
 

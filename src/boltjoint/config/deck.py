@@ -152,6 +152,9 @@ class Ties(Entry):
     tolerance_mm: Positive | None = None
     """Distance within which slave nodes are tied; by default that of each tie in the deck, or 0.05
     of the size of a master face."""
+    adjust: Literal["near", "all", "none"] = "near"
+    """Nodes that are moved onto the faces: those within a tenth of the size of a face, so that the
+    others keep their place and offset; all, as Abaqus and CalculiX do; or none."""
 
 
 class NamedPoint(Entry):

@@ -60,6 +60,7 @@ def constrain(
     boundaries: Sequence[Boundary],
     tied_pairs: Sequence[ContactPair] = (),
     tolerance: float | None = None,
+    adjust: str = "near",
 ) -> Assembled:
     """The constraints of a deck.
 
@@ -73,6 +74,8 @@ def constrain(
         Contact pairs that are tied.
     tolerance
         Of all ties [m]; by default that of each.
+    adjust
+        Which tied nodes are moved onto the faces, as for ``constraints.tie``.
 
     Raises
     ------
@@ -95,7 +98,9 @@ def constrain(
         *((each, True) for each in deck.ties),
         *((_tie_of(pair), False) for pair in tied_pairs),
     ]:
-        mesh, of_tie, tied = constraints.tie(mesh, each, tolerance, taken, is_strict=is_strict)
+        mesh, of_tie, tied = constraints.tie(
+            mesh, each, tolerance, taken, is_strict=is_strict, adjust=adjust
+        )
         rows.append(_wide(of_tie, unknowns.size))
         ties.append(tied)
     rows += constraints.section_rows(cuts, unknowns)

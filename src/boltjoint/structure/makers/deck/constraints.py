@@ -60,6 +60,7 @@ def tie(
     taken: dict[int, str],
     *,
     is_strict: bool = True,
+    adjust: str = "near",
 ) -> tuple[Mesh, Rows, TiedNodes]:
     """Rows of a tie, and the mesh whose slaves were moved onto the faces.
 
@@ -76,6 +77,9 @@ def tie(
         Names of the ties that nodes are slaves of, to which those of this one are added.
     is_strict
         Whether slaves of another tie are refused; otherwise they stay with that.
+    adjust
+        Which nodes are moved onto the faces: ``near`` ones, ``all`` or ``none``; none of a tie that
+        forbids it.
 
     Raises
     ------
@@ -105,7 +109,8 @@ def tie(
             f"master: the nearest is {nearest:.4g} mm away"
         )
     node, found = node[within], type(found)(*(part[within] for part in found))
-    adjusted = found.distance <= ADJUSTED * size
+    farthest = {"near": ADJUSTED * size, "all": np.inf, "none": -1.0}[adjust]
+    adjusted = found.distance <= (farthest if each.is_adjusted else -1.0)
     moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()
     moved[node[adjusted]] += (found.point - mesh.coordinate[node])[adjusted]
     mesh = replace(mesh, moved=moved)

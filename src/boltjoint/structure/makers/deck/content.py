@@ -80,13 +80,17 @@ class Beam(NamedTuple):
 
 
 class Tie(NamedTuple):
-    """Nodes of one surface that move with the faces of another; tolerance None by default."""
+    """Nodes of one surface that move with the faces of another; tolerance None by default.
+
+    ``is_adjusted`` where nodes may be moved onto the faces.
+    """
 
     name: str
     slave: Reference
     master: Reference
     tolerance: float | None
     place: Place
+    is_adjusted: bool = True
 
 
 class Term(NamedTuple):

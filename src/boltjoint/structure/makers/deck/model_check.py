@@ -43,6 +43,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
         boundaries=boundaries,
         tied_pairs=tied_pairs(description, as_read.deck),
         tolerance=None if tolerance is None else tolerance / _MM,
+        adjust=description.ties.adjust,
     )
     facts = _of_bodies(description, as_read) | _of_constraints(assembled)
     facts |= _of_bolts(description, assembled) | _of_contact(description, assembled)

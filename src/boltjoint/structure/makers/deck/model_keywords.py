@@ -114,6 +114,7 @@ def tie(reading: Reading, block: Block) -> None:
                 _reference(reading, block, row, 1),
                 None if tolerance is None else values.real(block, -1, tolerance),
                 block.place_of(row),
+                block.options.get("ADJUST", "YES").upper() != "NO",
             )
         )
 

@@ -114,6 +114,7 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
         boundaries=boundaries,
         tied_pairs=tied_pairs(description, deck),
         tolerance=None if tolerance is None else _MM * tolerance,
+        adjust=description.ties.adjust,
     )
     length, mass, _ = description.units.factors
     K, M = matrices(
