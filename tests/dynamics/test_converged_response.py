@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.response.converged_peaks import HarmonicConvergence
 from boltjoint.dynamics.response.converged_response import (
     find_converged_peaks,
     solve_converged_response,
 )
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 
 FORCES = [0.01, 5.0, 20.0]

@@ -102,7 +102,7 @@ class Solver(Entry):
 
     @property
     def harmonic_convergence(self) -> dict[str, float]:
-        """Options of ``dynamics.response.converged_peaks.HarmonicConvergence``."""
+        """Options of ``dynamics.response.peak_sequence.HarmonicConvergence``."""
         amplitude = self.harmonic_tolerance
         return {
             "amplitude_tolerance": amplitude,

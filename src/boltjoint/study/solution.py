@@ -11,11 +11,7 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.response.converged_peaks import (
-    HarmonicConvergence,
-    add_converged_peaks,
-    converge_peaks,
-)
+from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.converged_response import (
     find_converged_peaks,
     solve_converged_response,
@@ -23,6 +19,7 @@ from boltjoint.dynamics.response.converged_response import (
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
 from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint

@@ -10,7 +10,7 @@ import xarray as xr
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.dynamics.response.converged_peaks import converge_peak
+from boltjoint.dynamics.response.peak_sequence import converge_peak
 from boltjoint.friction.aft import without_sampling
 from boltjoint.joint.model import Joint
 from boltjoint.verification.multi_harmonic import solve_periodic

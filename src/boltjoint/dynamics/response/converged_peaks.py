@@ -1,19 +1,16 @@
 """Peaks of responses with as many harmonics as change nothing: what one harmonic leaves out.
 
-From a peak of one harmonic, peaks with more are sought one after another, each from the one before,
-until two successive changes are below a tolerance. Their truncation error is what the harmonics
-left out change (``left_out_harmonics``).
+They are sought with more and more harmonics (``peak_sequence``). The truncation error of the last
+is what the harmonics left out change (``left_out_harmonics``).
 """
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
@@ -25,191 +22,37 @@ from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     change_by_left_out_harmonics,
 )
-from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
+from boltjoint.dynamics.response.peak_sequence import (
+    HarmonicConvergence,
+    PeakSequence,
+    converge_peak,
+)
+from boltjoint.dynamics.response.phase_resonance import PeakSearch
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
-from boltjoint.options import Options
 
 logger = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class HarmonicConvergence(Options):
-    """Numbers of harmonics that are tried for a peak, and when they are enough.
+class ConvergedPeak(NamedTuple):
+    """The peaks of a force level, with the truncation errors and a superharmonic of the last.
 
-    Parameters
-    ----------
-    harmonics
-        Highest harmonics tried, ascending, nearly doubled from one to the next: neighbours may
-        agree by chance. With 5 and 7 too, error bars of two of seven peaks of
-        ``three_bolt_constant`` did not hold those of 49.
-    amplitude_tolerance, frequency_tolerance
-        The last is taken where it and the one before changed no more than that, relative. One
-        small change may be chance: under variable normal load amplitudes of 9 and 17 harmonics
-        within 0.4 % were followed by 1 % with 33. Peaks are as wide as their damping, so that a
-        frequency moves less than an amplitude.
-    samples, samples_per_harmonic
-        Time samples a period: at least so many, and so many for each harmonic.
-
-    Raises
-    ------
-    ValueError
-        If the harmonics do not ascend, or a number is not positive.
+    ``truncation_error`` of frequency and amplitude, relative; not a number where no peak with more
+    harmonics than the first is found.
     """
 
-    harmonics: tuple[int, ...] = (3, 9, 17, 33)
-    amplitude_tolerance: float = 5e-3
-    frequency_tolerance: float = 5e-4
-    samples: int = 256
-    samples_per_harmonic: int = 16
-
-    def __post_init__(self) -> None:
-        """Refuse options with which nothing converges."""
-        checks.numbers("harmonics", self.harmonics)
-        if any(np.diff(self.harmonics) <= 0):
-            raise ValueError("harmonics must ascend")
-        for name in ("amplitude_tolerance", "frequency_tolerance"):
-            checks.number(name, getattr(self, name), above=0)
-        for name in ("samples", "samples_per_harmonic"):
-            checks.whole(name, getattr(self, name), at_least=3)
-
-    def sampling(self, harmonics: int) -> dict[str, int]:
-        """Harmonics and time samples of AFT with a number of harmonics."""
-        samples = max(self.samples, self.samples_per_harmonic * harmonics)
-        return {"harmonics": harmonics, "samples": samples}
-
-
-class HarmonicPeak(NamedTuple):
-    """A peak with a number of harmonics: frequency [Hz], first-harmonic amplitude [m], motion.
-
-    ``located`` by the phase of the output point; None of a peak that is given.
-    """
-
-    harmonics: int
-    frequency: float
-    amplitude: float
-    motion: PeriodicMotion
-    located: LocatedPeak | None = None
-
-    def change_from(self, other: "HarmonicPeak") -> NDArray[np.float64]:
-        """Relative change of frequency and amplitude from another peak, without sign."""
-        return abs(
-            np.array([self.frequency / other.frequency, self.amplitude / other.amplitude]) - 1
-        )
-
-
-class PeakSequence(NamedTuple):
-    """Peaks found with more and more harmonics, and whether the last changed within tolerances."""
-
-    peaks: tuple[HarmonicPeak, ...]
-    converged: bool = False
+    sequence: PeakSequence = PeakSequence(())
+    truncation_error: tuple[float, float] = (np.nan, np.nan)
+    superharmonic: Superharmonic | None = None
 
     @property
-    def has_more_harmonics(self) -> bool:
-        """Whether a peak with more harmonics than the first is among them."""
-        return len(self.peaks) > 1
-
-    @property
-    def extrapolated_change(self) -> NDArray[np.float64]:
-        """Change of frequency and amplitude by further harmonics, extrapolated from the last.
-
-        Motion by the forces of friction falls with the square of the harmonic at least. Zero with
-        one peak beside the first, which may be that of an analytic law, not of as many samples.
-        """
-        if len(self.peaks) < 3:
-            return np.zeros(2)
-        before, last = self.peaks[-2:]
-        ratio = (last.harmonics / before.harmonics) ** 2
-        return last.change_from(before) / (ratio - 1)
-
-    def changes_within(self, tolerances: tuple[float, float]) -> bool:
-        """Whether the last two changes of frequency and amplitude are within tolerances.
-
-        But that from the first: it may be the peak of an analytic law, not of as many samples.
-        """
-        last = list(pairwise(self.peaks[1:]))[-2:]
-        changes = [after.change_from(before) for before, after in last]
-        return len(changes) == 2 and bool(np.all(np.array(changes) <= tolerances))
-
-
-class _Converged(NamedTuple):
-    """The peaks of a force level, with the truncation errors and a superharmonic of the last."""
-
-    sequence: PeakSequence
-    truncation_error: tuple[float, float]
-    superharmonic: Superharmonic | None
-
-
-def converge_peak(
-    joint: Joint,
-    frequency: float,
-    motion: PeriodicMotion,
-    force: float,
-    damping: Damping | float,
-    options: HarmonicConvergence = HarmonicConvergence(),
-) -> PeakSequence:
-    """The peaks near one of few harmonics, with more until they change by less than tolerances.
-
-    Parameters
-    ----------
-    joint
-        With the law of its elements.
-    frequency, motion
-        Frequency and motion of the peak with few harmonics [Hz].
-    force
-        Amplitude of the excitation [N].
-    damping
-        Damping of the structure; a number is a loss factor.
-    options
-        Numbers of harmonics and tolerances.
-
-    Returns
-    -------
-    PeakSequence
-        From the given peak on, without numbers of harmonics with which none is found.
-    """
-    checks.instance("options", options, HarmonicConvergence)
-    tolerances = options.frequency_tolerance, options.amplitude_tolerance
-    known = motion.components.highest
-    amplitude = abs(motion.amplitude(joint.response_mode))
-    given = HarmonicPeak(known, frequency, amplitude, motion)
-    sequence, resonances = PeakSequence((given,)), []
-    for highest in options.harmonics:
-        if highest <= known:
-            continue
-        last, fewer = sequence.peaks[-1], resonances[-1] if resonances else None
-        law = AlternatingFrequencyTime(joint.law, **options.sampling(highest))
-        balance = HarmonicBalance(replace(joint, law=law), damping, force)
-        resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
-        located = resonance.peak(narrowed=False)
-        logger.info("%g N, %d harmonics: %s", force, highest, located and located.frequency)
-        if located is None:
-            continue
-        resonances.append(resonance)
-        sequence = PeakSequence((*sequence.peaks, _peak_with(highest, located, joint)))
-        if sequence.changes_within(tolerances):
-            sequence = _narrowed(sequence, resonances, joint)
-            if sequence.changes_within(tolerances):
-                return sequence._replace(converged=True)
-    return _narrowed(sequence, resonances, joint)
-
-
-def _narrowed(
-    sequence: PeakSequence, resonances: Sequence[PhaseResonance], joint: Joint
-) -> PeakSequence:
-    """With the last two peaks, whose change counts, located as well as they can be."""
-    peaks = list(sequence.peaks)
-    for place, resonance in zip((-1, -2), reversed(resonances), strict=False):
-        located = resonance.peak()
-        if located is not None:
-            peaks[place] = _peak_with(peaks[place].harmonics, located, joint)
-    return PeakSequence(tuple(peaks))
-
-
-def _peak_with(harmonics: int, located: LocatedPeak, joint: Joint) -> HarmonicPeak:
-    amplitude = abs(located.motion.amplitude(joint.response_mode))
-    return HarmonicPeak(harmonics, located.frequency, amplitude, located.motion, located)
+    def values(self) -> tuple[float, float, float]:
+        """Frequency [Hz], amplitude [m] and highest harmonic; not a number without a peak."""
+        if not self.sequence.has_more_harmonics:
+            return np.nan, np.nan, np.nan
+        last = self.sequence.peaks[-1]
+        return last.frequency, last.amplitude, last.harmonics
 
 
 def converge_peaks(
@@ -248,18 +91,46 @@ def converge_peaks(
     """
     checks.instance("joint", joint, Joint)
     checks.instance("response", response, xr.Dataset)
+    peaks = [ConvergedPeak()] * response.sizes["force"]
+    damping = damping_of_attributes(response.attrs)
+    for place, force in enumerate(response["force_level"].to_numpy()):
+        if np.isfinite(response["peak_frequency"][place]):
+            peak = motion_at_peak(response, force)
+            peaks[place] = find_converged_peak(joint, *peak, force, damping, options, left_out)
+    return _dataset(peaks)
+
+
+def find_converged_peak(
+    joint: Joint,
+    frequency: float,
+    motion: PeriodicMotion,
+    force: float,
+    damping: Damping | float,
+    options: HarmonicConvergence = HarmonicConvergence(),
+    left_out: LeftOutHarmonics = LeftOutHarmonics(),
+) -> ConvergedPeak:
+    """The peaks as of ``converge_peak``, with the truncation errors of the last.
+
+    Parameters
+    ----------
+    joint
+        With the law of its elements, or AFT of it.
+    frequency, motion, force, damping, options
+        As for ``converge_peak``.
+    left_out
+        How truncation errors are estimated.
+
+    Returns
+    -------
+    ConvergedPeak
+        Without peaks where the law has no elements that can be followed in time.
+    """
     joint = replace(joint, law=without_sampling(joint.law))
-    found = [_Converged(PeakSequence(()), (np.nan, np.nan), None)]
-    found *= response.sizes["force"]
-    if isinstance(joint.law, ElementLaw):
-        joint, damping = joint.distinct, damping_of_attributes(response.attrs)
-        for place, force in enumerate(response["force_level"].to_numpy()):
-            if np.isfinite(response["peak_frequency"][place]):
-                peak = motion_at_peak(response, force)
-                sequence = converge_peak(joint, *peak, force, damping, options)
-                balance = HarmonicBalance(joint, damping, force)
-                found[place] = _judge(sequence, balance, options, left_out)
-    return _dataset(found)
+    if not isinstance(joint.law, ElementLaw):
+        return ConvergedPeak()
+    joint = joint.distinct
+    sequence = converge_peak(joint, frequency, motion, force, damping, options)
+    return _judge(sequence, HarmonicBalance(joint, damping, force), options, left_out)
 
 
 def _judge(
@@ -267,13 +138,13 @@ def _judge(
     balance: HarmonicBalance,
     options: HarmonicConvergence,
     left_out: LeftOutHarmonics,
-) -> _Converged:
+) -> ConvergedPeak:
     """Truncation errors of a peak sequence, and whether a harmonic of its last is in resonance.
 
     What the search of the peak left is added: its distance from the peak, and its tolerance.
     """
     if not sequence.has_more_harmonics:
-        return _Converged(sequence, (np.nan, np.nan), None)
+        return ConvergedPeak(sequence)
     last = sequence.peaks[-1]
     if not sequence.converged:
         force, most = balance.excitation_force, last.harmonics
@@ -292,7 +163,7 @@ def _judge(
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
     superharmonic = find_superharmonic(balance, jacobian, last.motion, last.frequency)
-    return _Converged(sequence, (frequency, amplitude), superharmonic)
+    return ConvergedPeak(sequence, (frequency, amplitude), superharmonic)
 
 
 def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
@@ -331,21 +202,18 @@ def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Datas
     return response.merge(converged).assign(errors)
 
 
-def _dataset(found: Sequence[_Converged]) -> xr.Dataset:
+def _dataset(peaks: Sequence[ConvergedPeak]) -> xr.Dataset:
     """Peak sequences of the force levels as ``response.nc`` holds them."""
-    tried = sorted({peak.harmonics for each in found for peak in each.sequence.peaks})
-    by_harmonics = np.full((2, len(found), len(tried)), np.nan)
-    converged = np.full((len(found), 3), np.nan)
-    for place, (sequence, *_) in enumerate(found):
+    tried = sorted({peak.harmonics for at in peaks for peak in at.sequence.peaks})
+    by_harmonics = np.full((2, len(peaks), len(tried)), np.nan)
+    for place, (sequence, *_) in enumerate(peaks):
         for peak in sequence.peaks:
             at = place, tried.index(peak.harmonics)
             by_harmonics[:, *at] = peak.frequency, peak.amplitude
-        if sequence.has_more_harmonics:
-            last = sequence.peaks[-1]
-            converged[place] = last.frequency, last.amplitude, last.harmonics
-    errors = np.array([each.truncation_error for each in found])
+    converged = np.array([at.values for at in peaks])
+    errors = np.array([at.truncation_error for at in peaks])
     none = Superharmonic(0, np.nan, 0.0)
-    of_superharmonic = np.array([each.superharmonic or none for each in found])
+    of_superharmonic = np.array([at.superharmonic or none for at in peaks])
     of_all = "with as many harmonics as change nothing"
     of_forces = (
         ("peak_frequency_converged", converged[:, 0], "Hz", f"peak {of_all}"),

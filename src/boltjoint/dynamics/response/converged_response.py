@@ -10,14 +10,11 @@ from boltjoint import checks
 from boltjoint.damping import Damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.balance.linear_modes import Jacobian
-from boltjoint.dynamics.response.converged_peaks import (
-    HarmonicConvergence,
-    add_converged_peaks,
-    converge_peaks,
-)
+from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.method import Method
 from boltjoint.dynamics.response.methods import LinearModes, as_method
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.joint.model import Joint

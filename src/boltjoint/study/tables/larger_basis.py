@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import pandas as pd
 import xarray as xr
 
-from boltjoint.dynamics.response.converged_peaks import HarmonicConvergence, converge_peaks
+from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
