@@ -139,6 +139,8 @@ SALTELLI = {
     "design": {"kind": "saltelli", "number": 8},
     "basis": "free-2",
     "joint": "regions=2",
+    "observe": ["peaks", "converged-peaks"],
+    "check": {"designs": 3, "basis": "free-4"},
 }
 SWEEPS = {"grid": SWEEP, "shares": SALTELLI}
 

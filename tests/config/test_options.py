@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from boltjoint.config.settings import Fitting
 from boltjoint.config.solver import Solver
+from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
@@ -35,6 +36,7 @@ def test_defaults_are_those_of_the_library():
     assert Solver().time_samples == samples
     assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
     assert max(HarmonicConvergence().harmonics) == estimated_jobs.MOST_CHOSEN
+    assert LeftOutHarmonics().times == estimated_jobs.LEFT_OUT
     harmonics = inspect.signature(tabulate_steady_states).parameters["harmonics"].default
     assert max(harmonics) == estimated_jobs.MANY_ENRICHED
 

@@ -387,3 +387,34 @@ def test_a_sweep_reads_what_it_writes():
     sweep = load_study(ROOT, SWEPT).sweeps[NAME]
     content = sweep.model_dump()
     assert Sweep.model_validate(content) == sweep.model_copy(update={"description": ""})
+
+
+def test_a_check_solves_a_larger_model(changed):
+    study = changed(check={"basis": "enriched-40"})
+    content = study.base_of_sweep(NAME, checking=True)
+    (block,) = content["solve"]
+    assert (block["joints"], content["modes"]) == (("node-to-node",), ("enriched-40",))
+    assert content["coordinates"] == ("linear",)
+    assert Case.model_validate(content).levels == (10.0,)
+    assert study.sweeps[NAME].check.designs == 20
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        ({"check": {"basis": "enriched-40", "joint": "clusters=1000000"}}, "check.joint: "),
+        ({"check": {"basis": "enriched-40", "joint": "clusters=9999"}}, "must have at most"),
+        ({"check": {"designs": 0, "basis": "free-4"}}, "check.designs: 0 must be"),
+        ({"check": {}}, "check.basis: is missing"),
+        (
+            {
+                "vary": {"preload_ratios[0]": [0.5, 1]},
+                "design": {"kind": "grid"},
+                "check": {"basis": "enriched-40"},
+            },
+            "check.basis: ",
+        ),
+    ],
+)
+def test_a_check_that_is_impossible_is_refused(changed, keys, line):
+    assert any(line in told for told in changed(**keys))

@@ -165,9 +165,9 @@ def test_peaks_that_are_integrated_in_time_have_the_memory_that_was_measured():
     # 97 harmonics of 40 vectors: 2.8 GB
     needed = resources.of("steady_states", "three_bolt_variable")["mem_mb"]
     assert 2800 < needed < 2 * 2800
-    # 33 of 80 vectors, and of 40 in the search of converged peaks
+    # 33 of 80 vectors, and 66 of 40 for the truncation error of converged peaks
     assert 2400 < resources.of("larger_basis", "three_bolt_variable")["mem_mb"] < 2 * 2400
-    assert 960 < resources.of("responses", "three_bolt_variable")["mem_mb"] - 290 < 2 * 960
+    assert 1400 < resources.of("responses", "three_bolt_variable")["mem_mb"] - 290 < 2 * 1400
 
 
 def test_nothing_is_known_of_the_nodes_of_a_cluster(study):

@@ -11,6 +11,7 @@ from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
+from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.laws import LAWS
@@ -20,10 +21,19 @@ from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.sweeps import gather_sweep, solve_designs
+from boltjoint.study.sweep_error import error_of_sweep
+from boltjoint.study.sweeps import check_designs, gather_sweep, solve_designs
 from boltjoint.study.swept_joint import SweptJoint
-from boltjoint.study.tables.sweeps import tabulate_sensitivity
+from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
 
+#: of the peaks with all harmonics
+CONVERGED = (
+    "peak_frequency_converged",
+    "peak_amplitude_converged",
+    "peak_harmonics",
+    "peak_frequency_truncation_error",
+    "peak_amplitude_truncation_error",
+)
 KEYS = {
     "constant": {"tangential_stiffness_N_per_m": 5e6, "friction_coefficient": 0.1},
     "variable": {
@@ -115,6 +125,69 @@ def test_a_stiffness_per_area_varies_too():
             np.testing.assert_allclose(found[name][row], alone[name], rtol=1e-9)
     # the grid of responses holds the resonance of the stiffest design
     np.testing.assert_allclose(found["frequency"][[0, -1]], windows[-1], rtol=1e-9)
+
+
+def test_converged_peaks_of_designs_are_those_of_their_responses():
+    content = base("variable", forces_N=(5.0, 30.0))
+    designs = list_designs(VARY["variable"], Samples(kind="sobol", number=2, seed=3), content)
+    problem = SweptJoint(content, joints(Case.model_validate(content))[:1])
+    solved = solve_designs([problem], designs, range(2), converged=True)
+    for row, values in enumerate(values_of(designs)):
+        case = Case.model_validate(with_values(content, values))
+        nodes = joints(case)[:1]
+        how = {"damping": case.structural_damping, "window": frequency_window(*nodes)}
+        alone = converge_peaks(nodes[0], solve_response(nodes[0], case.levels, **how))
+        for name in CONVERGED:
+            assert np.isfinite(alone[name]).all()
+            # errors are changes of 1e-3 and less, of solutions to 1e-6
+            rtol = 1e-3 if "error" in name else 1e-6
+            np.testing.assert_allclose(solved[name][row], alone[name], rtol=rtol, atol=1e-6)
+
+
+def test_a_check_tells_how_far_the_peaks_are_off():
+    content = base("constant", forces_N=(5.0, 30.0))
+    of_constant = {"preload_N": (500.0, 1000.0, 1500.0), "loss_factor": (0.002, 0.01)}
+    designs = list_designs(of_constant, Grid(kind="grid"), content)
+    every = joints(Case.model_validate(content))
+    solved = solve_designs([SweptJoint(content, every)], designs, range(6))
+    check = check_designs([SweptJoint(content, every[:1])], designs, 4, seed=2)
+    rows = check["checked_design"].to_numpy()
+    assert rows.size == 4 and (np.diff(rows) > 0).all()
+    grid = {"preload_N": 3, "loss_factor": 2}
+    sweep = gather_sweep(content, designs, [solved], grid, check)
+    assert (sweep["checked_designs"] == 4).all()
+    for what in ("frequency", "amplitude"):
+        own = solved[f"peak_{what}"].to_numpy()[rows]
+        best = check[f"peak_{what}_converged"].to_numpy()
+        off = np.maximum(own / best, best / own).max(axis=0) - 1
+        error = sweep[f"peak_{what}_error"].to_numpy()
+        assert (error >= off).all()
+        # beside it there is the truncation error of the larger model only
+        assert (error < 1.5 * off + 0.01).all()
+    told = error_of_sweep(sweep)
+    assert told.amplitude == pytest.approx(float(sweep["peak_amplitude_error"].max()))
+    assert told.designs == 4
+    assert error_of_sweep(gather_sweep(content, designs, [solved], grid)) is None
+    statistics = tabulate_statistics(sweep)
+    of_amplitude = statistics[statistics["observed"] == "peak_mm"]["error_percent"]
+    np.testing.assert_allclose(of_amplitude, 100 * sweep["peak_amplitude_error"])
+
+
+def test_peaks_with_all_harmonics_count_where_they_are_observed():
+    content = base("constant", forces_N=(3.0,))
+    designs = list_designs({"loss_factor": (0.002, 0.01)}, Grid(kind="grid"), content)
+    problem = SweptJoint(content, joints(Case.model_validate(content)))
+    solved = solve_designs([problem], designs, range(2), converged=True)
+    check = check_designs([problem], designs, 5)
+    sweep = gather_sweep(content, designs, [solved], {"loss_factor": 2}, check)
+    # the model is the same: what is left is the truncation error
+    np.testing.assert_allclose(
+        sweep["peak_amplitude_error"], solved["peak_amplitude_truncation_error"].max("design")
+    )
+    table = tabulate_statistics(sweep).set_index("observed")
+    mean = 1e3 * float(solved["peak_amplitude_converged"].mean())
+    assert table.loc["peak_mm", "mean"] == pytest.approx(mean)
+    assert mean != pytest.approx(1e3 * float(solved["peak_amplitude"].mean()), rel=1e-4)
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from small_study import (
     CHECKS,
     RESPONSES,
     ROOT,
+    SALTELLI,
     SETTINGS,
     SWEEP,
     VARIABLE,
@@ -275,4 +276,13 @@ def test_a_sweep_goes_on_with_the_chunk_that_is_missing(copied):
     assert among(planned(copied), "*.nc") == [
         "results/sweeps/grid/chunks/1.nc",
         "results/sweeps/grid/sweep.nc",
+    ]
+
+
+def test_other_designs_to_check_leave_the_designs_alone(copied):
+    check = {"designs": 2, "basis": "free-4"}
+    write(copied / "config/sweeps/shares.yaml", SALTELLI | {"check": check})
+    assert among(planned(copied), "*.nc") == [
+        "results/sweeps/shares/check.nc",
+        "results/sweeps/shares/sweep.nc",
     ]

@@ -53,7 +53,44 @@ rule solve_designs:
         observed=lambda w: study.sweeps[w.sweep].observed,
         sampling=study.solver.sampling,
         steps=study.solver.steps,
+        harmonics=study.solver.harmonic_convergence,
         chunk=lambda w: contents.chunk(w.sweep, int(w.chunk)),
+    script:
+        "../scripts/solve_designs.py"
+
+
+rule check_sweep:
+    input:
+        designs=layout.PATHS["designs"],
+        joints=lambda w: sum(contents.joints_of_sweep(w.sweep, checking=True), start=[]),
+    output:
+        check=layout.PATHS["sweep_check"],
+    log:
+        "results/logs/check_sweep/{sweep}.log",
+    benchmark:
+        "results/benchmarks/check_sweep/{sweep}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("sweep_check", w.sweep)["mem_mb"],
+        runtime=lambda w: resources_of("sweep_check", w.sweep)["runtime"],
+    params:
+        library=library("solve_designs.py"),
+        case=lambda w: study.base_of_sweep(w.sweep, checking=True),
+        variants=lambda w: [
+            {"values": each.values, "joints": len(files)}
+            for each, files in zip(
+                study.possible_variants(w.sweep),
+                contents.joints_of_sweep(w.sweep, checking=True),
+            )
+        ],
+        check=lambda w: {
+            "number": study.sweeps[w.sweep].check.designs,
+            "seed": study.sweeps[w.sweep].check.seed,
+        },
+        sampling=study.solver.sampling,
+        steps=study.solver.steps,
+        harmonics=study.solver.harmonic_convergence,
     script:
         "../scripts/solve_designs.py"
 
@@ -62,6 +99,7 @@ rule gather_sweep:
     input:
         designs=layout.PATHS["designs"],
         chunks=lambda w: data("chunk", sweep=w.sweep),
+        check=lambda w: data("sweep_check", sweep=w.sweep),
     output:
         sweep=layout.PATHS["sweep"],
     log:
@@ -103,7 +141,7 @@ rule write_page_of_sweep:
         library=library("write_page_of_sweep.py"),
         # no words of the configuration stand on the page
         sweep=lambda w: study.sweeps[w.sweep].model_dump(
-            include={"case", "vary", "design", "basis", "joint"}
+            include={"case", "vary", "design", "basis", "joint", "check"}
         ),
         reported=lambda w: study.sweeps[w.sweep].case in study.cases,
     script:

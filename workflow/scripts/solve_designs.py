@@ -1,17 +1,19 @@
-"""Solve some of the designs of a sweep."""
+"""Solve some of the designs of a sweep, or those that its check solves again."""
 
 from collections.abc import Mapping
 
 from boltjoint import dataset
 from boltjoint.config.varied_case import with_values
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.joint.io import ImpossibleJoint, load_joint
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
-from boltjoint.study.sweeps import solve_designs
+from boltjoint.study.sweeps import check_designs, solve_designs
 from boltjoint.study.swept_joint import SweptJoint
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)
+harmonics = HarmonicConvergence(**params.harmonics)
 
 
 def variant(values: Mapping[str, float], number: int) -> SweptJoint | ImpossibleJoint:
@@ -22,11 +24,14 @@ def variant(values: Mapping[str, float], number: int) -> SweptJoint | Impossible
     except ImpossibleJoint as error:
         return error
     case = with_values(params.case, values)
-    return SweptJoint(case, joints, params.sampling, StepControl(**params.steps))
+    return SweptJoint(case, joints, params.sampling, StepControl(**params.steps), harmonics)
 
 
 variants = [variant(each["values"], each["joints"]) for each in params.variants]
 designs = dataset.load(snakemake.input.designs)
-how = {"threads": snakemake.threads, **params.observed}
-solved = solve_designs(variants, designs, range(*params.chunk), **how)
-dataset.save(solved, snakemake.output.chunk, params)
+threads = snakemake.threads
+if "check" in params.keys():
+    solved = check_designs(variants, designs, **params.check, threads=threads)
+else:
+    solved = solve_designs(variants, designs, range(*params.chunk), threads, **params.observed)
+dataset.save(solved, snakemake.output[0], params)

@@ -108,6 +108,11 @@ def conflicts_of_sweep(
     for path, sentence in conflicts_when_solved(solve_alone(case, sweep), assembly, settings):
         if path in (("joint",), ("basis",), ("resonance",)):
             yield path, sentence
+    if sweep.check is not None:
+        again = solve_alone(case, sweep.checking)
+        for path, sentence in conflicts_when_solved(again, assembly, settings):
+            if path in (("joint",), ("basis",)):
+                yield ("check", *path), sentence
 
 
 def conflicts_when_solved(solved: SolvedCase, assembly: Described, settings: Settings) -> Problems:

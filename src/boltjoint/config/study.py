@@ -129,17 +129,17 @@ class Study(Settings):
         found = (self.swept[name].possible_variants for name in sweeps or self.swept)
         return [variant for each in found for variant in each]
 
-    def base_of_sweep(self, name: str) -> dict[str, Any]:
-        """The base case of a sweep, with the joint, basis and resonance that the sweep solves."""
-        sweep, first = self.sweeps[name], self.swept[name].variants[0]
+    def base_of_sweep(self, name: str, *, checking: bool = False) -> dict[str, Any]:
+        """The base case as a sweep solves it, or as its check does."""
+        first = self.swept[name].variants[0]
+        sweep = self.sweeps[name].checking if checking else self.sweeps[name]
         case = self.case(sweep.case)
         bolts = self.assembly(case.assembly).bolt_count
         return with_all_ratios(solved_alone(case, sweep), first.values, bolts)
 
     def quantities(self, name: str) -> dict[str, Quantity]:
         """What the keys that a sweep varies are called; of a table, all that may vary."""
-        sweep = self.sweeps[name]
-        case = self.case(sweep.case)
+        sweep, case = self.sweeps[name], self.case(self.sweeps[name].case)
         found = keys_that_vary(case, self.assembly(case.assembly), sweep.joint)
         return {key: found[key] for key in sweep.vary or found}
 

@@ -1,7 +1,7 @@
 """Sweep: many designs that vary keys of a case, solved with one joint model."""
 
 from math import prod
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -87,7 +87,23 @@ class Table(Entry):
 
 Design = Annotated[Grid | Samples | Saltelli | Table, Field(discriminator="kind")]
 
-Observed = Literal["peaks", "responses", "contact-states", "backbone"]
+Observed = Literal["peaks", "converged-peaks", "responses", "contact-states", "backbone"]
+
+
+class SweepCheck(Entry):
+    """Designs drawn at random that are solved again in a larger model, with all harmonics.
+
+    How far their peaks are off is the error of the sweep.
+    """
+
+    designs: Count = 20
+    """Number of these designs; all, if there are not more."""
+    basis: ModalBasis
+    """Modal basis of the larger model."""
+    joint: Annotated[Joint, Field(validate_default=True)] = "node-to-node"
+    """Joint of the larger model."""
+    seed: Annotated[int, Field(strict=True, ge=0), INTEGRAL] = 0
+    """Seed of the random numbers: with the same one the same designs are drawn."""
 
 
 class Sweep(Entry):
@@ -120,7 +136,8 @@ class Sweep(Entry):
     coordinates: Literal["linear", "backbone"] = "linear"
     """``linear``, all vectors of the basis, or ``backbone``, nonlinear modal synthesis."""
     observe: Several[Observed] = ("peaks",)
-    """What is kept of each design: ``peaks``, frequency and amplitude of the peak; ``responses``,
+    """What is kept of each design: ``peaks``, frequency and amplitude of the peak;
+    ``converged-peaks``, these with all harmonics and their truncation errors; ``responses``,
     the amplitude over frequency on one grid for all; ``contact-states``, of each element at the
     peak; ``backbone``, natural frequency and damping ratio over the amplitude of the output
     point."""
@@ -131,6 +148,9 @@ class Sweep(Entry):
     amplitudes_mm: tuple[Positive, Positive] | None = None
     """Lowest and highest amplitude of that grid; by default three decades up to the largest peak of
     the base case."""
+    check: SweepCheck | None = None
+    """Designs that are solved again in a larger model, for the error of all; without it the error
+    of the sweep is not known."""
     designs_per_job: Count = 2500
     """Designs that one job solves."""
 
@@ -184,7 +204,14 @@ class Sweep(Entry):
             "amplitudes": self.amplitudes if "backbone" in self.observe else None,
             "between": self.amplitudes_mm and tuple(1e-3 * each for each in self.amplitudes_mm),
             "states": "contact-states" in self.observe,
+            "converged": "converged-peaks" in self.observe,
         }
+
+    @property
+    def checking(self) -> Self:
+        """The sweep as its designs are solved again in the larger model."""
+        larger = {"basis": self.check.basis, "joint": self.check.joint, "coordinates": "linear"}
+        return self.model_copy(update=larger)
 
     @property
     def grid(self) -> dict[str, int]:

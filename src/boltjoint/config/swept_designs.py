@@ -93,13 +93,13 @@ class SweptDesigns:
             return
         if reason:
             yield where, f"makes no possible design: {reason}"
-        if self._base.sweep.basis.is_contact_adapted and any(
-            key.startswith(RATIOS) for key in self.keys
-        ):
-            yield (
-                ("basis",),
-                "must be free-N: a contact-adapted basis is made for preloads of one ratio",
-            )
+        if any(key.startswith(RATIOS) for key in self.keys):
+            sentence = "must be free-N: a contact-adapted basis is made for preloads of one ratio"
+            sweep = self._base.sweep
+            if sweep.basis.is_contact_adapted:
+                yield ("basis",), sentence
+            if sweep.check is not None and sweep.check.basis.is_contact_adapted:
+                yield ("check", "basis"), sentence
 
     @property
     def _impossible(self) -> str:

@@ -143,9 +143,10 @@ class Variant:
         self.values, self._base = values, base
 
     @property
-    def basis(self) -> Basis:
-        """The basis of the sweep."""
-        return self._base.sweep.basis
+    def bases(self) -> set[Basis]:
+        """The bases of the sweep and of its check."""
+        check = self._base.sweep.check
+        return {self._base.sweep.basis} | (set() if check is None else {check.basis})
 
     @cached_property
     def case_name(self) -> str:

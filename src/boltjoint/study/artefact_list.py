@@ -64,23 +64,27 @@ class Artefact:
 
 
 def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
-    """The joints of a sweep, and what they are made from."""
-    basis = study.sweeps[name].basis
+    """The joints of a sweep and of its check, and what they are made from."""
+    sweep = study.sweeps[name]
     for variant in study.possible_variants(name):
         of_assembly = {"assembly": variant.assembly_name}
         for kind in ("assembly", "structure", "mesh_view"):
             yield Artefact(kind, **of_assembly)
-        for kind in ("modes", "modes_view"):
-            yield Artefact(kind, basis=basis, **of_assembly)
-        if basis.is_contact_adapted:
-            yield Artefact("pod_modes", **of_assembly)
         for kind in ("preload", "preload_view"):
             yield Artefact(kind, preload_N=variant.case.preload, **of_assembly)
-        for joint in with_regions([REFERENCE[0], variant.joint]):
-            which = {"case": variant.case_name, "basis": basis, "joint": joint}
-            yield Artefact("joint", **which)
-            if joint.reduction is not None:
-                yield Artefact("fit_timing", **which)
+        models = [(sweep.basis, variant.joint)]
+        if sweep.check is not None:
+            models.append((sweep.check.basis, sweep.check.joint))
+        for basis, solved in models:
+            for kind in ("modes", "modes_view"):
+                yield Artefact(kind, basis=basis, **of_assembly)
+            if basis.is_contact_adapted:
+                yield Artefact("pod_modes", **of_assembly)
+            for joint in with_regions([REFERENCE[0], solved]):
+                which = {"case": variant.case_name, "basis": basis, "joint": joint}
+                yield Artefact("joint", **which)
+                if joint.reduction is not None:
+                    yield Artefact("fit_timing", **which)
 
 
 class Listed(Protocol):
@@ -187,6 +191,8 @@ class Contents(Responses):
 
     def _data_of_sweep(self, name: str) -> Iterator[Artefact]:
         yield Artefact("designs", sweep=name)
+        if self.study.sweeps[name].check is not None:
+            yield Artefact("sweep_check", sweep=name)
         yield Artefact("sweep", sweep=name)
         yield Artefact("sweep_page", sweep=name)
 
@@ -200,13 +206,19 @@ class Contents(Responses):
         for chunk in range(self.chunks(name)):
             yield Artefact("chunk", sweep=name, chunk=chunk)
 
-    def joints_of_sweep(self, name: str) -> list[list[str]]:
-        """Files of the joints of each variant of a sweep: node to node, and reduced from it."""
-        basis = self.study.sweeps[name].basis
+    def joints_of_sweep(self, name: str, *, checking: bool = False) -> list[list[str]]:
+        """Files of the joints of each variant of a sweep: node to node, and reduced from it.
+
+        Those that its check solves, or those of its designs.
+        """
+        sweep = self.study.sweeps[name]
+        basis = sweep.check.basis if checking else sweep.basis
         return [
             [
                 layout.path("joint", case=variant.case_name, basis=basis, joint=joint)
-                for joint in with_regions([REFERENCE[0], variant.joint])
+                for joint in with_regions(
+                    [REFERENCE[0], sweep.check.joint if checking else variant.joint]
+                )
             ]
             for variant in self.study.possible_variants(name)
         ]

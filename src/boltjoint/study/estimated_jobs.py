@@ -54,6 +54,8 @@ _CANDIDATES, _SQUARES = 1.3, 14
 _TANGENTS, _JACOBIANS = 3, 4
 #: harmonics where a study leaves their number open
 MOST_CHOSEN = 33
+#: times the harmonics of a peak with which its truncation error is found
+LEFT_OUT = 2
 #: most harmonics at the peaks that are integrated in time: of free modes, and of enriched bases
 _MANY, MANY_ENRICHED = 201, 97
 #: samples whose derivatives are transformed to harmonics at once
@@ -71,6 +73,8 @@ _PER_INTEGRATION = 0.03
 _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
 #: of a design at a level, and of each element in each vector [s]
 _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
+#: of a peak with all harmonics, and for each element, vector and component of these [s]
+_PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
 #: of the joints of a variant: node to node, divided and reduced [s]
 _PER_JOINT = 12.0
 #: of a design at an amplitude of the grid of backbones [s]
@@ -151,7 +155,7 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     bases = {each.basis for each in contents.select("modes", form="data", assembly=name)}
     varied = list(study.variants_of(ASSEMBLY_FOLDER, name))
     preloads |= {each.case.preload for each in varied}
-    bases |= {each.basis for each in varied}
+    bases = bases.union(*(each.bases for each in varied))
     if not assembly.HAS_MESH:
         # rigid-body motions are sought with factors
         memory = _PROCESS + _BESIDE_FACTORS + factors
@@ -213,7 +217,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )
         if study.harmonic_convergence:
-            of_peaks = _memory_of_balance(law.components_of(MOST_CHOSEN), vectors)
+            of_peaks = _memory_of_balance(law.components_of(LEFT_OUT * MOST_CHOSEN), vectors)
             memory = max(memory, of_peaks)
         key = f"{CONFIG_FILE}: solver.harmonics"
         stored = _NUMBER * _COPIES * len(case.levels) * _solutions(solver) * unknowns
@@ -301,15 +305,33 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     stored = levels * (_NUMBER * (4 + frequencies) + states) + 2 * _NUMBER * amplitudes
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
     seconds = seconds * _solutions(study.solver) / _SOLUTIONS + _PER_AMPLITUDE * amplitudes
+    components = case.contact.declaration.components_of(MOST_CHOSEN)
+    many = case.contact.declaration.components_of(LEFT_OUT * MOST_CHOSEN)
+    of_peaks = 0.0
+    if "converged-peaks" in sweep.observe:
+        of_peaks = _memory_of_balance(many, vectors) - _SOLVER
+        stored += levels * _NUMBER * 5
+        seconds += levels * (_PER_CONVERGED + _PER_COMPONENT * elements * vectors * components)
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
     key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=multiples.get)}"
     chunk = min(sweep.designs_per_job, designs)
-    memory = _SOLVER + 2 * chunk * stored + _PER_ROW * designs
+    memory = _SOLVER + of_peaks + 2 * chunk * stored + _PER_ROW * designs
     does = f"to solve designs of {name}"
     jobs = contents.chunks(name)
     yield EstimatedJob("designs", name, memory, designs * seconds, key, does, parts=jobs)
     memory = _PROCESS + 3 * designs * stored + _PER_ROW * designs
     yield EstimatedJob("sweep", name, memory, 0.0, key, f"to gather the designs of {name}")
+    if sweep.check is not None:
+        check = sweep.check
+        elements = max(_elements(check.joint, each.assembly.contact_pairs) for each in variants)
+        vectors = min(check.basis.most, study.contact_adapted_basis.maximum_vectors)
+        number = min(check.designs, designs)
+        of_peak = _PER_CONVERGED + _PER_COMPONENT * elements * vectors * components
+        of_response = _PER_DESIGN + _PER_ELEMENT * elements * vectors
+        seconds = _PER_JOINT * len(variants) + number * levels * (of_response + of_peak)
+        memory = _memory_of_balance(many, vectors) + _PER_ROW * designs
+        key = f"{SWEEP_FOLDER}/{name}.yaml: check.designs"
+        yield EstimatedJob("sweep_check", name, memory, seconds, key, f"to check designs of {name}")
 
 
 def _elements(joint: JointName, pairs: float) -> float:

@@ -19,17 +19,15 @@ from boltjoint import checks
 from boltjoint.config.case import Case
 from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.balance.modal_contact import ModalContact
-from boltjoint.dynamics.response.common_grid import amplitude_on_grid
-from boltjoint.friction import contact_states
 from boltjoint.joint.io import ImpossibleJoint
-from boltjoint.joint.model import Joint
 from boltjoint.study.common_to_designs import IMPOSSIBLE, common_amplitudes, common_window
 from boltjoint.study.designs import values_of, varied
+from boltjoint.study.observed_designs import ObservedDesigns
+from boltjoint.study.sweep_error import errors_of_check
 from boltjoint.study.swept_joint import SweptJoint
 
 if TYPE_CHECKING:
-    from boltjoint.dynamics.response.branch import Branch
+    pass
 
 Array = NDArray[np.float64]
 
@@ -46,6 +44,7 @@ def solve_designs(
     amplitudes: int | None = None,
     between: tuple[float, float] | None = None,
     states: bool = False,
+    converged: bool = False,
 ) -> xr.Dataset:
     """Peaks of some designs of a sweep, and their responses, backbones and contact states.
 
@@ -70,6 +69,8 @@ def solve_designs(
         case.
     states
         Whether the contact state of each element at the peak is wanted.
+    converged
+        Whether the peaks with all harmonics are wanted.
 
     Returns
     -------
@@ -103,23 +104,28 @@ def solve_designs(
         sizes = np.geomspace(*(between or common_amplitudes(variants, designs)), amplitudes)
     levels = 1 if "force_level" in designs else len(joints[0].base.levels)
     elements = max(each.elements for each in joints)
-    found = _Observed(len(chunk), levels, grid, sizes, elements if states else None)
+    observed = ObservedDesigns(
+        len(chunk), levels, grid, sizes, elements if states else None, converged=converged
+    )
     begun = time.monotonic()
 
     def solve(place: int, row: int) -> None:
-        found.reason[place] = impossible[row] or reasons.get(row, "")
-        if found.reason[place]:
+        observed.reason[place] = impossible[row] or reasons.get(row, "")
+        if observed.reason[place]:
             return
         variant = variants[joint_of[row]]
         if isinstance(variant, ImpossibleJoint):
-            found.reason[place] = str(variant)
+            observed.reason[place] = str(variant)
             return
         try:
-            found.add(place, *variant.solve(values[place], window))
+            joint, branches = variant.solve(values[place], window)
+            observed.add(place, joint, branches)
+            if converged:
+                observed.add_converged(place, variant.converge(values[place], joint, branches))
             if sizes is not None:
-                found.backbone[place] = np.transpose(variant.backbone(values[place], sizes))
+                observed.backbone[place] = np.transpose(variant.backbone(values[place], sizes))
         except IMPOSSIBLE as error:
-            found.reason[place] = str(error)
+            observed.reason[place] = str(error)
 
     words = f"designs {chunk.start} to {chunk.stop} of {impossible.size}"
     with ThreadPoolExecutor(threads) as pool:
@@ -128,7 +134,52 @@ def solve_designs(
         for _ in tqdm(solved, words, len(chunk), leave=False, disable=None):
             pass
     logger.info("%s in %.0f s", words, time.monotonic() - begun)
-    return found.dataset()
+    return observed.dataset()
+
+
+def check_designs(
+    variants: Sequence[SweptJoint | ImpossibleJoint],
+    designs: xr.Dataset,
+    number: int,
+    seed: int = 0,
+    threads: int = 1,
+) -> xr.Dataset:
+    """Peaks of some designs of a sweep in a larger model, with all harmonics.
+
+    Parameters
+    ----------
+    variants
+        The joints of the larger model, as for ``solve_designs``.
+    designs
+        All designs of the sweep (``list_designs``).
+    number
+        How many of the possible ones are drawn at random; all, if there are not more.
+    seed
+        Of the random numbers.
+    threads
+        Designs solved at the same time.
+
+    Returns
+    -------
+    Dataset
+        ``check.nc``: by ``checked`` the ``checked_design``, counted from 0, and by ``checked`` and
+        ``force`` its peaks as ``solve_designs`` gives them.
+
+    Raises
+    ------
+    ValueError
+        As for ``solve_designs``.
+    """
+    checks.instance("designs", designs, xr.Dataset)
+    checks.whole("number", number, at_least=1)
+    checks.whole("seed", seed, at_least=0)
+    possible = np.flatnonzero(designs["reason"].to_numpy() == "")
+    random = np.random.default_rng(seed)
+    rows = np.sort(random.choice(possible, min(number, possible.size), replace=False))
+    drawn = designs.isel(design=rows)
+    peaks = solve_designs(variants, drawn, range(rows.size), threads, converged=True)
+    row = quantity("checked", rows, "1", "number of the design, from 0")
+    return peaks.rename(design="checked").assign(checked_design=row)
 
 
 def gather_sweep(
@@ -136,6 +187,7 @@ def gather_sweep(
     designs: xr.Dataset,
     chunks: Sequence[xr.Dataset],
     grid: Mapping[str, int],
+    check: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """All designs of a sweep as one dataset: ``sweep.nc``.
 
@@ -149,6 +201,8 @@ def gather_sweep(
         As from ``solve_designs``, in order.
     grid
         Number of values of each key in a grid; empty for other designs.
+    check
+        As from ``check_designs``; None where no design is solved again.
 
     Returns
     -------
@@ -158,6 +212,8 @@ def gather_sweep(
     """
     names, base = varied(designs), Case.model_validate(case)
     whole = xr.concat(chunks, "design", combine_attrs="override")
+    if check is not None:
+        whole = whole.merge(errors_of_check(whole, check))
     # the rest is of the first chunk
     told = ("varied", "saltelli_samples")
     whole.attrs = {name: designs.attrs[name] for name in told if name in designs.attrs}
@@ -193,73 +249,3 @@ def _on_grid(whole: xr.Dataset, values: Mapping[str, xr.Variable], sizes: list[i
     return xr.Dataset(
         {name: spread(each) for name, each in whole.variables.items()}, axes, whole.attrs
     )
-
-
-class _Observed:
-    """What is kept of the designs of a chunk.
-
-    Peaks only, with neither frequencies ``grid`` [Hz], amplitudes ``sizes`` [m] nor elements.
-    """
-
-    def __init__(
-        self,
-        designs: int,
-        levels: int,
-        grid: Array | None,
-        sizes: Array | None,
-        elements: int | None,
-    ) -> None:
-        self.peak = np.full((designs, levels, 2), np.nan)
-        self.complete = np.zeros((designs, levels), dtype=np.int8)
-        self.reason = np.full(designs, "", dtype=object)
-        self.grid, self.sizes = grid, sizes
-        self.backbone = np.full((designs, np.size(sizes), 2), np.nan)
-        self.response = np.full((designs, levels, np.size(grid)), np.nan)
-        self.state = None
-        if elements is not None:
-            shape = designs, levels, elements
-            self.state = np.full(shape, contact_states.UNKNOWN, dtype=np.int8)
-
-    def add(self, place: int, joint: Joint, branches: Sequence["Branch"]) -> None:
-        """Keep what is observed of the responses of a design."""
-        for level, branch in enumerate(branches):
-            self.complete[place, level] = branch.complete
-            if branch.peak is not None:
-                at = branch.peak
-                self.peak[place, level] = branch.frequency[at], branch.amplitude[at]
-                if self.state is not None:
-                    motion = ModalContact(joint.contact).motion(branch.modal_coordinate[at])
-                    states = joint.law.contact_state(motion, branch.frequency[at])
-                    self.state[place, level, : states.size] = states
-            if self.grid is not None:
-                along = branch.frequency, branch.amplitude
-                self.response[place, level] = amplitude_on_grid(*along, self.grid)
-        self.reason[place] = next((each.reason for each in branches if each.reason), "")
-
-    def dataset(self) -> xr.Dataset:
-        """All of it, by design and force."""
-        each = ("design", "force")
-        why = "why the design is impossible, or a branch ends before or has no peak"
-        rows = {
-            "peak_frequency": (each, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
-            "peak_amplitude": (each, self.peak[..., 1], "m", "largest maximum of the response"),
-            "complete": (each, self.complete, "1", "1 where the branch crosses the whole window"),
-            "reason": ("design", self.reason.astype(str), "1", why),
-        }
-        if self.grid is not None:
-            meaning = "first-harmonic amplitude of the output point"
-            rows["frequency"] = ("frequency", self.grid, "Hz", "excitation frequency")
-            rows["response_amplitude"] = ((*each, "frequency"), self.response, "m", meaning)
-        if self.sizes is not None:
-            rows["amplitude"] = ("amplitude", self.sizes, "m", "amplitude of the output point")
-            of_mode = ("natural_frequency", "Hz"), ("damping_ratio", "1")
-            for (name, unit), values in zip(
-                of_mode, np.moveaxis(self.backbone, -1, 0), strict=True
-            ):
-                meaning = f"{name.replace('_', ' ')} of the nonlinear mode"
-                rows[name] = (("design", "amplitude"), values, unit, meaning)
-        found = {name: quantity(*row) for name, row in rows.items()}
-        if self.state is not None:
-            dims = (*each, "element")
-            found["contact_state"] = xr.Variable(dims, self.state, contact_states.ATTRIBUTES)
-        return xr.Dataset(found)

@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 from boltjoint.config.case import Case
 from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response.converged_peaks import ConvergedPeak, find_converged_peak
 from boltjoint.dynamics.response.method import Problem
 from boltjoint.dynamics.response.methods import as_method
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.harmonics import Components
 from boltjoint.joint.model import Joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
@@ -40,12 +44,15 @@ class SweptJoint:
         Harmonics and time samples of AFT, None for analytic forces.
     control
         Tolerance and step lengths; the defaults if None.
+    harmonics
+        Numbers of harmonics and tolerances of converged peaks.
     """
 
     case: Mapping[str, object]
     joints: Sequence[Joint]
     sampling: Mapping[str, int] | None = None
     control: StepControl | None = None
+    harmonics: HarmonicConvergence = HarmonicConvergence()
 
     @cached_property
     def base(self) -> Case:
@@ -81,6 +88,22 @@ class SweptJoint:
         joint.check_excitation(problem.resonance)
         method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
         return joint, [method.solve(problem, level) for level in case.levels]
+
+    def converge(
+        self, values: Mapping[str, float], joint: Joint, branches: Sequence["Branch"]
+    ) -> list[ConvergedPeak]:
+        """The peaks of a design with all harmonics, from its responses."""
+        damping = self._case(values).structural_damping
+        peaks = []
+        for branch in branches:
+            if branch.peak is None:
+                peaks.append(ConvergedPeak())
+                continue
+            components = Components(joint.law.components)
+            amplitude = components.rows(branch.modal_coordinate[branch.peak])
+            at = float(branch.frequency[branch.peak]), PeriodicMotion(components, amplitude)
+            peaks.append(find_converged_peak(joint, *at, branch.force, damping, self.harmonics))
+        return peaks
 
     def backbone(self, values: Mapping[str, float], amplitudes: Array) -> tuple[Array, Array]:
         """Natural frequency [Hz] and damping ratio of a design at amplitudes [m]."""

@@ -58,7 +58,9 @@ _ENDS = (
     **_OF_SWEEP,
     of=_sweeps(),
     title="peaks of the designs of {sweep}",
-    caption="Mean, standard deviation and quantiles over the designs that have a peak.",
+    caption="Mean, standard deviation and quantiles over the designs that have a peak. The error "
+    "is the largest of those designs that were solved again in a larger model; where none was, it "
+    "is not tested.",
 )
 def sweep_statistics(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Statistics of the peaks."""

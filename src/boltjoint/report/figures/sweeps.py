@@ -18,6 +18,7 @@ from boltjoint.report.figures.style import (
     label_decades,
     level_colours,
 )
+from boltjoint.study.sweep_error import peak_variable
 from boltjoint.study.tables.html import number
 from boltjoint.study.tables.sweeps import (
     backbone_quantiles,
@@ -129,10 +130,10 @@ def plot_peaks(sweep: xr.Dataset) -> Figure:
     keys = values_of_keys(sweep)
     figure = Figure(figsize=(max(8, 2.4 * len(keys)), 5.6), layout="constrained")
     panels = figure.subplots(2, len(keys), sharex="col", sharey="row", squeeze=False)
-    for row, (name, factor, label) in enumerate(
-        (("peak_frequency", 1.0, "peak frequency (Hz)"), ("peak_amplitude", MM, "peak (mm)"))
+    for row, (what, factor, label) in enumerate(
+        (("frequency", 1.0, "peak frequency (Hz)"), ("amplitude", MM, "peak (mm)"))
     ):
-        levels = list(_levels(sweep, name))
+        levels = list(_levels(sweep, peak_variable(sweep, what)))
         for column, each in enumerate(keys.values()):
             axes = panels[row, column]
             for (level, values), colour in zip(levels, level_colours(len(levels)), strict=True):

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.study.designs import places_of, varied
+from boltjoint.study.sweep_error import peak_variable
 
 #: what is told of each design and level, by the columns of the tables, and the factor of its unit
-OBSERVED = {"peak_frequency_Hz": ("peak_frequency", 1.0), "peak_mm": ("peak_amplitude", 1e3)}
+_OBSERVED = {"peak_frequency_Hz": ("frequency", 1.0), "peak_mm": ("amplitude", 1e3)}
 #: shares of the designs below the columns of the statistics
 _SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 #: confidence level of the intervals of indices, and repetitions of the sample they are found from
@@ -33,10 +34,16 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         A row for each observed quantity and level (of all levels together where they vary): number
-        of designs, how many have a peak, and mean, standard deviation and quantiles of these. Of a
-        Saltelli design only its two samples count, which have the distributions of the keys.
+        of designs, how many have a peak, and mean, standard deviation and quantiles of these; how
+        far they are off, empty where no design was solved again. Of a Saltelli design only its two
+        samples count, which have the distributions of the keys.
     """
     rows = []
+    errors = {
+        column: iter(np.ravel(sweep[f"peak_{what}_error"]).tolist())
+        for column, (what, _) in _OBSERVED.items()
+        if f"peak_{what}_error" in sweep
+    }
     count = drawn_designs(sweep)
     for name, level, values in peaks_by_level(sweep):
         values = values[:count]
@@ -47,7 +54,9 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
         if known.size:
             quantiles = dict(zip(_SHARES, np.quantile(known, [*_SHARES.values()]), strict=True))
             mean, deviation = known.mean(), known.std()
-        rows.append(row | {"mean": mean, "standard_deviation": deviation} | quantiles)
+        error = 100 * next(errors[name]) if errors else np.nan
+        row |= {"mean": mean, "standard_deviation": deviation} | quantiles
+        rows.append(row | {"error_percent": error})
     return pd.DataFrame(rows)
 
 
@@ -261,9 +270,12 @@ def _intervals(parts: NDArray[np.float64]) -> NDArray[np.float64]:
 def peaks_by_level(
     sweep: xr.Dataset,
 ) -> Iterator[tuple[str, dict[str, float], NDArray[np.float64]]]:
-    """Observed quantity, level and values of all designs, one after another."""
-    for column, (name, factor) in OBSERVED.items():
-        places = places_of(sweep)
+    """Observed quantity, level and values of all designs, one after another.
+
+    Peaks are those with all harmonics, where these were observed.
+    """
+    for column, (what, factor) in _OBSERVED.items():
+        name, places = peak_variable(sweep, what), places_of(sweep)
         if "force" not in sweep.dims:
             values = checks.variable("sweep", sweep, name, places, finite=False)
             yield column, {}, factor * values.ravel()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.interactive.packing import pack
+from boltjoint.study.sweep_error import peak_variable
 from boltjoint.study.tables.sweeps import drawn_designs, response_quantiles, values_of_keys
 
 Array = NDArray[np.float64]
@@ -26,10 +27,10 @@ _SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 _WIDE = 5
 #: yellow is left out as it is faint on white paper
 _COLOURS = ("viridis", 0.0, 0.9, 10)
-#: what is told of a peak: variable, words, unit, factor of it, whether its axis is logarithmic
+#: what is told of a peak: quantity, words, unit, factor of it, whether its axis is logarithmic
 _PEAKS = {
-    "peak_frequency_Hz": ("peak_frequency", "peak frequency", "Hz", 1.0, False),
-    "peak_mm": ("peak_amplitude", "peak amplitude", "mm", MM, True),
+    "peak_frequency_Hz": ("frequency", "peak frequency", "Hz", 1.0, False),
+    "peak_mm": ("amplitude", "peak amplitude", "mm", MM, True),
 }
 
 
@@ -143,8 +144,10 @@ class SweepData:
             "keys": [_key(name, each, self.designs) for name, each in self.keys.items()],
             "peaks": [
                 {"words": words, "unit": unit, "log": log, "values": pack(factor * found)}
-                for name, words, unit, factor, log in _PEAKS.values()
-                for found in [by_level(self.sweep, name)[:, self.designs]]
+                for what, words, unit, factor, log in _PEAKS.values()
+                for found in [
+                    by_level(self.sweep, peak_variable(self.sweep, what))[:, self.designs]
+                ]
             ],
             "levels": [f"{level:g} {self.unit_of_level}" for level in self.levels],
             "responses": self._responses() if self.has_responses else None,

@@ -13,6 +13,7 @@ from boltjoint.report.pages.sweep.data import DEFAULT_LIMITS, Limits, SweepData
 from boltjoint.report.pages.sweep.failures import tabulate_failures
 from boltjoint.study import layout
 from boltjoint.study.results import Results
+from boltjoint.study.sweep_error import error_of_sweep, has_all_harmonics
 from boltjoint.study.tables.html import html_table
 from boltjoint.study.tables.sweeps import drawn_designs, tabulate_sensitivity
 
@@ -64,6 +65,9 @@ def sweep_page(
         kind=_KINDS[sweep.design.kind],
         joint=sweep.joint.label,
         basis=sweep.basis,
+        error=error_of_sweep(content),
+        has_all_harmonics=has_all_harmonics(content),
+        check=sweep.check,
         sweep=data,
         designs=content["reason"].size,
         distributed=drawn_designs(content),
