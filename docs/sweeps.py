@@ -11,6 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import dataset
+from boltjoint.study.sweep_error import SweepError, error_of_sweep
 from boltjoint.study.tables.sweeps import (
     tabulate_sensitivity,
     tabulate_statistics,
@@ -30,6 +31,11 @@ def load(name: str) -> xr.Dataset:
 def statistics(name: str) -> pd.DataFrame:
     """Quantiles of the peaks, by what is observed."""
     return tabulate_statistics(load(name)).set_index("observed")
+
+
+def error(name: str) -> SweepError | None:
+    """How far the peaks are off; None where it is not known."""
+    return error_of_sweep(load(name))
 
 
 @cache
