@@ -7,6 +7,6 @@ from boltjoint.study.sweeps import gather_sweep
 logs.write_to(snakemake.log[0])
 params, designs = snakemake.params, dataset.load(snakemake.input.designs)
 chunks = [dataset.load(path) for path in snakemake.input.chunks]
-check = dataset.load(snakemake.input.check) if snakemake.input.check else None
-sweep = gather_sweep(params.case, designs, chunks, params.grid, check)
+check = [dataset.load(path) for path in snakemake.input.check]
+sweep = gather_sweep(params.case, designs, chunks, params.grid, *check)
 dataset.save(sweep, snakemake.output.sweep, params)

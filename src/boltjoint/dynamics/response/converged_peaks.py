@@ -96,7 +96,15 @@ def converge_peaks(
     for place, force in enumerate(response["force_level"].to_numpy()):
         if np.isfinite(response["peak_frequency"][place]):
             peak = motion_at_peak(response, force)
-            peaks[place] = find_converged_peak(joint, *peak, force, damping, options, left_out)
+            at = find_converged_peak(joint, *peak, force, damping, options, left_out)
+            if at.sequence.has_more_harmonics and not at.sequence.converged:
+                logger.warning(
+                    "%g N: the peak still changes by more than the tolerances with %d harmonics, "
+                    "the most that are tried: its error bar is wider",
+                    force,
+                    at.sequence.peaks[-1].harmonics,
+                )
+            peaks[place] = at
     return _dataset(peaks)
 
 
@@ -146,14 +154,6 @@ def _judge(
     if not sequence.has_more_harmonics:
         return ConvergedPeak(sequence)
     last = sequence.peaks[-1]
-    if not sequence.converged:
-        force, most = balance.excitation_force, last.harmonics
-        logger.warning(
-            "%g N: the peak still changes by more than the tolerances with %d harmonics, the most "
-            "that are tried: its error bar is wider",
-            force,
-            most,
-        )
     law = AlternatingFrequencyTime(balance.joint.law, **options.sampling(last.harmonics))
     balance = replace(balance, joint=replace(balance.joint, law=law))
     change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
