@@ -14,7 +14,7 @@ from boltjoint.report.pages.sweep.failures import tabulate_failures
 from boltjoint.study import layout
 from boltjoint.study.results import Results
 from boltjoint.study.sweep_error import error_of_sweep, has_all_harmonics
-from boltjoint.study.tables.html import html_table
+from boltjoint.study.tables.html import html_table, number
 from boltjoint.study.tables.sweeps import drawn_designs, tabulate_sensitivity
 
 #: how designs are chosen, by their kind
@@ -68,6 +68,7 @@ def sweep_page(
         error=error_of_sweep(content),
         has_all_harmonics=has_all_harmonics(content),
         check=sweep.check,
+        percent=lambda share: number(100 * share, 2),
         sweep=data,
         designs=content["reason"].size,
         distributed=drawn_designs(content),
