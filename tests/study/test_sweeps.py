@@ -135,7 +135,8 @@ def test_converged_peaks_of_designs_are_those_of_their_responses():
     for row, values in enumerate(values_of(designs)):
         case = Case.model_validate(with_values(content, values))
         nodes = joints(case)[:1]
-        how = {"damping": case.structural_damping, "window": frequency_window(*nodes)}
+        resonance = Resonance(1, frequency_window(*nodes))
+        how = {"damping": case.structural_damping, "resonance": resonance}
         alone = converge_peaks(nodes[0], solve_response(nodes[0], case.levels, **how))
         for name in CONVERGED:
             assert np.isfinite(alone[name]).all()
