@@ -24,6 +24,7 @@ _NAMES = {
     "Structure": "structure.model",
     "VariableLoad": "friction.variable",
     "apply_preload": "structure.preload",
+    "by_force": "dynamics.response.by_force",
     "connect_nodes": "joint.node_to_node",
     "find_backbone": "dynamics.backbone.backbone",
     "find_modes": "structure.modes",

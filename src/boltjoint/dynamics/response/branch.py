@@ -99,6 +99,21 @@ class Branch:
         """Amplitude of the peak [m]; a ``ValueError`` without one."""
         return float(self.amplitude[self._existing_peak])
 
+    def to_dataset(self) -> xr.Dataset:
+        """Amplitude [m] over ``frequency`` [Hz] along the branch, and where it converged."""
+        of_branch = {
+            "response_amplitude": quantity("frequency", self.amplitude, "m", "of the output point"),
+            "converged": quantity("frequency", self.converged, "1", "whether it is a solution"),
+        }
+        frequency = quantity("frequency", self.frequency, "Hz", "excitation frequency")
+        attributes = {"force": self.force, "complete": int(self.complete), "reason": self.reason}
+        return xr.Dataset(of_branch, {"frequency": frequency}, attributes)
+
+    def plot(self, **style: object) -> list:
+        """Draw amplitude over frequency with matplotlib, into the current axes; its lines."""
+        solved = self.to_dataset().isel(frequency=np.flatnonzero(self.converged))
+        return solved["response_amplitude"].plot.line(yscale="log", **style)
+
     @property
     def _existing_peak(self) -> int:
         if self.peak is None:
