@@ -102,9 +102,11 @@ class _NestedDissection:
 
     def solve(self, right_side: Array) -> Array:
         """As of ``Factors``."""
-        found = np.empty_like(right_side, dtype=float)
-        found[self._order] = self._factors.solve(np.asarray(right_side, dtype=float)[self._order])
-        return found
+        solution = np.empty_like(right_side, dtype=float)
+        solution[self._order] = self._factors.solve(
+            np.asarray(right_side, dtype=float)[self._order]
+        )
+        return solution
 
 
 class _Pardiso:

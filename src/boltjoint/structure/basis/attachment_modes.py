@@ -48,11 +48,11 @@ class SolvedVectors:
         """Combinations, shape (unknowns, combinations), by factors (vectors, combinations)."""
         modes = self._mode.shape[1]
         factors = self._part.factors(self._part.stiffness)
-        found = self._mode @ factor[:modes]
+        shape = self._mode @ factor[:modes]
         for first in range(0, factor.shape[1], _BLOCK):
             block = slice(first, first + _BLOCK)
-            found[:, block] += factors.solve(self._rows.T @ factor[modes:, block])
-        return found
+            shape[:, block] += factors.solve(self._rows.T @ factor[modes:, block])
+        return shape
 
 
 def attachment_modes(
@@ -116,11 +116,13 @@ def _blocks(rows: sparse.csr_array) -> list[slice]:
 def _projected(matrix: sparse.csc_array, vector: Array) -> Array:
     """V^T A V of symmetric A, a block of columns at a time, since A V is as large as V."""
     count = vector.shape[1]
-    found = np.zeros((count, count))
+    projection = np.zeros((count, count))
     for first in range(0, count, _BLOCK):
         block = slice(first, first + _BLOCK)
-        found[: first + _BLOCK, block] = vector[:, : first + _BLOCK].T @ (matrix @ vector[:, block])
-    upper = np.triu(found)
+        projection[: first + _BLOCK, block] = vector[:, : first + _BLOCK].T @ (
+            matrix @ vector[:, block]
+        )
+    upper = np.triu(projection)
     return upper + np.triu(upper, 1).T
 
 

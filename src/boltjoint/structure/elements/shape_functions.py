@@ -88,10 +88,10 @@ def _monomials(point: Array, exponent: NDArray[np.int64]) -> Array:
     """Products of powers of the coordinates, shape (points, monomials)."""
     point = np.asarray(point, dtype=float)
     powers = np.stack([np.ones_like(point), point, point**2])
-    found = np.ones((len(point), len(exponent)))
+    product_of_powers = np.ones((len(point), len(exponent)))
     for axis in range(point.shape[1]):
-        found *= powers[exponent[:, axis], :, axis].T
-    return found
+        product_of_powers *= powers[exponent[:, axis], :, axis].T
+    return product_of_powers
 
 
 def _of_degree(degree: int, axes: int) -> list[tuple[int, ...]]:

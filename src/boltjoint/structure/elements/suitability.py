@@ -96,10 +96,10 @@ def _neighbours(bricks: NDArray[np.int64], others: Sequence[ElementBlock]) -> ND
     ]
     _, face = np.unique(np.concatenate([own, *foreign]), axis=0, return_inverse=True)
     face = face.ravel()
-    found = np.full(len(own), _NONE)
+    beyond = np.full(len(own), _NONE)
     order = np.argsort(face[: len(own)], kind="stable")
     twice = np.flatnonzero(np.diff(face[order]) == 0)
     one, other = order[twice], order[twice + 1]
-    found[one], found[other] = other, one
-    found[np.isin(face[: len(own)], face[len(own) :])] = _OTHER
-    return found.reshape(-1, 6)
+    beyond[one], beyond[other] = other, one
+    beyond[np.isin(face[: len(own)], face[len(own) :])] = _OTHER
+    return beyond.reshape(-1, 6)

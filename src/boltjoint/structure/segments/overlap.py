@@ -120,11 +120,15 @@ def face_pairs(
 
 
 def _limit(
-    one: Polygons, other: Polygons, a: NDArray[np.int64], b: NDArray[np.int64], given: float | None
+    one: Polygons,
+    other: Polygons,
+    a: NDArray[np.int64],
+    b: NDArray[np.int64],
+    largest_gap: float | None,
 ) -> Array:
     """Distance up to which polygons meet [m], shape (pairs,)."""
-    if given is not None:
-        return np.full(a.size, given)
+    if largest_gap is not None:
+        return np.full(a.size, largest_gap)
     return _NEAR * np.maximum(one.radius[a], other.radius[b])
 
 
