@@ -11,6 +11,8 @@ from small_joint import make_joint, make_preload, make_two_pairs
 
 import boltjoint
 from boltjoint import dataset
+from boltjoint.calibration.fit import CalibrationOptions
+from boltjoint.calibration.parameters import Prior
 from boltjoint.damping import LossFactor
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
@@ -53,6 +55,8 @@ TIME = np.arange(1000) / 500
 DECAY = Signals(TIME, (np.cos(250 * TIME) * np.exp(-TIME))[:, None], "velocity")
 MODE = boltjoint.identify_ring_down(DECAY, (20.0, 60.0))
 STIFFNESS = 40.0**2 - np.linspace(30.0, 50.0, 9) ** 2 + 20j
+
+CURVE = boltjoint.MeasuredBackbone([1e-6, 1e-5], [90.0, 85.0], 1.0, [0.01, 0.02], 0.001)
 
 
 def values_of(found):
@@ -150,6 +154,29 @@ CALLS = {
             "quantity": "velocity",
             "resonance": 1,
             "steps": 100,
+        },
+    ),
+    "Parameter": (
+        boltjoint.Parameter,
+        {
+            "name": "chi",
+            "low": -0.9,
+            "high": -0.1,
+            "logarithmic": False,
+            "start": -0.5,
+            "prior": Prior(-0.5, 0.1),
+        },
+    ),
+    "MeasuredBackbone": (boltjoint.MeasuredBackbone, values_of(CURVE)),
+    "fit": (
+        boltjoint.fit,
+        {
+            "model": JOINT,
+            "measured": [CURVE],
+            "parameters": [boltjoint.Parameter("slip_force", 100.0, 1000.0)],
+            "damping": 0.01,
+            "loss": "linear",
+            "options": CalibrationOptions(starts=1, maximum_evaluations=2),
         },
     ),
     "Signals": (Signals, values_of(DECAY)),

@@ -15,6 +15,7 @@ ROOMS = (
         "command",
         "report",
         "study",
+        "calibration",
         "measurement",
         "verification",
         "dynamics",

@@ -114,3 +114,35 @@ def _observe(arrays: BalanceArrays, x: Array, dx: Array, observed: Array) -> Non
 
 
 _FUNCTIONS = _evaluate, _form_jacobian, _form_parameter_derivative, _observe
+
+
+class CompiledMode:
+    """The equations of a nonlinear mode, evaluated one by one by their compiled functions.
+
+    Parameters
+    ----------
+    arrays
+        Of the equations; evaluations write into them.
+    """
+
+    def __init__(self, arrays: BalanceArrays) -> None:
+        self._arrays = arrays
+
+    @classmethod
+    def of(cls, equations: EPMCEquations) -> "CompiledMode | None":
+        """Those of a mode; None where its law has no kernel."""
+        arrays = balance_arrays(equations.balance, float(equations.scale))
+        return None if arrays is None else cls(arrays)
+
+    def residual(self, x: Array, p: float) -> Array:
+        """Residual at the modal amplitude exp(p)."""
+        residual = np.empty(x.size)
+        _evaluate(self._arrays, x, p, residual)
+        return residual
+
+    def derivatives(self, x: Array, p: float) -> tuple[Array, Array]:
+        """Jacobian and derivative by p where the residual was evaluated last."""
+        jacobian, by_parameter = np.empty((x.size, x.size)), np.empty(x.size)
+        _form_jacobian(self._arrays, x, p, jacobian)
+        _form_parameter_derivative(self._arrays, x, p, by_parameter)
+        return jacobian, by_parameter

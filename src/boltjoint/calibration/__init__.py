@@ -1,0 +1,1 @@
+"""Calibration of joints by measured backbones: parameters, their uncertainty, and residuals."""

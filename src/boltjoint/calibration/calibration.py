@@ -1,0 +1,283 @@
+"""Result of a calibration: parameters, how well they are determined, and predictive bands."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import chi2, norm
+
+from boltjoint import checks
+from boltjoint.calibration.importance import ImportanceDraws, importance_draws
+from boltjoint.calibration.model_curves import ModelCurves
+from boltjoint.calibration.residual_checks import CurveCheck, check_curve
+
+Array = NDArray[np.float64]
+
+#: two standard deviations as they are used here: 95 %
+_QUANTILE = norm.ppf(0.975)
+
+#: singular values of the Jacobian, over the largest, below which a direction is not determined
+_SMALLEST_SINGULAR = 1e-10
+
+#: standard errors by which a profile is followed on each side, at most
+_WIDEST_PROFILE = 12
+
+#: a fit at a bound is within this share of its width
+_AT_BOUND = 1e-3
+
+
+class Undetermined(ValueError):
+    """A parameter that the measurement does not tell."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Parameters that were fitted, their uncertainty, and the curves of the model.
+
+    Standard errors are those that the stated deviations of the measurement make. ``value`` refuses
+    parameters that are not determined.
+
+    Attributes
+    ----------
+    compared
+        Model and measurement.
+    scaled
+        Parameters in their scales at the least sum of squares.
+    costs
+        Half the sum of squares at the end of each start; infinite where it could not be solved.
+    loss, robust_scale
+        The loss of the fit and its scale.
+    determined_share
+        As of ``CalibrationOptions``.
+    """
+
+    compared: ModelCurves
+    scaled: Array
+    costs: Array
+    loss: str
+    robust_scale: float
+    determined_share: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return self.compared.space.names
+
+    @property
+    def best_values(self) -> dict[str, float]:
+        """Values at the least sum of squares, of all parameters, determined or not."""
+        return self.compared.space.values(self.scaled)
+
+    @cached_property
+    def residual_and_jacobian(self) -> tuple[Array, Array]:
+        """In standard deviations, at the least sum of squares."""
+        return self.compared.residual_and_jacobian(self.scaled)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the parameters in their scales; directions that nothing determines have no limit."""
+        _, jacobian = self.residual_and_jacobian
+        _, s, Vt = np.linalg.svd(jacobian, full_matrices=False)
+        limited = np.maximum(s, _SMALLEST_SINGULAR * s[0])
+        return (Vt.T / limited**2) @ Vt
+
+    @property
+    def standard_error(self) -> Array:
+        """Of each parameter in its scale."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """Of the parameters."""
+        error = self.standard_error
+        return self.covariance / np.outer(error, error)
+
+    @cached_property
+    def condition(self) -> float:
+        """Condition number of the Jacobian whose columns have unit length."""
+        _, jacobian = self.residual_and_jacobian
+        length = np.linalg.norm(jacobian, axis=0)
+        return float(np.linalg.cond(jacobian / np.where(length > 0, length, 1.0)))
+
+    @cached_property
+    def undetermined(self) -> tuple[str, ...]:
+        """Parameters whose interval is as wide as the bounds, or that end at a bound."""
+        low, high = self.compared.space.bounds
+        wide = 2 * _QUANTILE * self.standard_error > self.determined_share * (high - low)
+        near = np.minimum(self.scaled - low, high - self.scaled) < _AT_BOUND * (high - low)
+        names = zip(self.names, wide | near, strict=True)
+        return tuple(name for name, is_open in names if is_open)
+
+    def value(self, name: str) -> float:
+        """A parameter that is determined.
+
+        Raises
+        ------
+        Undetermined
+            If the measurement does not tell it.
+        ValueError
+            If there is none of this name.
+        """
+        checks.choice("parameter", name, self.names)
+        if name in self.undetermined:
+            raise Undetermined(f"{name} cannot be told by this measurement: {self.reason(name)}")
+        return self.best_values[name]
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """95 % interval of a parameter by the covariance; refused as ``value`` is."""
+        self.value(name)
+        n = self.names.index(name)
+        reach = _QUANTILE * self.standard_error[n]
+        parameter = self.compared.space.parameters[n]
+        return parameter.value(self.scaled[n] - reach), parameter.value(self.scaled[n] + reach)
+
+    def reason(self, name: str) -> str:
+        """In words, why a parameter is not determined; empty where it is."""
+        checks.choice("parameter", name, self.names)
+        if name not in self.undetermined:
+            return ""
+        n = self.names.index(name)
+        parameter = self.compared.space.parameters[n]
+        low, high = (each[n] for each in self.compared.space.bounds)
+        if min(self.scaled[n] - low, high - self.scaled[n]) < _AT_BOUND * (high - low):
+            bound = (
+                parameter.low if self.scaled[n] - low < high - self.scaled[n] else parameter.high
+            )
+            return f"the best fit lies at its bound {bound:.4g}"
+        others = np.delete(abs(self.correlation[n]), n)
+        names = [each for each in self.names if each != name]
+        told = ""
+        if others.size and others.max() > 0.95:
+            told = f", it goes with {names[int(np.argmax(others))]}"
+        return f"its 95 % interval is as wide as its bounds{told}"
+
+    def profile(self, name: str) -> tuple[float, float]:
+        """95 % interval by the profile likelihood: all others are fitted anew beside the parameter.
+
+        Returns
+        -------
+        tuple
+            An end is that of the bounds where the profile does not close before.
+        """
+        checks.choice("parameter", name, self.names)
+        n = self.names.index(name)
+        parameter = self.compared.space.parameters[n]
+        return tuple(parameter.value(self._profile_end(n, side)) for side in (-1, 1))
+
+    def _profile_end(self, n: int, side: int) -> float:
+        low, high = (each[n] for each in self.compared.space.bounds)
+        bound = low if side < 0 else high
+        step = side * self.standard_error[n]
+        least = 2 * self._cost(self.scaled)
+        before, root_before, others = self.scaled[n], 0.0, self.scaled.copy()
+        for _ in range(_WIDEST_PROFILE):
+            at = before + step
+            at = max(at, bound) if side < 0 else min(at, bound)
+            others, square = self._fitted_beside(n, at, others)
+            root = np.sqrt(max(square - least, 0.0))
+            if root >= _QUANTILE:
+                share = (_QUANTILE - root_before) / (root - root_before)
+                return before + share * (at - before)
+            if at == bound:
+                return bound
+            before, root_before = at, root
+        return bound
+
+    def _cost(self, scaled: Array) -> float:
+        residual = self.compared.residual(scaled)
+        return 0.5 * float(residual @ residual)
+
+    def _fitted_beside(self, n: int, at: float, guess: Array) -> tuple[Array, float]:
+        """All other parameters fitted beside one that is held, and the sum of squares."""
+        free = np.arange(guess.size) != n
+
+        def whole(x: Array) -> Array:
+            joined = np.empty(guess.size)
+            joined[free], joined[n] = x, at
+            return joined
+
+        if not free.any():
+            return whole(guess[free]), 2 * self._cost(whole(guess[free]))
+        low, high = self.compared.space.bounds
+        inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+        found = least_squares(
+            lambda x: self.compared.residual_and_jacobian(whole(x))[0],
+            inside[free],
+            jac=lambda x: self.compared.residual_and_jacobian(whole(x))[1][:, free],
+            bounds=(low[free], high[free]),
+            x_scale="jac",
+            max_nfev=50,
+        )
+        return whole(found.x), 2 * found.cost
+
+    def draws(self, count: int = 400, seed: int = 1) -> ImportanceDraws:
+        """Posterior draws: the normal approximation, resampled by the true sum of squares.
+
+        The prior is uniform within the bounds, in the scale of each parameter, times stated priors.
+        """
+        count = checks.whole("count", count, at_least=20)
+        seed = checks.whole("seed", seed, at_least=0)
+        bounds = self.compared.space.bounds
+        return importance_draws(self._cost, self.scaled, self.covariance, bounds, count, seed)
+
+    def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
+        """Frequency [Hz] and damping ratio of each curve, (points, 2), at measured amplitudes."""
+        found = self.compared.curves_at(self.scaled, amplitudes, slopes=False)
+        return [curves for curves, _ in found]
+
+    def bands(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
+        """Standard deviation of each curve of the model by that of its parameters, (points, 2).
+
+        The scatter of a new measurement is not in it.
+        """
+        found = self.compared.curves_at(self.scaled, amplitudes)
+        return [
+            np.sqrt(np.einsum("ija,ab,ijb->ij", slopes, self.covariance, slopes))
+            for _, slopes in found
+        ]
+
+    @property
+    def rms_errors(self) -> list[tuple[float, float]]:
+        """Root mean square of the relative errors of frequency and damping of each curve."""
+        pairs = zip(self.compared.measured, self.curves(), strict=True)
+        return [
+            (
+                float(np.sqrt(np.mean((curves[:, 0] / curve.frequency - 1) ** 2))),
+                float(np.sqrt(np.mean((curves[:, 1] / curve.damping_ratio - 1) ** 2))),
+            )
+            for curve, curves in pairs
+        ]
+
+    @cached_property
+    def checks_of_curves(self) -> tuple[CurveCheck, ...]:
+        """Of each curve, whether the model can be right."""
+        pairs = zip(self.compared.measured, self.curves(), strict=True)
+        return tuple(check_curve(curve, curves) for curve, curves in pairs)
+
+    @property
+    def p_value(self) -> float:
+        """Probability of so large a sum of squares if the model and its deviations are right."""
+        residual, _ = self.residual_and_jacobian
+        freedom = max(residual.size - self.scaled.size, 1)
+        return float(chi2.sf(residual @ residual, freedom))
+
+    @property
+    def refusals(self) -> tuple[str, ...]:
+        """Why the model cannot be right, a sentence each; empty where nothing speaks against it."""
+        return tuple(sentence for check in self.checks_of_curves for sentence in check.sentences)
+
+    def summary(self) -> str:
+        """All of it in words: what the model cannot be is said first."""
+        lines = [f"The model cannot be right: {sentence}." for sentence in self.refusals]
+        for name, value in self.best_values.items():
+            if name in self.undetermined:
+                lines.append(f"{name} cannot be told: {self.reason(name)}.")
+            else:
+                low, high = self.interval(name)
+                lines.append(f"{name} = {value:.4g} (95 %: {low:.4g} to {high:.4g})")
+        for curve, (f, z) in zip(self.compared.measured, self.rms_errors, strict=True):
+            lines.append(f"{curve.name}: {f:.2g} rms in frequency and {z:.2g} in damping, relative")
+        return "\n".join(lines)

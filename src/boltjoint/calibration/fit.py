@@ -1,0 +1,166 @@
+"""Calibration: least squares of measured backbones from several starts, with exact derivatives."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from boltjoint import checks
+from boltjoint.calibration.calibration import Calibration
+from boltjoint.calibration.joint_parameters import JointParameters
+from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.model_curves import Model, ModelCurves
+from boltjoint.calibration.parameters import Parameter, ParameterSpace
+from boltjoint.damping import Damping
+from boltjoint.joint.model import Joint
+from boltjoint.options import Options
+
+Array = NDArray[np.float64]
+
+#: losses of ``scipy.optimize.least_squares``
+LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+
+#: residual, in standard deviations, of a model that refuses its parameters
+_REFUSED = 1e6
+
+
+@dataclass(frozen=True)
+class CalibrationOptions(Options):
+    """Starts and ends of a calibration.
+
+    Parameters
+    ----------
+    starts
+        Points of a Sobol sequence within the bounds at which least squares begin: a fit of one
+        joint may have several minima.
+    seed
+        Of the sequence.
+    tolerance
+        Relative change of the sum of squares, and of the parameters, at which a fit ends.
+    maximum_evaluations
+        Of each fit.
+    robust_scale
+        Residual [standard deviations] beyond which a robust loss counts it less.
+    determined_share
+        A parameter is determined where its 95 % interval is narrower than this share of its
+        bounds; what is wider is what the bounds say.
+    """
+
+    starts: int = 8
+    seed: int = 1
+    tolerance: float = 1e-9
+    maximum_evaluations: int = 200
+    robust_scale: float = 3.0
+    determined_share: float = 0.5
+
+
+def fit(
+    model: Joint | JointParameters | Model,
+    measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
+    parameters: Sequence[Parameter],
+    *,
+    damping: Damping | float = 0.0,
+    loss: str = "linear",
+    options: CalibrationOptions | None = None,
+) -> Calibration:
+    """Fit parameters of a joint to measured backbones.
+
+    Parameters
+    ----------
+    model
+        A joint, whose parameters are those of ``JointParameters``; or a function that takes values
+        by name and returns a joint and the damping of its structure, in the same coordinates for
+        all values (as ``joint.rescaled.rescale_contact`` does).
+    measured
+        One or several curves.
+    parameters
+        What is fitted.
+    damping
+        Of the structure of a joint; a number is a loss factor.
+    loss
+        ``linear``, or a robust one of ``scipy.optimize.least_squares``.
+    options
+        Number of starts, tolerance.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, a mode is not in the model, there are fewer values than
+        parameters, or the model cannot be solved at any start.
+    """
+    options = CalibrationOptions() if options is None else options
+    checks.instance("options", options, CalibrationOptions)
+    checks.choice("loss", loss, LOSSES)
+    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
+    checks.sequence("measured", curves, MeasuredBackbone)
+    if not curves:
+        raise ValueError("measured is empty: there must be one curve at least")
+    if isinstance(model, Joint):
+        model = JointParameters(model, damping)
+    if not callable(model):
+        raise ValueError(f"model is of type {type(model).__name__}: it must be a Joint or function")
+    checks.sequence("parameters", parameters, Parameter)
+    compared = ModelCurves(model, tuple(curves), ParameterSpace(tuple(parameters)))
+    ends = [
+        _least_squares(compared, start, loss, options)
+        for start in compared.space.starts(options.starts, options.seed)
+    ]
+    reached = [end for end in ends if end is not None]
+    if not reached:
+        raise ValueError(
+            "the model cannot be solved at any start: bounds may reach where it has no mode"
+        )
+    best = min(reached, key=lambda end: end.cost)
+    costs = np.array([np.inf if end is None else end.cost for end in ends])
+    return Calibration(
+        compared, best.x, costs, loss, options.robust_scale, options.determined_share
+    )
+
+
+def _least_squares(compared: ModelCurves, start: Array, loss: str, options: CalibrationOptions):  # noqa: ANN202
+    """The fit from one start; None where the model cannot be solved there."""
+    evaluator = _Evaluator(compared)
+    try:
+        evaluator.at(start)
+    except ValueError:
+        return None
+    return least_squares(
+        evaluator.residual,
+        start,
+        jac=evaluator.jacobian,
+        bounds=compared.space.bounds,
+        x_scale="jac",
+        loss=loss,
+        f_scale=options.robust_scale,
+        ftol=options.tolerance,
+        xtol=options.tolerance,
+        gtol=None,
+        max_nfev=options.maximum_evaluations,
+    )
+
+
+class _Evaluator:
+    """Residual and Jacobian at the same parameters, computed once."""
+
+    def __init__(self, compared: ModelCurves) -> None:
+        self._compared = compared
+        self._x: Array | None = None
+        self._last: tuple[Array, Array] | None = None
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        if self._x is None or not np.array_equal(x, self._x):
+            self._last = self._compared.residual_and_jacobian(x)
+            self._x = x.copy()
+        return self._last
+
+    def residual(self, x: Array) -> Array:
+        try:
+            return self.at(x)[0]
+        except ValueError:
+            # a step beyond where the model has a mode is rejected
+            return np.full(self._last[0].size, _REFUSED)
+
+    def jacobian(self, x: Array) -> Array:
+        return self.at(x)[1]

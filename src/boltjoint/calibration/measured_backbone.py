@@ -1,0 +1,99 @@
+"""Measured backbones as a calibration takes them: curves with their standard deviations."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint import checks
+from boltjoint.measurement.identification import IdentifiedMode
+from boltjoint.measurement.signals import MOTIONS
+
+Array = NDArray[np.float64]
+
+#: amplitudes of the mode itself, of unit modal mass [kg^1/2 m]
+MODAL = "modal"
+
+
+@dataclass(frozen=True)
+class MeasuredBackbone:
+    """Frequency and damping of a mode over its amplitude, with standard deviations.
+
+    Parameters
+    ----------
+    amplitude
+        Of the sensor [SI unit of its quantity] or of the mode [kg^1/2 m], shape (points,).
+    frequency, frequency_deviation
+        Natural frequency and its standard deviation [Hz], shape (points,); one number is that of
+        all points.
+    damping_ratio, damping_deviation
+        Damping ratio and its standard deviation [-], in the same way.
+    quantity
+        ``displacement``, ``velocity``, ``acceleration`` or ``modal``.
+    resonance
+        Number of the mode in the model, from 1; by default that of the nearest frequency.
+    sensor
+        Name of the output of the model; by default its output point.
+    name
+        Of the curve, in messages and results.
+
+    Raises
+    ------
+    ValueError
+        If shapes differ or a value is out of range.
+    """
+
+    amplitude: Array
+    frequency: Array
+    frequency_deviation: Array | float
+    damping_ratio: Array
+    damping_deviation: Array | float
+    quantity: str = "displacement"
+    resonance: int | None = None
+    sensor: str | None = None
+    name: str = "mode"
+
+    def __post_init__(self) -> None:
+        """Refuse what is no curve, and sort it by the amplitude."""
+        checks.instance("name", self.name, str)
+        checks.choice("quantity", self.quantity, (*MOTIONS, MODAL))
+        if self.resonance is not None:
+            checks.whole("resonance", self.resonance, at_least=1)
+        if self.sensor is not None:
+            checks.instance("sensor", self.sensor, str)
+        amplitude = checks.array("amplitude", self.amplitude, ("points",), above=0)
+        if amplitude.size == 0:
+            raise ValueError(f"amplitude of {self.name} is empty: a curve has a point at least")
+        order = np.argsort(amplitude, kind="stable")
+        object.__setattr__(self, "amplitude", amplitude[order])
+        for name, limits in (
+            ("frequency", {"above": 0}),
+            ("frequency_deviation", {"above": 0}),
+            ("damping_ratio", {"above": 0, "below": 1}),
+            ("damping_deviation", {"above": 0}),
+        ):
+            given = getattr(self, name)
+            if name.endswith("deviation") and np.ndim(given) == 0:
+                given = np.full(amplitude.shape, checks.number(name, given, **limits))
+            value = checks.array(name, given, amplitude.shape, **limits)
+            object.__setattr__(self, name, value[order])
+
+    @property
+    def values(self) -> Array:
+        """Frequency [Hz] and damping ratio, shape (points, 2)."""
+        return np.column_stack([self.frequency, self.damping_ratio])
+
+    @property
+    def deviations(self) -> Array:
+        """Standard deviations of the values, shape (points, 2)."""
+        return np.column_stack([self.frequency_deviation, self.damping_deviation])
+
+    @classmethod
+    def of(
+        cls, mode: IdentifiedMode, *, resonance: int | None = None, name: str = "mode"
+    ) -> "MeasuredBackbone":
+        """The curve of an identified mode, with its standard errors."""
+        checks.instance("mode", mode, IdentifiedMode)
+        curves = mode.frequency, mode.frequency_error, mode.damping_ratio, mode.damping_error
+        at = {"resonance": resonance, "sensor": mode.sensor, "name": name}
+        return cls(mode.amplitude, *curves, quantity=mode.quantity, **at)

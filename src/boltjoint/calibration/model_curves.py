@@ -1,0 +1,197 @@
+"""Curves of a model beside measured ones: residuals in standard deviations, with derivatives."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.calibration.backbone_points import SensedMode, neighbours_of, solve_points
+from boltjoint.calibration.measured_backbone import MODAL, MeasuredBackbone
+from boltjoint.calibration.parameters import ParameterSpace
+from boltjoint.damping import Damping
+from boltjoint.dynamics.backbone.epmc import EPMCEquations
+from boltjoint.joint.model import Joint
+
+Array = NDArray[np.float64]
+
+#: a model: joint and damping of its structure by values of the parameters
+Model = Callable[[Mapping[str, float]], tuple[Joint, Damping]]
+
+#: the parameter by which measured amplitudes are multiplied, of all curves or of a named one
+AMPLITUDE_SCALE = "amplitude_scale"
+
+#: a mode whose frequency is off by more than this factor is not that of the measurement
+_FARTHEST = 2.0
+
+
+@dataclass(frozen=True)
+class ModelCurves:
+    """A model and the measured backbones it is compared with.
+
+    Parameters
+    ----------
+    model
+        By values in the units of the parameters.
+    measured
+        The curves.
+    space
+        The parameters; ``amplitude_scale``, or ``amplitude_scale[name]`` of a curve, multiplies
+        measured amplitudes and is not given to the model.
+
+    Raises
+    ------
+    ValueError
+        If a mode is not in the model, a sensor not known, or values are fewer than parameters.
+    """
+
+    model: Model
+    measured: tuple[MeasuredBackbone, ...]
+    space: ParameterSpace
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be fitted, before anything is solved."""
+        names = [curve.name for curve in self.measured]
+        if len(set(names)) < len(names):
+            raise ValueError(f"measured curves must have names of their own: {', '.join(names)}")
+        values = 2 * sum(curve.amplitude.size for curve in self.measured)
+        if values < len(self.space.names):
+            raise ValueError(
+                f"measured has {values // 2} points, {values} values: "
+                f"too few for {len(self.space.names)} parameters"
+            )
+        for name in self.space.names:
+            scale, _, curve = name.partition("[")
+            if scale == AMPLITUDE_SCALE and curve and curve.removesuffix("]") not in names:
+                raise ValueError(f"parameter {name} is of no curve: there are {', '.join(names)}")
+        _ = self.resonances
+
+    @cached_property
+    def resonances(self) -> tuple[int, ...]:
+        """Number of the mode of each curve: the nearest, at middle or ends of the bounds."""
+        low, high = self.space.bounds
+        joints = [self._joint(each)[0] for each in ((low + high) / 2, low, high)]
+        joint = joints[0]
+        ranges = np.array([each.resonance_range() for each in joints])
+        lowest, highest = ranges[..., 0], ranges[..., 1]
+        paired = []
+        for curve in self.measured:
+            frequency = float(np.median(curve.frequency))
+            if curve.sensor is not None and curve.sensor not in joint.sensors.by_name:
+                known = ", ".join(joint.sensors.by_name)
+                raise ValueError(f"{curve.name}: sensor {curve.sensor} is none of {known}")
+            if curve.resonance is not None:
+                if curve.resonance > joint.elastic_modes:
+                    raise ValueError(
+                        f"{curve.name}: mode {curve.resonance} is not in the model, which has "
+                        f"{joint.elastic_modes} elastic modes"
+                    )
+                paired.append(curve.resonance)
+                continue
+            # distance of ln(frequency) from the range between open and sticking contact
+            distance = np.maximum(np.log(lowest / frequency), np.log(frequency / highest))
+            distance = np.maximum(distance, 0).min(axis=0)
+            nearest = int(np.argmin(distance))
+            if distance[nearest] > np.log(_FARTHEST):
+                raise ValueError(
+                    f"{curve.name}: mode at {frequency:.4g} Hz is not in the model, whose nearest "
+                    f"is from {lowest[:, nearest].min():.4g} to {highest[:, nearest].max():.4g} Hz"
+                )
+            paired.append(nearest + 1)
+        return tuple(paired)
+
+    def residual_and_jacobian(self, scaled: Array) -> tuple[Array, Array]:
+        """Model less measurement over the standard deviations, then the priors.
+
+        Parameters
+        ----------
+        scaled
+            Parameters in their scales.
+
+        Returns
+        -------
+        residual : ndarray
+            By curve the frequencies of its points, then their damping ratios, (values,).
+        jacobian : ndarray
+            Shape (values, parameters).
+
+        Raises
+        ------
+        ValueError
+            If the model refuses the values, or a mode is not reached at an amplitude.
+        """
+        found = self.curves_at(scaled)
+        jacobians = [
+            (slopes / curve.deviations[:, :, None]).transpose(1, 0, 2).reshape(-1, scaled.size)
+            for curve, (_, slopes) in zip(self.measured, found, strict=True)
+        ]
+        jacobian = np.concatenate([*jacobians, self.space.prior_jacobian()])
+        return self._residual(scaled, [curves for curves, _ in found]), jacobian
+
+    def residual(self, scaled: Array) -> Array:
+        """The residual alone, as of ``residual_and_jacobian``."""
+        found = self.curves_at(scaled, slopes=False)
+        return self._residual(scaled, [curves for curves, _ in found])
+
+    def _residual(self, scaled: Array, curves: Sequence[Array]) -> Array:
+        pairs = zip(self.measured, curves, strict=True)
+        of_curves = [
+            ((model - curve.values) / curve.deviations).T.ravel() for curve, model in pairs
+        ]
+        return np.concatenate([*of_curves, self.space.prior_residual(scaled)])
+
+    def curves_at(
+        self, scaled: Array, amplitudes: Sequence[Array] | None = None, *, slopes: bool = True
+    ) -> list[tuple[Array, Array]]:
+        """Frequency and damping of each curve, (points, 2), and derivatives by all parameters.
+
+        Parameters
+        ----------
+        scaled
+            Parameters in their scales.
+        amplitudes
+            As measured, of each curve; by default the measured ones.
+        slopes
+            Whether derivatives are computed; empty otherwise.
+        """
+        measured = [curve.amplitude for curve in self.measured]
+        found = []
+        for n, levels in enumerate(measured if amplitudes is None else amplitudes):
+            curve = self.measured[n]
+
+            def mode_of(at: Array, n: int = n) -> SensedMode:
+                return self._mode(at, n)
+
+            factor, places = self._amplitude_scale(scaled, curve.name)
+            near = neighbours_of(mode_of, scaled) if slopes else ()
+            points = solve_points(mode_of(scaled), factor * levels, near)
+            by_parameter = points.by_parameter.copy()
+            for place, by_scaled in places if slopes else ():
+                by_parameter[:, :, place] += points.by_amplitude * by_scaled
+            found.append((points.curves, by_parameter))
+        return found
+
+    def _joint(self, scaled: Array) -> tuple[Joint, Damping]:
+        values = self.space.values(scaled)
+        own = {n: x for n, x in values.items() if n.partition("[")[0] != AMPLITUDE_SCALE}
+        return self.model(own)
+
+    def _mode(self, scaled: Array, n: int) -> SensedMode:
+        joint, damping = self._joint(scaled)
+        curve = self.measured[n]
+        equations = EPMCEquations(joint, damping, self.resonances[n])
+        if curve.quantity == MODAL:
+            return SensedMode(equations, None, MODAL)
+        row = joint.response_mode if curve.sensor is None else joint.sensors.by_name[curve.sensor]
+        return SensedMode(equations, row, curve.quantity)
+
+    def _amplitude_scale(self, scaled: Array, curve: str) -> tuple[float, list[tuple[int, float]]]:
+        """Factor of the amplitudes of a curve, and its logarithm's derivative by parameters."""
+        factor, places = 1.0, []
+        for n, parameter in enumerate(self.space.parameters):
+            if parameter.name in (AMPLITUDE_SCALE, f"{AMPLITUDE_SCALE}[{curve}]"):
+                value = parameter.value(scaled[n])
+                factor *= value
+                places.append((n, 1.0 if parameter.logarithmic else 1 / value))
+        return factor, places
