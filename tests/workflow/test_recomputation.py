@@ -283,6 +283,6 @@ def test_other_designs_to_check_leave_the_designs_alone(copied):
     check = {"designs": 2, "basis": "free-4"}
     write(copied / "config/sweeps/shares.yaml", SALTELLI | {"check": check})
     assert among(planned(copied), "*.nc") == [
-        "results/sweeps/shares/check.nc",
+        "results/sweeps/shares/checked.nc",
         "results/sweeps/shares/sweep.nc",
     ]

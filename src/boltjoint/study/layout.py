@@ -37,7 +37,7 @@ PATHS = {
     "backbone": _JOINT + "/backbone/resonance={resonance}/backbone.nc",
     "designs": _SWEEP + "/designs.nc",
     "chunk": _SWEEP + "/chunks/{chunk}.nc",
-    "sweep_check": _SWEEP + "/check.nc",
+    "sweep_check": _SWEEP + "/checked.nc",
     "sweep": _SWEEP + "/sweep.nc",
     "sweep_page": _SWEEP + "/explore.html",
 }

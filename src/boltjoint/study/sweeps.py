@@ -162,7 +162,7 @@ def check_designs(
     Returns
     -------
     Dataset
-        ``check.nc``: by ``checked`` the ``checked_design``, counted from 0, and by ``checked`` and
+        ``checked.nc``: by ``checked`` the ``checked_design``, counted from 0, and by ``checked`` and
         ``force`` its peaks as ``solve_designs`` gives them.
 
     Raises

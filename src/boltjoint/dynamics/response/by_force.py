@@ -62,6 +62,9 @@ def by_force(response: xr.Dataset, joint: Joint | None = None) -> xr.Dataset:
             raise ValueError(
                 f"the response has {q.sizes['mode']} modes, the joint {modes.shape[1]}"
             )
+        missing = {"sin", "cos"} - set(q["component"].to_numpy().tolist())
+        if missing:
+            raise ValueError(f"the response has no component {min(missing)!r}")
         sine, cosine = (q.sel(component=part).to_numpy() @ modes.T for part in ("sin", "cos"))
         meaning = "first harmonic of the sensor, sine + i cosine coefficient"
         dims = ("force", "point", "sensor")
