@@ -192,7 +192,11 @@ CALLS = {
     ),
     "scatter_between": (scatter_between, {"modes": [MODE, MODE]}),
     "solve_response": (boltjoint.solve_response, {"joint": JOINT} | FORCES),
-    "by_force": (boltjoint.by_force, {"response": RESPONSE, "joint": JOINT}),
+    "by_force": (
+        boltjoint.by_force,
+        # without folds, of which there are none
+        {"response": RESPONSE.drop_dims("fold"), "joint": JOINT},
+    ),
     "weigh_pairs": (
         boltjoint.weigh_pairs,
         {"joint": JOINT, "forces": [1.0], "damping": 0.01, "count": 3, "windows": {1: None}},

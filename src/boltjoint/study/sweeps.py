@@ -162,8 +162,8 @@ def check_designs(
     Returns
     -------
     Dataset
-        ``checked.nc``: by ``checked`` the ``checked_design``, counted from 0, and by ``checked`` and
-        ``force`` its peaks as ``solve_designs`` gives them.
+        ``checked.nc``: by ``checked`` the ``checked_design``, counted from 0, and by ``checked``
+        and ``force`` its peaks as ``solve_designs`` gives them.
 
     Raises
     ------
