@@ -7,7 +7,8 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.response.frequency_response import frequency_window, solve_response
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint
 from boltjoint.study.tables.microslip import (
