@@ -73,6 +73,9 @@ PLACES = {
     },
     ("config", "timing.repeats"): {"config": {"timing": {"time_budget_s": 1e6}}},
     ("config", "timing.time_budget_s"): {"config": {"timing": {"repeats": 10**6}}},
+    ("sweep", "check.designs"): {
+        "sweep": {"design": _LATIN_HYPERCUBE | {"number": 10**5}, "check": {"basis": "free-2"}}
+    },
     ("sweep", "design.number"): {"sweep": {"design": _LATIN_HYPERCUBE}},
 }
 
@@ -124,6 +127,7 @@ WITHOUT = {
         "preload_N": _OF_MATERIAL,
     },
     "matrices": {"": "sizes are those of the files, which are counted"},
+    "deck": {"": "sizes are those of the files, which are counted"},
     "case": {
         "accelerations_m_per_s2": "as forces_N, with another excitation",
         "contact": _OF_MATERIAL,
@@ -140,6 +144,7 @@ WITHOUT = {
     "sweep": {
         "amplitudes_mm": _FIXED,
         "designs_per_job": "the job that gathers all designs holds more",
+        "check.seed": "the number of the random numbers that are drawn",
         "design.seed": "the number of the random numbers that are drawn",
         "resonance": "one of the modes that are found",
         "vary{}.coefficient_of_variation": _OF_MATERIAL,

@@ -39,8 +39,9 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
         samples count, which have the distributions of the keys.
     """
     rows = []
+    places_of(sweep)
     errors = {
-        column: iter(np.ravel(sweep[f"peak_{what}_error"]).tolist())
+        column: iter(_errors(sweep, f"peak_{what}_error"))
         for column, (what, _) in _OBSERVED.items()
         if f"peak_{what}_error" in sweep
     }
@@ -58,6 +59,12 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
         row |= {"mean": mean, "standard_deviation": deviation} | quantiles
         rows.append(row | {"error_percent": error})
     return pd.DataFrame(rows)
+
+
+def _errors(sweep: xr.Dataset, name: str) -> list[float]:
+    """How far peaks are off, by level."""
+    dims = tuple(level for level in ("force",) if level in sweep.dims)
+    return np.ravel(checks.variable("sweep", sweep, name, dims, finite=False)).tolist()
 
 
 def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
