@@ -1,5 +1,8 @@
 """Assemblies that are built once for all tests."""
 
+import os
+import shutil
+
 import examples
 import pytest
 
@@ -44,3 +47,12 @@ def preload(assembly):
 def of_study(request):
     config = examples.study_assembly(request.param)
     return config, build_assembly(config)
+
+
+@pytest.fixture
+def installed():
+    """CalculiX, or the test is skipped."""
+    if shutil.which("ccx") is None:
+        if os.environ.get("BOLTJOINT_CALCULIX") == "required":
+            pytest.fail("CalculiX (ccx) is not installed, and BOLTJOINT_CALCULIX requires it")
+        pytest.skip("CalculiX (ccx) is not installed")

@@ -1,6 +1,5 @@
 """CalculiX: what the decks say, what is read back, and, where it is installed, what it finds."""
 
-import os
 import shutil
 
 import numpy as np
@@ -368,14 +367,6 @@ def test_says_that_calculix_is_missing_or_stopped(tmp_path, monkeypatch):
     with pytest.raises(RuntimeError, match=r"could not solve .*some\.inp, see .*some\.log"):
         run(deck, log)
     assert log.read_text() == "no convergence\n"
-
-
-@pytest.fixture
-def installed():
-    if shutil.which("ccx") is None:
-        if os.environ.get("BOLTJOINT_CALCULIX") == "required":
-            pytest.fail("CalculiX (ccx) is not installed, and BOLTJOINT_CALCULIX requires it")
-        pytest.skip("CalculiX (ccx) is not installed")
 
 
 @pytest.fixture(params=["of one material", "with washers"])

@@ -1,8 +1,6 @@
 """Decks beside CalculiX, where it is installed: ties of unlike meshes, couplings, rigid bodies."""
 
-import os
 import re
-import shutil
 import subprocess
 
 import numpy as np
@@ -61,12 +59,9 @@ DECKS = {
 }
 
 
+@pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("case", DECKS)
 def test_constrained_bodies_have_the_frequencies_of_calculix(case, tmp_path):
-    if shutil.which("ccx") is None:
-        if os.environ.get("BOLTJOINT_CALCULIX") == "required":
-            pytest.fail("CalculiX (ccx) is not installed, and BOLTJOINT_CALCULIX requires it")
-        pytest.skip("CalculiX (ccx) is not installed")
     text = BLOCKS + DECKS[case]
     step = "*STEP\n*FREQUENCY\n6\n*END STEP\n"
     (tmp_path / "joint.inp").write_text(text + step)

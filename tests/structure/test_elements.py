@@ -1,7 +1,5 @@
 """Solid elements: shape functions, integration, stiffness and mass, also against CalculiX."""
 
-import os
-import shutil
 from itertools import product
 from math import factorial
 
@@ -254,14 +252,6 @@ def test_hourglass_modes_get_a_stiffness_and_linear_displacements_none():
     # what is left without it knows the mean strain alone
     one = np.linalg.eigvalsh((2 * K - K_stiffer)[0])
     assert np.sum(abs(one) < 1e-14) == 18
-
-
-@pytest.fixture
-def installed():
-    if shutil.which("ccx") is None:
-        if os.environ.get("BOLTJOINT_CALCULIX") == "required":
-            pytest.fail("CalculiX (ccx) is not installed, and BOLTJOINT_CALCULIX requires it")
-        pytest.skip("CalculiX (ccx) is not installed")
 
 
 @pytest.mark.usefixtures("installed")

@@ -1,7 +1,5 @@
 """Bolts off the centre line and a shaker off the plane: against CalculiX and matrices."""
 
-import os
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -32,14 +30,6 @@ def whole_of(assembly):
     structure = structure_of(assembly)
     assert structure.symmetry is None
     return replace(structure, maker="")
-
-
-@pytest.fixture
-def installed():
-    if shutil.which("ccx") is None:
-        if os.environ.get("BOLTJOINT_CALCULIX") == "required":
-            pytest.fail("CalculiX (ccx) is not installed, and BOLTJOINT_CALCULIX requires it")
-        pytest.skip("CalculiX (ccx) is not installed")
 
 
 @pytest.mark.usefixtures("installed")
