@@ -7,7 +7,6 @@ approach each other until they touch: the smallest gap is 0.
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
@@ -19,9 +18,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _MM, _UM = 1e-3, 1e-6
-
-#: difference of a gap on both sides of the middle, over the largest one, that is rounding
-_ROUNDING = 1e-9
 
 
 def initial_gap(
@@ -77,27 +73,3 @@ def check_described(assembly: "Assembly") -> None:
     from boltjoint.config.assembly import Assembly
 
     checks.instance("assembly", assembly, Assembly)
-
-
-def symmetric_gap(assembly: xr.Dataset) -> Array:
-    """Initial gap of the contact pairs [m], shape (pairs,), 0 where the assembly has none.
-
-    Raises
-    ------
-    ValueError
-        If it is negative or not the same on both sides of y = 0.
-    """
-    checks.instance("assembly", assembly, xr.Dataset)
-    if "initial_gap" not in assembly:
-        return np.zeros(assembly.sizes["pair"])
-    gap = checks.variable("assembly", assembly, "initial_gap", ("pair",), at_least=0)
-    position = checks.variable("assembly", assembly, "position", ("pair", "axis"))
-    from scipy.spatial import KDTree  # slow to import, and only surfaces with a form error need it
-
-    _, mirrored = KDTree(position).query(position * [1, -1, 1])
-    if abs(gap - gap[mirrored]).max() > _ROUNDING * gap.max():
-        raise ValueError(
-            "initial_gap of assembly is not symmetric about y = 0, where the preload is found in "
-            "the symmetric half: it must be the same on both sides"
-        )
-    return gap
