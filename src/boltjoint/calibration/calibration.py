@@ -204,7 +204,7 @@ class Calibration:
         low, high = self.compared.space.bounds
         inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         found = least_squares(
-            lambda x: self.compared.residual_and_jacobian(whole(x))[0],
+            lambda x: self.compared.residual(whole(x)),
             inside[free],
             jac=lambda x: self.compared.residual_and_jacobian(whole(x))[1][:, free],
             bounds=(low[free], high[free]),
