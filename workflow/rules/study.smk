@@ -19,10 +19,10 @@ from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.provenance import environment
 from boltjoint.provenance.code_dependencies import source_hash
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.study.trusted_bases import headline_basis
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
+from boltjoint.study.trusted_bases import headline_basis
 
 RULES = workflow.current_basedir
 
@@ -153,6 +153,15 @@ def data(kind, **which):
 
 def node_to_node(case, basis):
     return layout.path("joint", case=case, basis=basis, joint=REFERENCE[0])
+
+
+def variants_of_sweep(sweep, checking=False):
+    """Values of each variant of a sweep, and how many joints it has."""
+    joints = contents.joints_of_sweep(sweep, checking=checking)
+    return [
+        {"values": each.values, "joints": len(files)}
+        for each, files in zip(study.possible_variants(sweep), joints)
+    ]
 
 
 def drawn_on_page(case):

@@ -44,12 +44,7 @@ rule solve_designs:
     params:
         library=library("solve_designs.py"),
         case=lambda w: study.base_of_sweep(w.sweep),
-        variants=lambda w: [
-            {"values": each.values, "joints": len(files)}
-            for each, files in zip(
-                study.possible_variants(w.sweep), contents.joints_of_sweep(w.sweep)
-            )
-        ],
+        variants=lambda w: variants_of_sweep(w.sweep),
         observed=lambda w: study.sweeps[w.sweep].observed,
         sampling=study.solver.sampling,
         steps=study.solver.steps,
@@ -77,13 +72,7 @@ rule check_sweep:
     params:
         library=library("solve_designs.py"),
         case=lambda w: study.base_of_sweep(w.sweep, checking=True),
-        variants=lambda w: [
-            {"values": each.values, "joints": len(files)}
-            for each, files in zip(
-                study.possible_variants(w.sweep),
-                contents.joints_of_sweep(w.sweep, checking=True),
-            )
-        ],
+        variants=lambda w: variants_of_sweep(w.sweep, checking=True),
         check=lambda w: {
             "number": study.sweeps[w.sweep].check.designs,
             "seed": study.sweeps[w.sweep].check.seed,

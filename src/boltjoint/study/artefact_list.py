@@ -13,6 +13,8 @@ from boltjoint.study.trusted_bases import headline_basis
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
+    from boltjoint.config.sweep import Sweep
+    from boltjoint.config.variants import Variant
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,14 @@ class Artefact:
         return (self.path,)
 
 
+def _solved_of(
+    sweep: "Sweep", variant: "Variant", *, checking: bool
+) -> tuple[Basis, list[JointName]]:
+    """Basis and joints of a variant of a sweep, or of its check: node to node, and reduced."""
+    model = (sweep.check.basis, sweep.check.joint) if checking else (sweep.basis, variant.joint)
+    return model[0], with_regions([REFERENCE[0], model[1]])
+
+
 def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
     """The joints of a sweep and of its check, and what they are made from."""
     sweep = study.sweeps[name]
@@ -72,15 +82,13 @@ def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
             yield Artefact(kind, **of_assembly)
         for kind in ("preload", "preload_view"):
             yield Artefact(kind, preload_N=variant.case.preload, **of_assembly)
-        models = [(sweep.basis, variant.joint)]
-        if sweep.check is not None:
-            models.append((sweep.check.basis, sweep.check.joint))
-        for basis, solved in models:
+        for checking in (False, True) if sweep.check is not None else (False,):
+            basis, joints = _solved_of(sweep, variant, checking=checking)
             for kind in ("modes", "modes_view"):
                 yield Artefact(kind, basis=basis, **of_assembly)
             if basis.is_contact_adapted:
                 yield Artefact("pod_modes", **of_assembly)
-            for joint in with_regions([REFERENCE[0], solved]):
+            for joint in joints:
                 which = {"case": variant.case_name, "basis": basis, "joint": joint}
                 yield Artefact("joint", **which)
                 if joint.reduction is not None:
@@ -211,17 +219,12 @@ class Contents(Responses):
 
         Those that its check solves, or those of its designs.
         """
-        sweep = self.study.sweeps[name]
-        basis = sweep.check.basis if checking else sweep.basis
-        return [
-            [
-                layout.path("joint", case=variant.case_name, basis=basis, joint=joint)
-                for joint in with_regions(
-                    [REFERENCE[0], sweep.check.joint if checking else variant.joint]
-                )
-            ]
-            for variant in self.study.possible_variants(name)
-        ]
+        files = []
+        for variant in self.study.possible_variants(name):
+            basis, joints = _solved_of(self.study.sweeps[name], variant, checking=checking)
+            which = {"case": variant.case_name, "basis": basis}
+            files.append([layout.path("joint", **which, joint=joint) for joint in joints])
+        return files
 
     def chunks(self, sweep: str) -> int:
         """Number of jobs that solve the designs of a sweep."""

@@ -34,7 +34,8 @@ from boltjoint.config.types import (
     SWEEP_FOLDER,
     refusing_exceptions,
 )
-from boltjoint.names import JointName
+from boltjoint.friction.declarations import LawDeclaration
+from boltjoint.names import Basis, JointName
 from boltjoint.study.artefact_list import Contents
 
 _NUMBER = 8
@@ -209,7 +210,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
     factor = _solutions(solver) / _SOLUTIONS
     for response in contents.responses(name):
-        vectors = min(response.basis.most, study.contact_adapted_basis.maximum_vectors)
+        vectors = _vectors(study, response.basis)
         if not response.basis.is_contact_adapted:
             vectors = response.basis.vectors
         unknowns = components * (response.coordinates.count or vectors)
@@ -247,7 +248,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     for stage, basis, many in zip(
         ("steady_states", "larger_basis"), bases, (MANY_ENRICHED, MOST_CHOSEN), strict=False
     ):
-        vectors = min(basis.most, study.contact_adapted_basis.maximum_vectors)
+        vectors = _vectors(study, basis)
         memory = _memory_of_balance(law.components_of(many), vectors)
         seconds = _PER_INTEGRATION * len(contents.integrated_levels(name)) * pairs
         key = f"{CONFIG_FILE}: convergence.time_integration_N"
@@ -299,19 +300,18 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     case = study.case(sweep.case)
     levels = 1 if LEVEL_KEYS & set(sweep.vary) else len(sweep.levels or case.levels)
     elements = max(_elements(each.joint, each.assembly.contact_pairs) for each in variants)
-    vectors = min(sweep.basis.most, study.contact_adapted_basis.maximum_vectors)
+    vectors = _vectors(study, sweep.basis)
     states = elements if "contact-states" in sweep.observe else 0
     frequencies, amplitudes = (sweep.observed[each] or 0 for each in ("frequencies", "amplitudes"))
     stored = levels * (_NUMBER * (4 + frequencies) + states) + 2 * _NUMBER * amplitudes
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
     seconds = seconds * _solutions(study.solver) / _SOLUTIONS + _PER_AMPLITUDE * amplitudes
-    components = case.contact.declaration.components_of(MOST_CHOSEN)
-    many = case.contact.declaration.components_of(LEFT_OUT * MOST_CHOSEN)
-    of_peaks = 0.0
+    law, of_peaks = case.contact.declaration, 0.0
+    many = law.components_of(LEFT_OUT * MOST_CHOSEN)
     if "converged-peaks" in sweep.observe:
         of_peaks = _memory_of_balance(many, vectors) - _SOLVER
         stored += levels * _NUMBER * 5
-        seconds += levels * (_PER_CONVERGED + _PER_COMPONENT * elements * vectors * components)
+        seconds += levels * _of_converged_peak(law, elements, vectors)
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
     key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=multiples.get)}"
     chunk = min(sweep.designs_per_job, designs)
@@ -324,14 +324,25 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     if sweep.check is not None:
         check = sweep.check
         elements = max(_elements(check.joint, each.assembly.contact_pairs) for each in variants)
-        vectors = min(check.basis.most, study.contact_adapted_basis.maximum_vectors)
+        vectors = _vectors(study, check.basis)
         number = min(check.designs, designs)
-        of_peak = _PER_CONVERGED + _PER_COMPONENT * elements * vectors * components
-        of_response = _PER_DESIGN + _PER_ELEMENT * elements * vectors
-        seconds = _PER_JOINT * len(variants) + number * levels * (of_response + of_peak)
+        of_design = _PER_DESIGN + _PER_ELEMENT * elements * vectors
+        of_design += _of_converged_peak(law, elements, vectors)
+        seconds = _PER_JOINT * len(variants) + number * levels * of_design
         memory = _memory_of_balance(many, vectors) + _PER_ROW * designs
         key = f"{SWEEP_FOLDER}/{name}.yaml: check.designs"
         yield EstimatedJob("sweep_check", name, memory, seconds, key, f"to check designs of {name}")
+
+
+def _vectors(study: Study, basis: Basis) -> int:
+    """Vectors of a basis, at most."""
+    return min(basis.most, study.contact_adapted_basis.maximum_vectors)
+
+
+def _of_converged_peak(law: LawDeclaration, elements: float, vectors: int) -> float:
+    """Time of a peak with all harmonics [s]."""
+    components = law.components_of(MOST_CHOSEN)
+    return _PER_CONVERGED + _PER_COMPONENT * elements * vectors * components
 
 
 def _elements(joint: JointName, pairs: float) -> float:

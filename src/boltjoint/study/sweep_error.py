@@ -12,7 +12,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 
 #: what of a peak is checked
-_QUANTITIES = ("frequency", "amplitude")
+QUANTITIES = ("frequency", "amplitude")
 
 
 def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
@@ -33,27 +33,24 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
         the largest of the designs that have a peak in both models, relative; not a number without
         one. ``checked_designs`` is how many have.
     """
-    variables = {"checked_design": check["checked_design"].variable}
     at = solved.isel(design=check["checked_design"].to_numpy())
-    for what in _QUANTITIES:
-        peak = check[f"peak_{what}_converged"].to_numpy()
+    variables, errors = {"checked_design": check["checked_design"].variable}, []
+    for what in QUANTITIES:
+        peak = check[f"peak_{what}_converged"].variable
+        ratio = at[peak_variable(solved, what)].to_numpy() / peak.to_numpy()
         bar = 1 + check[f"peak_{what}_truncation_error"].to_numpy()
-        ratio = at[f"peak_{what}{_kind(solved)}"].to_numpy() / peak
         error = np.maximum(ratio, 1 / ratio) * bar - 1
-        has_both = np.isfinite(error)
-        largest = np.where(has_both, error, -np.inf).max(axis=0, initial=-np.inf)
+        errors.append(error)
+        largest = np.where(np.isfinite(error), error, -np.inf).max(axis=0, initial=-np.inf)
         largest[np.isneginf(largest)] = np.nan
-        unit = check[f"peak_{what}_converged"].attrs["units"]
-        of_larger = "of the larger model, with all harmonics"
-        variables[f"checked_peak_{what}"] = quantity(
-            ("checked", "force"), peak, unit, f"peak {what} {of_larger}"
-        )
-        variables[f"peak_{what}_error"] = quantity(
-            "force", largest, "1", f"largest error of the peak {what} of the checked designs"
-        )
-        variables["checked_designs"] = quantity(
-            "force", has_both.sum(axis=0), "1", "designs with a peak in both models"
-        )
+        meaning = f"peak {what} of the larger model, with all harmonics"
+        row = ("checked", "force"), peak.to_numpy(), peak.attrs["units"], meaning
+        variables[f"checked_peak_{what}"] = quantity(*row)
+        meaning = f"largest error of the peak {what} of the checked designs"
+        variables[f"peak_{what}_error"] = quantity("force", largest, "1", meaning)
+    count = np.isfinite(errors).all(axis=0).sum(axis=0)
+    meaning = "designs with a peak in both models"
+    variables["checked_designs"] = quantity("force", count, "1", meaning)
     return xr.Dataset(variables)
 
 
@@ -73,14 +70,32 @@ def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
     sweep
         ``sweep.nc``.
     """
-    checks.instance("sweep", sweep, xr.Dataset)
-    if "peak_frequency_error" not in sweep:
+    errors = errors_by_level(sweep)
+    if errors is None or not np.isfinite([*errors.values()]).all():
         return None
-    errors = [np.ravel(sweep[f"peak_{what}_error"].to_numpy()) for what in _QUANTITIES]
-    if not all(np.isfinite(each).all() for each in errors):
-        return None
-    frequency, amplitude = (float(each.max()) for each in errors)
+    frequency, amplitude = (max(errors[what]) for what in QUANTITIES)
     return SweepError(frequency, amplitude, int(np.min(sweep["checked_designs"])))
+
+
+def errors_by_level(sweep: xr.Dataset) -> dict[str, list[float]] | None:
+    """How far frequencies and amplitudes of the peaks are off at each level; None if not checked.
+
+    Of levels that vary there is one.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+    """
+    checks.instance("sweep", sweep, xr.Dataset)
+    names = {what: f"peak_{what}_error" for what in QUANTITIES}
+    if not set(names.values()) <= set(sweep):
+        return None
+    dims = ("force",) if "force" in sweep.dims else ()
+    return {
+        what: np.ravel(checks.variable("sweep", sweep, name, dims, finite=False)).tolist()
+        for what, name in names.items()
+    }
 
 
 def has_all_harmonics(sweep: xr.Dataset) -> bool:
@@ -90,8 +105,4 @@ def has_all_harmonics(sweep: xr.Dataset) -> bool:
 
 def peak_variable(sweep: xr.Dataset, what: str) -> str:
     """Name of the peak ``frequency`` or ``amplitude`` that counts: with all harmonics if known."""
-    return f"peak_{what}{_kind(sweep)}"
-
-
-def _kind(sweep: xr.Dataset) -> str:
-    return "_converged" if has_all_harmonics(sweep) else ""
+    return f"peak_{what}{'_converged' if has_all_harmonics(sweep) else ''}"

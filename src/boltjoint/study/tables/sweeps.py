@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.study.designs import places_of, varied
-from boltjoint.study.sweep_error import peak_variable
+from boltjoint.study.sweep_error import errors_by_level, peak_variable
 
 #: what is told of each design and level, by the columns of the tables, and the factor of its unit
 _OBSERVED = {"peak_frequency_Hz": ("frequency", 1.0), "peak_mm": ("amplitude", 1e3)}
@@ -40,10 +40,9 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
     """
     rows = []
     places_of(sweep)
-    errors = {
-        column: iter(_errors(sweep, f"peak_{what}_error"))
-        for column, (what, _) in _OBSERVED.items()
-        if f"peak_{what}_error" in sweep
+    of_levels = errors_by_level(sweep)
+    errors = of_levels and {
+        column: iter(of_levels[what]) for column, (what, _) in _OBSERVED.items()
     }
     count = drawn_designs(sweep)
     for name, level, values in peaks_by_level(sweep):
@@ -59,12 +58,6 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
         row |= {"mean": mean, "standard_deviation": deviation} | quantiles
         rows.append(row | {"error_percent": error})
     return pd.DataFrame(rows)
-
-
-def _errors(sweep: xr.Dataset, name: str) -> list[float]:
-    """How far peaks are off, by level."""
-    dims = tuple(level for level in ("force",) if level in sweep.dims)
-    return np.ravel(checks.variable("sweep", sweep, name, dims, finite=False)).tolist()
 
 
 def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
