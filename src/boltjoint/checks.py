@@ -6,18 +6,21 @@ to floating point; the other way round, nothing is rounded: a float is no index,
 """
 
 import operator
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from math import isfinite
 from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_Class = TypeVar("_Class")
+_Word = TypeVar("_Word", bound=str)
 
 Shape = Sequence[int | str]
 """Length of each dimension, or a name where any length is allowed."""
@@ -36,7 +39,7 @@ _LARGEST = np.iinfo(np.int64).max
 _LONGEST = 100
 
 #: what a limit asks for, and how it reads
-_LIMITS = {
+_LIMITS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "above": (operator.gt, "above"),
     "at_least": (operator.ge, "at least"),
     "below": (operator.lt, "below"),
@@ -59,7 +62,7 @@ def array(
     name
         Name of the argument.
     value
-        What it was given.
+        Value of the argument.
     shape
         What its shape must be; any by default.
     finite
@@ -72,11 +75,11 @@ def array(
     ndarray
         C-contiguous; the array itself where it is one of this kind already.
     """
-    found = np.asarray(_plain(name, value, "iuf", "real numbers", shape), dtype=float, order="C")
-    if finite and not np.isfinite(found).all():
-        raise ValueError(f"{name} must be finite, {_first(found, ~np.isfinite(found))}")
-    _refuse_outside(name, found, limits)
-    return found
+    entries = np.asarray(_plain(name, value, "iuf", "real numbers", shape), dtype=float, order="C")
+    if finite and not np.isfinite(entries).all():
+        raise ValueError(f"{name} must be finite, {_first(entries, ~np.isfinite(entries))}")
+    _refuse_outside(name, entries, limits)
+    return entries
 
 
 def indices(
@@ -84,12 +87,13 @@ def indices(
 ) -> NDArray[np.int64]:
     """An array of indices from 0, below ``count`` where there is one."""
     # an empty list has no kind of its own
-    empty = isinstance(value, list | tuple) and not value
-    found = np.zeros(0, dtype=np.int64) if empty else value
-    found = np.asarray(_plain(name, found, "iu", "whole numbers", shape), np.int64, order="C")
-    allowed = {"at_least": 0} if count is None else {"at_least": 0, "below": count}
-    _refuse_outside(name, found, allowed)
-    return found
+    is_empty = isinstance(value, list | tuple) and not value
+    plain = _plain(
+        name, np.zeros(0, dtype=np.int64) if is_empty else value, "iu", "whole numbers", shape
+    )
+    entries = np.asarray(plain, np.int64, order="C")
+    _refuse_outside(name, entries, {"at_least": 0} | ({} if count is None else {"below": count}))
+    return entries
 
 
 def flags(name: str, value: ArrayLike, shape: Shape | None = None) -> NDArray[np.bool_]:
@@ -99,23 +103,23 @@ def flags(name: str, value: ArrayLike, shape: Shape | None = None) -> NDArray[np
 
 def number(name: str, value: float, **limits: float) -> float:
     """A finite real number within limits, as for ``array``."""
-    found = value if type(value) is float else _scalar(value)
-    if not isinstance(found, (float, Real)) or isinstance(found, bool) or not _is_finite(found):
+    plain = value if type(value) is float else _scalar(value)
+    if not isinstance(plain, (float, Real)) or isinstance(plain, bool) or not _is_finite(plain):
         raise ValueError(f"{name} is {_printed(value)}: it must be a finite number")
-    _refuse_number_outside(name, found, limits)
-    return float(found)
+    _refuse_number_outside(name, plain, limits)
+    return float(plain)
 
 
 def _printed(value: object) -> str:
     """A value that is refused, on one line of some length."""
     # Python prints no whole number of thousands of digits
-    if isinstance(value, Integral) and abs(value) > _LARGEST:
+    if isinstance(value, Integral) and abs(int(value)) > _LARGEST:
         return f"a whole number of {int(value).bit_length()} bits"
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _is_finite(value: Real) -> bool:
+def _is_finite(value: float | Real) -> bool:
     try:
         return isfinite(value)
     except OverflowError:
@@ -124,11 +128,11 @@ def _is_finite(value: Real) -> bool:
 
 def whole(name: str, value: int, **limits: int) -> int:
     """A whole number within limits, as for ``array``."""
-    found = _scalar(value)
-    if not isinstance(found, Integral) or isinstance(found, bool) or abs(found) > _LARGEST:
+    plain = _scalar(value)
+    if not isinstance(plain, Integral) or isinstance(plain, bool) or abs(int(plain)) > _LARGEST:
         raise ValueError(f"{name} is {_printed(value)}: it must be a whole number")
-    _refuse_number_outside(name, found, limits)
-    return int(found)
+    _refuse_number_outside(name, plain, limits)
+    return int(plain)
 
 
 def flag(name: str, value: bool) -> bool:
@@ -138,7 +142,7 @@ def flag(name: str, value: bool) -> bool:
     return bool(value)
 
 
-def choice(name: str, value: str, allowed: Collection[str]) -> str:
+def choice(name: str, value: _Word, allowed: Collection[str]) -> _Word:
     """One of several words."""
     if not (isinstance(value, str) and value in allowed):
         raise ValueError(f"{name} {_printed(value)} is not known; allowed: {', '.join(allowed)}")
@@ -147,10 +151,10 @@ def choice(name: str, value: str, allowed: Collection[str]) -> str:
 
 def numbers(name: str, value: ArrayLike) -> list[float]:
     """One or more finite numbers above zero."""
-    found = array(name, value, ("values",), above=0)
-    if not found.size:
+    entries = array(name, value, ("values",), above=0)
+    if not entries.size:
         raise ValueError(f"{name} is empty: it must hold at least one value")
-    return found.tolist()
+    return entries.tolist()
 
 
 def level(name: str, value: float) -> float:
@@ -160,15 +164,15 @@ def level(name: str, value: float) -> float:
 
 def levels(name: str, value: ArrayLike) -> list[float]:
     """One or more excitation levels."""
-    return [level(f"{name}[{i}]", each) for i, each in enumerate(numbers(name, value))]
+    return [level(f"{name}[{i}]", entry) for i, entry in enumerate(numbers(name, value))]
 
 
 def ascending(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Two or more finite numbers, each above the one before."""
-    found = array(name, value, ("values",))
-    if found.size < 2 or not np.all(np.diff(found) > 0):
-        raise ValueError(f"{name} is {found}: it must hold two or more values that increase")
-    return found
+    entries = array(name, value, ("values",))
+    if entries.size < 2 or not np.all(np.diff(entries) > 0):
+        raise ValueError(f"{name} is {entries}: it must hold two or more values that increase")
+    return entries
 
 
 def interval(name: str, value: ArrayLike) -> tuple[float, float]:
@@ -179,11 +183,12 @@ def interval(name: str, value: ArrayLike) -> tuple[float, float]:
     return low, high
 
 
-def instance(name: str, value: object, *allowed: type) -> None:
+def instance(name: str, value: object, *allowed: type[_Class]) -> _Class:
     """An object of one of several classes."""
     if not isinstance(value, allowed):
-        classes = " or ".join(each.__name__ for each in allowed)
+        classes = " or ".join(kind.__name__ for kind in allowed)
         raise ValueError(f"{name} is of type {type(value).__name__}: it must be {classes}")
+    return value
 
 
 def subclass(name: str, value: type, base: type) -> None:
@@ -199,7 +204,7 @@ def path(name: str, value: str | PathLike[str]) -> Path:
 
 
 def mapping(name: str, value: Mapping[str, Any], keys: Collection[str] | None = None) -> None:
-    """Values by words, which are among ``keys`` where these are given."""
+    """Values by words, which are among ``keys`` where there are any."""
     instance(name, value, Mapping)
     for key in value:
         if not isinstance(key, str):
@@ -209,19 +214,26 @@ def mapping(name: str, value: Mapping[str, Any], keys: Collection[str] | None = 
 
 
 def sequence(name: str, value: Sequence[Any], *allowed: type) -> None:
-    """Objects in an order, each of one of several classes where these are given."""
+    """Objects in an order, each of one of several classes where there are any."""
     if isinstance(value, str | bytes) or not isinstance(value, Sequence):
         raise ValueError(f"{name} is of type {type(value).__name__}: it must be a sequence")
     if allowed:
-        for i, each in enumerate(value):
-            instance(f"{name}[{i}]", each, *allowed)
+        for i, entry in enumerate(value):
+            instance(f"{name}[{i}]", entry, *allowed)
 
 
 def variable(
-    name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str], **limits: float
+    name: str,
+    dataset: "xr.Dataset",
+    key: str,
+    dims: Sequence[str],
+    *,
+    finite: bool = True,
+    **limits: float,
 ) -> NDArray[np.float64]:
-    """A variable of a dataset, its dimensions in the order given, as for ``array``."""
-    return array(f"{key} of {name}", _values(name, dataset, key, dims), **limits)
+    """A variable of a dataset, its dimensions in this order, as for ``array``."""
+    values = _values(name, dataset, key, dims)
+    return array(f"{key} of {name}", values, None, finite=finite, **limits)
 
 
 def index_variable(
@@ -239,13 +251,13 @@ def _values(name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str]) -> 
     instance(f"variable of {name}", key, str)
     if key not in dataset:
         raise ValueError(f"{name} has no variable {key!r}")
-    found = dataset[key]
-    if set(found.dims) != set(dims):
+    values = dataset[key]
+    if set(values.dims) != set(dims):
         raise ValueError(
-            f"{key} of {name} is over {', '.join(map(str, found.dims)) or 'nothing'}, "
+            f"{key} of {name} is over {', '.join(map(str, values.dims)) or 'nothing'}, "
             f"expected {', '.join(dims) or 'nothing'}"
         )
-    return found.transpose(*dims).to_numpy()
+    return values.transpose(*dims).to_numpy()
 
 
 def _plain(name: str, value: ArrayLike, kinds: str, what: str, shape: Shape | None) -> NDArray:
@@ -254,58 +266,60 @@ def _plain(name: str, value: ArrayLike, kinds: str, what: str, shape: Shape | No
     if any(np.ma.isMaskedArray(row) for row in rows):
         raise ValueError(f"{name} is a masked array: it must be one without a mask")
     try:
-        found = np.asarray(value)
+        entries = np.asarray(value)
     except ValueError:
         raise ValueError(f"{name} must be an array of {what}: its rows differ in length") from None
     except TypeError:
         kind = type(value).__name__
         raise ValueError(f"{name} must be an array of {what}, not of type {kind}") from None
-    if found.dtype.kind not in kinds:
-        raise ValueError(f"{name} must be an array of {what}, not of type {found.dtype}")
-    if shape is not None and not _fits(found.shape, shape):
+    if entries.dtype.kind not in kinds:
+        raise ValueError(f"{name} must be an array of {what}, not of type {entries.dtype}")
+    if shape is not None and not _fits(entries.shape, shape):
         expected = f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})"
-        raise ValueError(f"{name} has shape {found.shape}, expected {expected}")
-    return found
+        raise ValueError(f"{name} has shape {entries.shape}, expected {expected}")
+    return entries
 
 
-def _fits(found: tuple[int, ...], shape: Shape) -> bool:
-    if len(found) != len(shape):
+def _fits(lengths: tuple[int, ...], shape: Shape) -> bool:
+    if len(lengths) != len(shape):
         return False
-    for length, expected in zip(found, shape, strict=True):
+    for length, expected in zip(lengths, shape, strict=True):
         if length != expected and not isinstance(expected, str):
             return False
     return True
 
 
-def _scalar(value: object) -> object:
+def _scalar(value: Any) -> object:  # noqa: ANN401
     # NumPy's masked number would be zero
     if getattr(value, "ndim", None) != 0 or np.ma.isMaskedArray(value):
         return value
     return value.item()
 
 
-def _refuse_outside(name: str, found: NDArray, limits: dict[str, float]) -> None:
+def _refuse_outside(name: str, entries: NDArray, limits: Mapping[str, float]) -> None:
     for limit, bound in limits.items():
-        within = _LIMITS[limit][0](found, bound)
+        within = _LIMITS[limit][0](entries, bound)
         if not within.all():
-            raise ValueError(f"{name} must be {_in_words(limits)}, {_first(found, ~within)}")
+            raise ValueError(f"{name} must be {_in_words(limits)}, {_first(entries, ~within)}")
 
 
-def _refuse_number_outside(name: str, found: float, limits: dict[str, float]) -> None:
+def _refuse_number_outside(
+    name: str, value: float | Real | Integral, limits: Mapping[str, float]
+) -> None:
     for limit, bound in limits.items():
-        if not _LIMITS[limit][0](found, bound):
-            raise ValueError(f"{name} is {found}: it must be {_in_words(limits)}")
+        if not _LIMITS[limit][0](value, bound):
+            raise ValueError(f"{name} is {value}: it must be {_in_words(limits)}")
 
 
-def _in_words(limits: dict[str, float]) -> str:
+def _in_words(limits: Mapping[str, float]) -> str:
     return " and ".join(
         "positive" if (limit, bound) == ("above", 0) else f"{_LIMITS[limit][1]} {bound:g}"
         for limit, bound in limits.items()
     )
 
 
-def _first(found: NDArray, wrong: NDArray[np.bool_]) -> str:
+def _first(entries: NDArray, wrong: NDArray[np.bool_]) -> str:
     """The first entry that is wrong, and where it is."""
     at = tuple(int(i) for i in np.argwhere(wrong)[0])
     where = "" if not at else f" at index {at[0] if len(at) == 1 else at}"
-    return f"but is {found[at]:g}{where}"
+    return f"but is {entries[at]:g}{where}"

@@ -6,7 +6,7 @@ functions is compiled once for all of them.
 """
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -31,12 +31,12 @@ summing_loop = njit(error_model="numpy", nogil=True, fastmath={"reassoc", "contr
 @cache
 def _source_version() -> str:
     """Hash of all files of the library with compiled functions."""
-    found = sha256()
+    version = sha256()
     for file in sorted(Path(__file__).parent.rglob("*.py")):
         text = file.read_bytes()
         if b"njit" in text or b"boltjoint.compiled import" in text:
-            found.update(text)
-    return found.hexdigest()
+            version.update(text)
+    return version.hexdigest()
 
 
 class _Cache(FunctionCache):
@@ -45,13 +45,13 @@ class _Cache(FunctionCache):
     Numba keeps it as long as the function's own file does not change, whatever happens to others.
     """
 
-    def _index_key(self, *given: Any) -> tuple:  # noqa: ANN401
-        return *super()._index_key(*given), _source_version()
+    def _index_key(self, *arguments: Any) -> tuple:  # noqa: ANN401
+        return *super()._index_key(*arguments), _source_version()
 
-    def load_overload(self, *given: Any) -> Any:  # noqa: ANN401
+    def load_overload(self, *arguments: Any) -> Any:  # noqa: ANN401
         """The machine code for types of arguments; None where there is none."""
         try:
-            return super().load_overload(*given)
+            return super().load_overload(*arguments)
         except (ImportError, AttributeError, EOFError, UnpicklingError):
             # of a version of the library whose modules or types have gone since
             with self._guard_against_spurious_io_errors():
@@ -91,7 +91,7 @@ def kept_loop(function: Callable) -> Callable:
     return compiled
 
 
-def address_of(function: Callable, *arguments: object) -> int:
+def address_of(function: Any, *arguments: object) -> int:  # noqa: ANN401
     """Where ``call`` finds a compiled function for arguments of the types of these examples."""
     signature = types.void(*map(typeof, arguments))
     function.compile(signature)
@@ -108,14 +108,14 @@ def call(
     The arguments must be of the types for which ``address_of`` gave the address. The function
     returns nothing and must not raise errors, which would be lost.
     """
-    given = a, b, c, d
+    arguments = a, b, c, d
 
-    def generate(target, builder, _, values):  # noqa: ANN001, ANN202
+    def generate(target: Any, builder: Any, _: object, values: Sequence) -> Any:  # noqa: ANN401
         convention = target.call_conv
-        kind = convention.get_function_type(types.void, given)
+        kind = convention.get_function_type(types.void, arguments)
         pointer = builder.inttoptr(values[0], kind.as_pointer())
         # to propagate an error would cost as much as the smallest of these functions
-        convention.call_function(builder, pointer, types.void, given, values[1:])
+        convention.call_function(builder, pointer, types.void, arguments, values[1:])
         return target.get_dummy_value()
 
-    return types.void(address, *given), generate
+    return types.void(address, *arguments), generate

@@ -73,7 +73,7 @@ class ModalStructure:
     def free_modes(self) -> tuple[Array, Array]:
         """w_r of modes without contact [rad/s], and ``phi_r^T M V``, shape (free modes, modes)."""
         w, P = self.free_frequency, self.free_participation
-        if P is None:
+        if w is None or P is None:
             w, P = self.frequency, np.eye(self.frequency.size)
         return w, P if self.basis is None else P @ self.basis
 
@@ -111,8 +111,8 @@ class DampingMatrix:
     @cached_property
     def varying(self) -> "DampingMatrix | None":
         """The terms that depend on the frequency; None without any."""
-        found = [term for term in self.terms if term.power != 0]
-        return DampingMatrix(found) if found else None
+        terms = [term for term in self.terms if term.power != 0]
+        return DampingMatrix(terms) if terms else None
 
     def at(self, w: float) -> Array | float:
         """H at a frequency [rad/s], shape (modes, modes); 0 without terms."""
@@ -168,8 +168,8 @@ class LossFactor(Damping):
 
     def __post_init__(self) -> None:
         """Refuse a negative loss factor."""
-        found = checks.number("loss_factor", self.loss_factor, at_least=0)
-        object.__setattr__(self, "loss_factor", found)
+        loss_factor = checks.number("loss_factor", self.loss_factor, at_least=0)
+        object.__setattr__(self, "loss_factor", loss_factor)
 
     def terms(self, structure: ModalStructure) -> tuple[Term, ...]:
         """``eta L``."""
@@ -198,15 +198,15 @@ class ModalDamping(Damping):
 
     def __post_init__(self) -> None:
         """Refuse negative ratios; one number stands for all modes."""
-        given = np.atleast_1d(checks.array("damping_ratios", self.damping_ratios, at_least=0))
-        if given.ndim > 1 or not given.size:
+        ratios = np.atleast_1d(checks.array("damping_ratios", self.damping_ratios, at_least=0))
+        if ratios.ndim > 1 or not ratios.size:
             raise ValueError("damping_ratios must be a number or a list of at least one")
-        object.__setattr__(self, "damping_ratios", tuple(given.tolist()))
+        object.__setattr__(self, "damping_ratios", tuple(ratios.tolist()))
 
     def terms(self, structure: ModalStructure) -> tuple[Term, ...]:
         """``w diag(2 zeta_r w_r)``."""
         *first, last = self.damping_ratios
-        w, P = (each[structure.free_modes[0] > 0] for each in structure.free_modes)
+        w, P = (part[structure.free_modes[0] > 0] for part in structure.free_modes)
         if len(first) > w.size and structure.free_participation is not None:
             raise ValueError(
                 f"damping_ratios holds {len(first) + 1} ratios, but the basis knows {w.size} modes "
@@ -235,8 +235,8 @@ class RayleighDamping(Damping):
     def __post_init__(self) -> None:
         """Refuse negative coefficients."""
         for name in self.quantities:
-            found = checks.number(name, getattr(self, name), at_least=0)
-            object.__setattr__(self, name, found)
+            value = checks.number(name, getattr(self, name), at_least=0)
+            object.__setattr__(self, name, value)
 
     def terms(self, structure: ModalStructure) -> tuple[Term, ...]:
         """``w (alpha + beta L)``."""
@@ -265,4 +265,5 @@ def make_damping(model: str, **parameters: Any) -> Damping:  # noqa: ANN401
 def damping_of_attributes(attributes: Mapping[str, Any]) -> Damping:
     """The model that a result file holds."""
     name = checks.choice("damping", attributes.get("damping", LossFactor.name), MODELS)
-    return make_damping(name, **{each: attributes[each] for each in MODELS[name].quantities})
+    quantities = {quantity: attributes[quantity] for quantity in MODELS[name].quantities}
+    return make_damping(name, **quantities)

@@ -46,17 +46,19 @@ def save(
     """
     checks.instance("dataset", dataset, xr.Dataset)
     path = checks.path("path", path)
+    if parameters is None:
+        parameters = {}
     if hasattr(parameters, "items"):
         # those of a job of Snakemake are no Mapping
         parameters = dict(parameters.items())
-    if parameters is not None:
-        checks.mapping("parameters", parameters)
+    checks.mapping("parameters", parameters)
     without = [str(name) for name, variable in dataset.variables.items() if not _has_unit(variable)]
     if without:
         raise ValueError(f"no units on {', '.join(without)} (pure numbers have units '1')")
     path.parent.mkdir(parents=True, exist_ok=True)
-    given = {name: value for name, value in (parameters or {}).items() if name != _CODE}
-    made_with = ", ".join(f"{name}={value!r}" for name, value in given.items())
+    made_with = ", ".join(
+        f"{name}={value!r}" for name, value in parameters.items() if name != _CODE
+    )
     dataset.assign_attrs(boltjoint_version=__version__, parameters=made_with).to_netcdf(
         path, engine="netcdf4"
     )

@@ -87,8 +87,8 @@ class Reduction:
 
 #: by name
 REDUCTIONS = {
-    each.name: each
-    for each in (
+    reduction.name: reduction
+    for reduction in (
         Reduction(
             "elements",
             " of {elements}",
@@ -112,7 +112,7 @@ REDUCTIONS = {
     )
 }
 _COUNTED, _PLAIN = (
-    [each.name for each in REDUCTIONS.values() if each.has_count == counted]
+    [reduction.name for reduction in REDUCTIONS.values() if reduction.has_count == counted]
     for counted in (True, False)
 )
 _FORMS = [f"/{name}=M" for name in _COUNTED] + [f"/{name}" for name in _PLAIN]
@@ -182,16 +182,17 @@ class JointName(ParsedName):
         f"auto, the last two alone or with {', '.join(_FORMS[:-1])} or {_FORMS[-1]}"
     )
 
-    division: Literal["regions", "clusters"] | None
-    count: int | Literal["auto"] | None
+    division: str | None
+    # a name is counted in another sense than a string
+    count: int | Literal["auto"] | None  # type: ignore[assignment]
     reduction: str | None
     elements: int | None
     pairs: int | Literal["auto"] | None
 
     def _read(self, *parts: str | None) -> None:
         pairs, auto_pairs, self.division, count, auto, counted, elements, plain = parts
-        self.pairs = int(pairs) if pairs else auto_pairs
-        self.count = int(count) if count else auto
+        self.pairs = int(pairs) if pairs else "auto" if auto_pairs else None
+        self.count = int(count) if count else "auto" if auto else None
         self.reduction = counted or plain
         self.elements = int(elements) if elements else None
 
@@ -233,7 +234,7 @@ class JointName(ParsedName):
         if self.pairs is not None:
             few = "weighted pairs to tolerance"
             return few if self.pairs == "auto" else _counted(self.pairs, "weighted pair")
-        if self.division is None:
+        if self.division is None or self.count is None:
             return str(self)
         if self.count == "auto":
             label = f"{self.division} to tolerance"
@@ -308,8 +309,9 @@ class Coordinates(ParsedName):
         f"N being the number of response-dependent modes, at most {MOST_MODES}"
     )
 
-    kind: Literal["linear", "real", "complex", "backbone"]
-    count: int | None
+    kind: str
+    # of modes, where a string counts its parts
+    count: int | None  # type: ignore[assignment]
 
     def _read(self, *parts: str | None) -> None:
         kind, is_complex, count = parts
@@ -370,8 +372,9 @@ class Preload(ParsedName):
     @classmethod
     def of(cls, preload: float, ratios: Sequence[float] | None = None) -> Self:
         """That of bolts with a preload [N] times the ratio of each, of all if there are none."""
-        differ = ratios is not None and any(ratio != ratios[0] for ratio in ratios)
-        factors = ratios if differ else (ratios or (1.0,))[:1]
+        factors = ratios or (1.0,)
+        if all(ratio == factors[0] for ratio in factors):
+            factors = factors[:1]
         runs: list[str] = []
         for value, run in groupby(f"{preload * factor:.15g}" for factor in factors):
             count = len(list(run))

@@ -8,13 +8,14 @@ import inspect
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
 from boltjoint import checks
 
 
+@dataclass(frozen=True)
 class Options:
     """Base of frozen dataclasses of options, positive numbers unless a class says otherwise."""
 
@@ -37,5 +38,6 @@ class Options:
         section = re.search(
             r"^Parameters\n-+\n(.*?)(?:\n\n\w+\n-+\n|\Z)", docstring, re.DOTALL | re.MULTILINE
         )
-        for names, text in re.findall(r"^(\w[\w, ]*)\n((?:    .*\n?)+)", section[1], re.MULTILINE):
+        described = section[1] if section else ""
+        for names, text in re.findall(r"^(\w[\w, ]*)\n((?:    .*\n?)+)", described, re.MULTILINE):
             yield names.split(", "), " ".join(text.split())

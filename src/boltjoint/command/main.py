@@ -43,11 +43,11 @@ _UP_TO_DATE = "Nothing to be done"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command with arguments, those of the process by default; the exit status."""
     parser = _parser()
-    given, further = parser.parse_known_args(arguments)
-    if further and given.command is not _run:
+    options, further = parser.parse_known_args(arguments)
+    if further and options.command is not _run:
         parser.error(f"unrecognized arguments: {' '.join(further)}")
-    given.further = further
-    return given.command(given)
+    options.further = further
+    return options.command(options)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -56,14 +56,21 @@ def _parser() -> argparse.ArgumentParser:
         description="Nonlinear vibration of bolted joints, from dimensions in YAML to a report.",
     )
     parser.add_argument("--version", action="version", version=f"boltjoint {__version__}")
-    parser.set_defaults(command=lambda _: parser.print_help() or 0, folder=Path())
+
+    def print_help(_: argparse.Namespace) -> int:
+        parser.print_help()
+        return 0
+
+    parser.set_defaults(command=print_help, folder=Path())
     commands = parser.add_subparsers(metavar="COMMAND")
 
     def add(name: str, command: Callable, words: str) -> argparse.ArgumentParser:
-        each = commands.add_parser(name, help=words, description=words)
-        each.set_defaults(command=command)
-        each.add_argument("folder", nargs="?" if name != "new" else None, default=".", type=Path)
-        return each
+        command_parser = commands.add_parser(name, help=words, description=words)
+        command_parser.set_defaults(command=command)
+        command_parser.add_argument(
+            "folder", nargs="?" if name != "new" else None, default=".", type=Path
+        )
+        return command_parser
 
     add("new", _new, "write a commented assembly, case and sweep into a folder")
     add("check", _check, "read the configuration of a study and say what a run would need")
@@ -76,11 +83,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _new(given: argparse.Namespace) -> int:
-    name = given.folder.resolve().name
+def _new(options: argparse.Namespace) -> int:
+    name = options.folder.resolve().name
     if not re.fullmatch(NAME, name):
         return _refuse(f"{name} is no name of a study: letters, digits, _ and - only")
-    files = {given.folder / to.format(name=name): _TEMPLATES / each for each, to in _FILES.items()}
+    files = {
+        options.folder / to.format(name=name): _TEMPLATES / source for source, to in _FILES.items()
+    }
     if there := [str(file) for file in files if file.exists()]:
         return _refuse(f"{there[0]} is there already: nothing was written")
     for file, template in files.items():
@@ -88,18 +97,18 @@ def _new(given: argparse.Namespace) -> int:
         text = template.read_text(encoding="utf-8").replace("NAME", name)
         file.write_text(text, encoding="utf-8")
         print(f"wrote {file}")
-    print(f"edit them, then: boltjoint run {given.folder}")
+    print(f"edit them, then: boltjoint run {options.folder}")
     return 0
 
 
-def _check(given: argparse.Namespace) -> int:
+def _check(options: argparse.Namespace) -> int:
     from boltjoint.config.study import load_study
     from boltjoint.config.types import ConfigError
     from boltjoint.study import estimate, plausible
 
-    if refused := _refuse_without_study(given.folder):
+    if refused := _refuse_without_study(options.folder):
         return refused
-    os.chdir(given.folder)
+    os.chdir(options.folder)
     try:
         study = load_study(Path.cwd())
         needed = estimate.estimate(study)
@@ -131,22 +140,22 @@ def _models(study: "Study") -> Iterator[str]:
             yield from (f"{name}: {line}" for line in doubts)
 
 
-def _run(given: argparse.Namespace) -> int:
-    if refused := _refuse_without_study(given.folder):
+def _run(options: argparse.Namespace) -> int:
+    if refused := _refuse_without_study(options.folder):
         return refused
     snakefile = workflow_file()
     profile = snakefile.parents[1] / "profiles/default"
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile)]
     command += ["--workflow-profile", str(profile)]
-    command += ["--directory", str(given.folder), "--cores", str(given.cores)]
-    command += ["--quiet", "host", "reason", "rules", "--show-failed-logs", *given.further]
-    if _DRY_RUN & set(given.further):
+    command += ["--directory", str(options.folder), "--cores", str(options.cores)]
+    command += ["--quiet", "host", "reason", "rules", "--show-failed-logs", *options.further]
+    if _DRY_RUN & set(options.further):
         # its table of jobs is what was asked for
         return subprocess.run(command, check=False).returncode
     running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, errors="replace")
     is_up_to_date = False
     try:
-        for line in told(running.stderr):
+        for line in told(running.stderr or ()):
             print(line, file=sys.stderr, flush=True)
             is_up_to_date |= line.startswith(_UP_TO_DATE)
     except KeyboardInterrupt:
@@ -154,7 +163,7 @@ def _run(given: argparse.Namespace) -> int:
         pass
     status = running.wait()
     if is_up_to_date and not status:
-        print(_answers(given.folder))
+        print(_answers(options.folder))
     return status
 
 
@@ -167,27 +176,27 @@ def _answers(folder: Path) -> str:
     return answers(load_study(Path.cwd()))
 
 
-def _open(given: argparse.Namespace) -> int:
-    page = (given.folder / OVERVIEW).resolve()
+def _open(options: argparse.Namespace) -> int:
+    page = (options.folder / OVERVIEW).resolve()
     if not page.exists():
-        return _refuse(f"{page} is not there: boltjoint run {given.folder}")
+        return _refuse(f"{page} is not there: boltjoint run {options.folder}")
     print(page)
     return 0 if webbrowser.open(page.as_uri()) else _refuse("no browser was found")
 
 
-def _export(given: argparse.Namespace) -> int:
+def _export(options: argparse.Namespace) -> int:
     from boltjoint.study.export import export_responses
 
-    if refused := _refuse_without_study(given.folder):
+    if refused := _refuse_without_study(options.folder):
         return refused
-    to = given.folder / "results/export" if given.to is None else given.to
+    to = options.folder / "results/export" if options.to is None else options.to
     try:
-        written = export_responses(given.folder, to, given.format)
+        written = export_responses(options.folder, to, options.format)
     except ValueError as error:
         return _refuse(str(error))
     for file in written:
         print(f"wrote {file}")
-    if _is_edited_since_run(given.folder):
+    if _is_edited_since_run(options.folder):
         line = "config was edited since the last run: these are results of before"
         print(f"boltjoint: {line}", file=sys.stderr)
     print("curves have the harmonics they were solved with, one as a rule; peaks have all too")

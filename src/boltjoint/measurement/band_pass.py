@@ -120,7 +120,7 @@ def analytic_signal(signals: Signals, band: tuple[float, float], sensor: str) ->
     # as long again with zeros: the end does not run into the begin
     length = 2 * values.size
     spectrum = np.fft.fft(values - values.mean(), length)
-    frequency = np.fft.fftfreq(length, 1 / rate)
+    frequency = np.asarray(np.fft.fftfreq(length, 1 / rate), dtype=float)
     z = np.fft.ifft(2 * spectrum * _window(frequency, band))[: values.size]
     return AnalyticSignal(signals.time, z, band)
 

@@ -91,6 +91,6 @@ def parse_column(key: str) -> Column | None:
     factors = _FACTORS[quantity]
     if unit not in factors:
         told = f"has the unit {unit}" if unit else "has no unit"
-        allowed = ", ".join(f"{quantity}_{each}" for each in factors)
+        allowed = ", ".join(f"{quantity}_{allowed_unit}" for allowed_unit in factors)
         raise ValueError(f"{key} {told}: its name must end as {allowed}")
     return Column(sensor or "", quantity, factors[unit])

@@ -119,8 +119,7 @@ def identify_ring_down(
     windows = shortest * options.window_ratio**steps
     decay = NoisyDecay(time, log_z, noise, z.correlation)
     levels = _times(time, log_z.real, shortest, options.points)
-    fits = [(at, decay.fits(at, windows, options)) for at in levels]
-    fits = [(at, fit) for at, fit in fits if fit is not None]
+    fits = [(at, fit) for at in levels if (fit := decay.fits(at, windows, options)) is not None]
     if not fits:
         raise ValueError(
             f"band from {band[0]:g} to {band[1]:g} Hz: the decay above the noise lasts "

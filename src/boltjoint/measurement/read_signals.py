@@ -17,7 +17,7 @@ _LARGEST = 500_000_000
 #: data set 58: kinds of the ordinate (specific data types) that are motions or forces, and units as
 #: its label tells them
 _KINDS = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force"}
-_LABELS = {
+_LABELS: dict[str, tuple[str, float]] = {
     **{"m": ("displacement", 1.0), "mm": ("displacement", 1e-3), "um": ("displacement", 1e-6)},
     **{"m/s": ("velocity", 1.0), "mm/s": ("velocity", 1e-3)},
     **{
@@ -93,16 +93,17 @@ def _read_universal(path: Path) -> tuple[np.ndarray, dict[tuple[str, str], np.nd
         raise ValueError(f"{path} cannot be read as a universal file: {error}") from None
     sets = [sets] if isinstance(sets, dict) else sets
     records = [
-        each for each in sets if each.get("type") == 58 and each.get("func_type") == _TIME_RESPONSE
+        record
+        for record in sets
+        if record.get("type") == 58 and record.get("func_type") == _TIME_RESPONSE
     ]
     if not records:
         raise ValueError(f"{path} has no time response in a data set 58")
-    time, signals = None, {}
+    time = np.asarray(records[0]["x"], dtype=float)
+    signals: dict[tuple[str, str], np.ndarray] = {}
     for number, record in enumerate(records, start=1):
-        own = np.asarray(record["x"], dtype=float)
-        if time is not None and not np.array_equal(own, time):
+        if not np.array_equal(np.asarray(record["x"], dtype=float), time, equal_nan=True):
             raise ValueError(f"{path}: time response {number} has other times than the first")
-        time = own
         label = str(record.get("ordinate_axis_units_lab", "")).strip()
         kind, factor = _LABELS.get(label.lower(), (None, 1.0))
         expected = _KINDS.get(int(record.get("ordinate_spec_data_type", 0)), kind)

@@ -90,8 +90,7 @@ def simulate_ring_down(
     checks.whole("samples", samples, at_least=2)
     free = Integration.of(joint, frequency, 0.0, damping, steps)
     if impulse is None:
-        checks.instance("state", state, ModalState)
-        _start_from_mode(free, joint, state, step)
+        _start_from_mode(free, joint, checks.instance("state", state, ModalState), step)
     else:
         kick = checks.number("impulse", impulse) * joint.excitation_mode[free.elastic]
         free.q[:] = 0.0

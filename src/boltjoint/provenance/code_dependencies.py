@@ -70,24 +70,24 @@ def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[s
         If an imported module of the package does not exist.
     """
     package = Path(package).resolve()
-    found: set[Path] = set()
+    files: set[Path] = set()
     waiting = [Path(script).resolve()]
     while waiting:
         file = waiting.pop()
         if file.name == "__init__.py" and file.is_relative_to(package):
-            found.update(_data_files(file.parent))
+            files.update(_data_files(file.parent))
         for module in _imported_modules(file.read_text(encoding="utf-8"), file, package):
             for source in _files_of(module, package, imported_in=file):
-                if source not in found:
-                    found.add(source)
+                if source not in files:
+                    files.add(source)
                     waiting.append(source)
-    return sorted(str(path) for path in found)
+    return sorted(str(path) for path in files)
 
 
 @cache  # most scripts lead to the same modules
 def _imported_modules(text: str, file: Path, package: Path) -> tuple[str, ...]:
     """Dotted names of the package's modules that a file of this text imports."""
-    found: list[str] = []
+    names: list[str] = []
     for node in _statements(ast.parse(text, filename=str(file))):
         if isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]
@@ -100,8 +100,8 @@ def _imported_modules(text: str, file: Path, package: Path) -> tuple[str, ...]:
                     modules.append(f"{base}.{alias.name}")
         else:
             continue
-        found += (name for name in modules if name.split(".")[0] == package.name)
-    return tuple(found)
+        names += (name for name in modules if name.split(".")[0] == package.name)
+    return tuple(names)
 
 
 def _statements(tree: ast.AST) -> Iterator[ast.AST]:

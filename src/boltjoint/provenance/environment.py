@@ -15,10 +15,10 @@ def record() -> dict[str, object]:
         "system": platform.platform(),
         "python": sys.version.split()[0],
         "packages": {
-            found.metadata["Name"]: found.version
-            for found in sorted(distributions(), key=lambda found: str(found.name).lower())
+            package.metadata["Name"]: package.version
+            for package in sorted(distributions(), key=lambda package: str(package.name).lower())
             # one that is not quite installed has none
-            if found.name is not None
+            if package.name is not None
         },
     }
 
