@@ -1,4 +1,4 @@
-"""Preload of the bolts: the tension of each, and its strain against the yield strain.
+"""Bolts: the tension of each, its strain against the yield strain, and distances from their axes.
 
 The model is linear, so it accepts any preload; a preload beyond yield gives a warning.
 """
@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.structure.model import Bolt
+
+Array = NDArray[np.float64]
 
 #: property class 8.8 of ISO 898-1, 640 MPa, over the Young's modulus of steel, 206 GPa; only a
 #: warning depends on it
@@ -36,7 +39,7 @@ def yield_warning(preload: float, area: float, youngs_modulus: float) -> str | N
     )
 
 
-def tension_of(preload: float | Sequence[float], bolts: int) -> NDArray[np.float64]:
+def tension_of(preload: float | Sequence[float], bolts: int) -> Array:
     """Tension of each bolt [N], from the preload of all or of each.
 
     Raises
@@ -50,3 +53,25 @@ def tension_of(preload: float | Sequence[float], bolts: int) -> NDArray[np.float
     if not tension.any():
         raise ValueError("preload is 0 for all bolts: one must be tightened")
     return tension
+
+
+def distance_to_bolts(bolts: Sequence[Bolt], position: Array) -> Array | None:
+    """Distance of places from the nearest axis of a bolt [m], shape (places,).
+
+    None where no bolt has an axis and a point on it.
+
+    Parameters
+    ----------
+    bolts
+        Bolts of a structure.
+    position
+        Places [m], shape (places, 3).
+    """
+    distances = []
+    for bolt in bolts:
+        if bolt.axis is not None and bolt.position is not None:
+            axis = bolt.axis / np.linalg.norm(bolt.axis)
+            apart = position - bolt.position
+            along = (apart @ axis)[:, None] * axis
+            distances.append(np.linalg.norm(apart - along, axis=1))
+    return np.min(distances, axis=0) if distances else None

@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.surface_places import SurfacePlaces
+from boltjoint.structure.bolts import distance_to_bolts
 from boltjoint.structure.makers.registry import move_in, structure_of, that_respond
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import Subspace, part_that_moves
@@ -67,7 +68,7 @@ def stuck_patterns(
     checks.array("normal_load of preload", load, x.shape)
     pressure = load / contact.area
     parts = {"all": np.ones(len(x), dtype=bool)}
-    distance = _distance_to_bolts(structure)
+    distance = distance_to_bolts(structure.bolts, contact.position)
     if len(radii) and distance is not None:
         # of wide heads the radius is the larger one
         radii = sorted(radii, reverse=True)
@@ -87,22 +88,6 @@ def bolt_radii(assembly: xr.Dataset | Structure) -> tuple[float, ...]:
         for name in ("hole_diameter", "head_diameter")
     )
     return hole, head / 2
-
-
-def _distance_to_bolts(structure: Structure) -> Array | None:
-    """Distance of points from the nearest bolt axis [m]; None where no axis is known."""
-    position, frame = structure.contact.position, structure.contact.frame[0]
-    distances = []
-    for bolt in structure.bolts:
-        if bolt.axis is not None and bolt.position is not None:
-            axis = bolt.axis / np.linalg.norm(bolt.axis)
-            # two directions across the axis: along the first tangent, if it does not lie along it
-            tangent = frame[np.argmin(abs(frame[:2] @ axis))]
-            first = tangent - (tangent @ axis) * axis
-            first = first / np.linalg.norm(first)
-            apart = position - bolt.position
-            distances.append(np.hypot(apart @ first, apart @ np.cross(axis, first)))
-    return np.min(distances, axis=0) if distances else None
 
 
 # one thread: sums in another order would change the last digits from machine to machine

@@ -31,6 +31,7 @@ from boltjoint.structure.basis.attachment_modes import (
     attachment_modes,
     symmetric_part,
 )
+from boltjoint.structure.bolts import distance_to_bolts
 from boltjoint.structure.families import ELASTIC
 from boltjoint.structure.makers.registry import families_of
 from boltjoint.structure.model import Structure
@@ -225,6 +226,7 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     tangential, normal = np.split(moved @ coordinate, 2)
     number = np.zeros(len(contact), dtype=np.int64)
     number[point] = np.arange(point.size)
+    to_bolts = distance_to_bolts(structure.bolts, contact.position[point])
     return Candidates(
         vector=vector,
         coordinate=coordinate,
@@ -239,24 +241,12 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
         along=SurfacePlaces.in_planes(
             contact.position[point], contact.frame[point], contact.surface[point]
         ).from_middle,
-        to_bolts=_distance_to_bolts(structure, point),
+        to_bolts=np.zeros(point.size) if to_bolts is None else to_bolts,
         assembly_position=contact.position,
         pair_on_side=number[np.maximum(own, image)],
         free_frequency=frequency[kept],
         free_participation=mass[kept] @ coordinate,
     )
-
-
-def _distance_to_bolts(structure: Structure, point: NDArray[np.int64]) -> Array:
-    """Distance of points from the nearest bolt axis [m], zero where no axis is known."""
-    position = structure.contact.position[point]
-    distances = []
-    for bolt in structure.bolts:
-        if bolt.axis is not None and bolt.position is not None:
-            apart = position - bolt.position
-            along = (apart @ bolt.axis)[:, None] * bolt.axis
-            distances.append(np.linalg.norm(apart - along, axis=1))
-    return np.min(distances, axis=0) if distances else np.zeros(len(position))
 
 
 def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: Array) -> Array:
