@@ -8,6 +8,7 @@ from joint_examples import grid
 from scipy.spatial.transform import Rotation
 from small_joint import make_joint, make_preload
 
+from boltjoint.joint.bands import bands_of_equal_load, on_each_surface
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import keep_elements, merge_points
@@ -95,6 +96,39 @@ def test_numbers_of_regions_follow_the_loads_of_the_surfaces():
     # and so do the loads of the bands: a mesh of 60 pairs divides into 10 only roughly
     load = np.bincount(region, joint.law.slip_force)
     assert load.max() < 2.5 * load.mean()
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+@pytest.mark.parametrize("division", ["equal-load", "equal-middle-load", "inner-outer"])
+def test_numbers_of_regions_follow_slip_forces_where_friction_differs(division, law):
+    joint, preload = on_two_surfaces(law)
+    if division == "equal-middle-load":
+        # all on the middle, evenly
+        preload["position"][:, 0], preload["position"][:, 1] = np.arange(60.0), 0.0
+        preload["normal_load"][:] = preload["area"]
+        joint = replace(joint, position=preload["position"].to_numpy())
+    # a fifth of the friction on one surface, under the same loads
+    less = {"friction_coefficient": np.where(TWO == "lap", 0.02, 0.1)}
+    if law == "constant":
+        less = {"slip_force": joint.law.slip_force * np.where(TWO == "lap", 0.2, 1.0)}
+    mixed = replace(joint, law=replace(joint.law, **less))
+    regions = (partition_regions(each, preload, 8, division) for each in (joint, mixed))
+    one, other = (np.unique(each.law.point_of_element[TWO == "lap"]).size for each in regions)
+    slip = [each.law.slip_force for each in (joint, mixed)]
+    expected = [8 * each[TWO == "lap"].sum() / each.sum() for each in slip]
+    multiple = 2 if division == "inner-outer" else 1
+    assert other < one
+    np.testing.assert_allclose([one, other], expected, rtol=0, atol=multiple)
+
+
+def test_surfaces_of_equal_loads_have_regions_whatever_the_rounding():
+    surface, x = np.repeat([0, 1], 12), np.tile(np.arange(12.0), 2)
+    position, load = np.column_stack([x, 0 * x]), np.ones(24)
+    for noise in (-1e-12, 0.0, 1e-12):
+        region = on_each_surface(
+            bands_of_equal_load, surface, position, load * (1 + noise * surface), 5
+        )
+        assert np.unique(region[surface == 0]).size == 3
 
 
 def test_clusters_of_pairs_that_move_alike_are_told_apart_by_their_surface():

@@ -155,11 +155,12 @@ class Regions(Entry):
     """Division of the contact pairs into regions."""
 
     division: Literal["equal-load", "equal-middle-load"] = "equal-load"
-    """Bands ``regions=N`` along the bar of equal shares of the normal load, or of equal shares of
-    the pressure along the middle of the width, as in the source under variable load; ``clusters=N``
-    are of pairs of similar motion."""
+    """Bands ``regions=N`` along the surface (the bar) of equal shares of the slip force, or of
+    equal shares of the pressure along the middle of the width, as in the source under variable
+    load; ``clusters=N`` are of pairs of similar motion. Several surfaces have numbers in proportion
+    to their slip forces."""
     motion: Literal["mean", "load-weighted"] = "mean"
-    """Motion of a band: mean of its pairs as in the source, or their mean weighted by normal load,
+    """Motion of a band: mean of its pairs as in the source, or their mean weighted by slip force,
     which keeps the friction dissipation in full slip."""
     tolerance: Fraction = 0.01
     """Largest relative error of the resonances, over states of slip, with which ``regions=auto``

@@ -22,6 +22,8 @@ Labels = NDArray[np.int64]
 #: difference of distances along a surface, or from its middle, below which pairs are at one place
 #: [m]
 _SAME_PLACE = 1e-9
+#: relative difference of loads below which they are one
+_SAME_LOAD = 1e-9
 
 
 def on_each_surface(
@@ -45,7 +47,8 @@ def on_each_surface(
     count
         Number of regions.
     share
-        Load of every pair, shape (pairs,), by which surfaces have regions; by default ``load``.
+        Load of every surface, shape (surfaces,), by which they have regions; by default the sum of
+        ``load``.
 
     Returns
     -------
@@ -63,15 +66,16 @@ def on_each_surface(
     count = checks.whole("count", count)
     # inner and outer regions come in pairs
     multiple = 2 if divide is inner_and_outer_bands else 1
-    share = load if share is None else checks.array("share", share, surface.shape, at_least=0)
-    total = np.bincount(surface, share)
+    total = np.bincount(surface, load)
+    if share is not None:
+        total = checks.array("share", share, total.shape, at_least=0)
     if total.size == 1 or count % multiple:
         return divide(position, load, count)
     region, first = np.empty(surface.size, dtype=np.int64), 0
     for each, own in enumerate(multiple * _shares(total, count // multiple)):
         mine = surface == each
         # a surface that is open all over is divided by the number of its pairs
-        of_surface = load[mine] if total[each] > 0 else np.ones(np.count_nonzero(mine))
+        of_surface = load[mine] if load[mine].any() else np.ones(np.count_nonzero(mine))
         region[mine] = first + divide(position[mine], of_surface, int(own))
         first += own
     return region
@@ -82,8 +86,9 @@ def _shares(load: Array, count: int) -> Labels:
     refuse_fewer_than_surfaces(count, load.size)
     number = np.ones(load.size, dtype=np.int64)
     for _ in range(count - load.size):
-        # the largest load that a region would have
-        number[np.argmax(load / number)] += 1
+        # the largest load that a region would have; the first of those that differ by rounding
+        of_region = load / number
+        number[np.argmax(of_region >= (1 - _SAME_LOAD) * of_region.max())] += 1
     return number
 
 

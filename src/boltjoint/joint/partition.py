@@ -40,7 +40,7 @@ Labels = NDArray[np.int64]
 #: how a contact surface is divided
 Division = Literal["equal-load", "equal-middle-load", "inner-outer", "clusters"]
 
-#: how a region moves: as the mean of its pairs, as that weighted by the load they carry, or as a
+#: how a region moves: as the mean of its pairs, as that weighted by their slip forces, or as a
 #: straight line along the first tangent
 Motion = Literal["mean", "load-weighted", "linear"]
 
@@ -70,15 +70,15 @@ def partition_regions(
     count
         Number of regions; None for the fewest within the tolerance (``choose_count``).
     division
-        Each region lies on one surface, those of several have numbers in proportion to their load.
-        ``equal-load``: bands along the surface that carry equal shares of the normal load.
-        ``equal-middle-load``: bands that hold equal shares of the pressure along the middle of the
-        width. ``inner-outer``: half as many bands as for ``equal-load``, the pairs near the middle
-        of the width apart from those near the edges. ``clusters``: pairs of similar motion,
-        anywhere on the surface.
+        Each region lies on one surface; surfaces have regions in proportion to the slip forces,
+        friction coefficient times load, of their pairs. ``equal-load``: bands along the surface
+        that carry equal shares of the slip force. ``equal-middle-load``: bands that hold equal
+        shares of the pressure along the middle of the width. ``inner-outer``: half as many bands as
+        for ``equal-load``, the pairs near the middle of the width apart from those near the edges.
+        ``clusters``: pairs of similar motion, anywhere on the surface.
     motion
         Along each direction of the points. ``mean``: as the mean of the pairs (``merge_points``).
-        ``load-weighted``: as their mean weighted by the load they carry, which keeps the friction
+        ``load-weighted``: as their mean weighted by their slip forces, which keeps the friction
         force in full slip; a region without load moves as the mean. ``linear``: every pair on the
         straight line along the first tangent that is nearest to the motion of its region; all
         points stay.
@@ -190,12 +190,11 @@ def choose_count(
 
 
 class _Surface(NamedTuple):
-    """Position [m], surface, contact pressure [Pa] and load [N] of all pairs under preload."""
+    """Position [m], surface and contact pressure [Pa] of all pairs under preload."""
 
     position: Array
     places: SurfacePlaces
     pressure: Array
-    load: Array
 
     @classmethod
     def of(cls, preload: xr.Dataset) -> "_Surface":
@@ -204,7 +203,7 @@ class _Surface(NamedTuple):
         load = checks.variable("preload", preload, "normal_load", ("pair",), at_least=0)
         area = checks.variable("preload", preload, "area", ("pair",), above=0)
         checks.array("position of preload", position, ("pairs", 3))
-        return cls(position, SurfacePlaces.of("preload", preload), load / area, load)
+        return cls(position, SurfacePlaces.of("preload", preload), load / area)
 
 
 class _Partition:
@@ -247,6 +246,7 @@ class _Partition:
 
     @property
     def _load(self) -> Array:
+        """Slip force at each point [N]."""
         law = self._joint.law
         return np.bincount(law.point_of_element, law.slip_force, self._joint.points)
 
@@ -262,10 +262,10 @@ class _Partition:
             of_points = places.number, places.place, self._load
             return on_each_surface(_BY_LOAD[self._division], *of_points, count)
         # of all pairs, since the surface may be open between those that have elements
-        surface, places = self._surface, self._surface.places
-        of_pairs = places.number, places.place, surface.pressure, count, surface.load
-        region = on_each_surface(bands_of_equal_middle_load, *of_pairs)
-        region = region[self._pair_of_points]
+        pair, places = self._pair_of_points, self._surface.places
+        share = np.bincount(places.number[pair], self._load, places.number.max() + 1)
+        of_pairs = places.number, places.place, self._surface.pressure, count, share
+        region = on_each_surface(bands_of_equal_middle_load, *of_pairs)[pair]
         refuse_empty_regions(region, count)
         return region
 
