@@ -7,6 +7,8 @@ from pathlib import Path
 
 import yaml
 
+from boltjoint.config.makers import description_of, maker
+
 ROOT = Path(__file__).parents[1]
 
 ASSEMBLY = {
@@ -153,6 +155,12 @@ def write_config(folder, cases=CASES, settings=SETTINGS):
     for name, sweep in SWEEPS.items():
         write(folder / f"config/sweeps/{name}.yaml", sweep)
     write(folder / "config/config.yaml", settings | {"cases": list(cases), "sweeps": list(SWEEPS)})
+
+
+def mesh_of(content):
+    """The mesh of the assembly with this content of a file."""
+    description = description_of(content)
+    return maker(description.type).make(description, Path())
 
 
 def environment(folder):

@@ -87,18 +87,18 @@ def test_a_phased_excitation_is_integrated_in_time(either):
 
 
 class ClampedChain:
-    """Four masses on a clamp that moves, with friction between neighbours, in absolute motion."""
+    """Four masses on a support that moves, with friction between neighbours, in absolute motion."""
 
     def __init__(self):
         random = np.random.default_rng(5)
-        self.mass = np.array([3.0, 1.0, 2.0, 1.5, 0.5])  # of the clamp first
+        self.mass = np.array([3.0, 1.0, 2.0, 1.5, 0.5])  # of the support first
         k = np.array([4e5, 3e5, 5e5, 2e5])
         between = np.diff(np.eye(5), axis=0)
         self.K = between.T @ np.diag(k) @ between
-        # consistent mass couples the clamp with its neighbour
+        # consistent mass couples the support with its neighbour
         self.M = np.diag(self.mass) + 0.2 * np.abs(between).T @ np.abs(between)
         self.beta = 2e-5
-        # elements between two masses or the clamp: no force under rigid motion
+        # elements between two masses or the support: no force under rigid motion
         self.lever = random.uniform(-1, 1, (100, 4)) @ between
         self.k, self.slip = random.uniform(500, 1500, 100), random.uniform(0.01, 0.2, 100)
         squared, self.modes = eigh(self.K[1:, 1:], self.M[1:, 1:])
@@ -127,15 +127,15 @@ class ClampedChain:
         return (in_phase + 1j * lost) * u
 
     def absolute(self, w, acceleration, guess):
-        """Displacements of the masses [m] while the clamp moves by -acceleration / w^2."""
-        clamp = -acceleration / w**2
+        """Displacements of the masses [m] while the support moves by -acceleration / w^2."""
+        support = -acceleration / w**2
         dynamic = self.K * (1 + 1j * w * self.beta) - w**2 * self.M
         stuck = self.K + self.lever.T @ (self.k[:, None] * self.lever) - w**2 * self.M
         flexible = np.linalg.inv(stuck[1:, 1:] + 1j * w * self.beta * self.K[1:, 1:])
         size = abs(guess).max()
 
         def residual(unknown):
-            x = np.concatenate([[clamp], size * (unknown[:4] + 1j * unknown[4:])])
+            x = np.concatenate([[support], size * (unknown[:4] + 1j * unknown[4:])])
             left = dynamic @ x + self.lever.T @ self.friction(self.lever @ x)
             scaled = flexible @ left[1:] / size
             return np.concatenate([scaled.real, scaled.imag])
@@ -145,7 +145,7 @@ class ClampedChain:
 
 
 @pytest.mark.parametrize("coordinates", ["linear", "complex-rdnm-4"])
-def test_base_excitation_is_an_imposed_motion_of_the_clamp(coordinates):
+def test_base_excitation_is_an_imposed_motion_of_the_support(coordinates):
     chain = ClampedChain()
     joint, damping = chain.joint(), RayleighDamping(0.0, chain.beta)
     branch = solve_branch(joint, ACCELERATION, method=coordinates, damping=damping, control=EXACT)

@@ -38,7 +38,7 @@ def test_places_of_a_turned_plane_are_those_of_the_plane():
     np.testing.assert_allclose(found[:, 1], plan[:, 1], rtol=0, atol=1e-14)
 
 
-def test_a_half_lap_has_its_x_and_y_to_the_bit():
+def test_a_level_surface_has_its_x_and_y_to_the_bit():
     joint, preload = make_joint(), make_preload(make_joint())
     edges = np.array([[0.05, -0.01, 0.0], [0.05, 0.01, 0.0]])
     preload["position"][:2] = edges

@@ -10,16 +10,14 @@ from browsing import open_browser
 from figure_parts import FORCES
 from page_examples import CASE, NODES, SOURCE, save, write
 from small_joint import make_joint, make_preload
-from small_study import ASSEMBLY
+from small_study import ASSEMBLY, mesh_of
 
 from boltjoint import dataset
-from boltjoint.config.assembly import Assembly
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.published import Published
 
@@ -95,7 +93,7 @@ def preload(assembly):
 @pytest.fixture(scope="module")
 def bolted():
     """Two bars and two bolts, coarsely meshed."""
-    return build_assembly(Assembly.model_validate(BOLTED))
+    return mesh_of(BOLTED)
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,7 @@ import shutil
 import examples
 import pytest
 
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
@@ -19,7 +18,7 @@ def coarse():
 
 @pytest.fixture(scope="session")
 def assembly(coarse):
-    return build_assembly(coarse)
+    return examples.build_assembly(coarse)
 
 
 @pytest.fixture(scope="session")
@@ -30,7 +29,7 @@ def structure(assembly):
 @pytest.fixture(scope="session")
 def tiny():
     """As few elements as two bolts can have."""
-    return build_assembly(examples.coarse_assembly(**examples.FEWEST))
+    return examples.build_assembly(examples.coarse_assembly(**examples.FEWEST))
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +45,7 @@ def preload(assembly):
 @pytest.fixture(scope="session", params=["three_bolt", "four_bolt"])
 def of_study(request):
     config = examples.study_assembly(request.param)
-    return config, build_assembly(config)
+    return config, examples.build_assembly(config)
 
 
 @pytest.fixture

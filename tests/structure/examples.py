@@ -13,10 +13,18 @@ from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 from boltjoint.structure.makers.half_lap.blocks import extrude
 from boltjoint.structure.makers.half_lap.calculix.decks import faces_among_nodes
-from boltjoint.structure.makers.half_lap.mesh import tributary_area
+from boltjoint.structure.makers.half_lap.constraints import (
+    assemble_assembly,
+    free_displacements,
+    relative_displacements,
+)
+from boltjoint.structure.makers.half_lap.mesh import build_assembly, tributary_area
 from boltjoint.structure.makers.half_lap.plan import Plan, rectangle_plan
 from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.subspaces import symmetric
+
+#: matrices of a mesh by its nodes, beside which its structure is held
+__all__ = ["assemble_assembly", "build_assembly", "free_displacements", "relative_displacements"]
 
 COARSE = {
     "description": "two bolts, coarse mesh",
@@ -58,6 +66,11 @@ FEWEST = {
 def coarse_assembly(**mesh):
     """The coarse assembly with other divisions of its mesh."""
     return Assembly.model_validate({**COARSE, "mesh": {**COARSE["mesh"], **mesh}})
+
+
+def freed(assembly):
+    """An assembly that nothing holds."""
+    return assembly.isel(clamped=slice(0))
 
 
 def study_assembly(name):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from examples import symmetric_part
+from examples import assemble_assembly, relative_displacements, symmetric_part
 
 from boltjoint import solve_branch
 from boltjoint.config.contact import ContactOfSurface
@@ -18,11 +18,7 @@ from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.structure.basis.candidates import find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates, estimated_errors
 from boltjoint.structure.basis.snapshots import uniform_modes
-from boltjoint.structure.makers.half_lap.constraints import (
-    assemble_assembly,
-    relative_displacements,
-)
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.study.convergence import peaks_near

@@ -6,15 +6,14 @@ Both are known by their matrices alone, and each has a contact-adapted basis of 
 import numpy as np
 import pytest
 from examples import COARSE, FEWEST, craig_bampton
+from small_study import mesh_of
 from test_structure_model import as_matrices
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
@@ -35,7 +34,7 @@ THREE_BOLTS = {
 
 @pytest.fixture(scope="module")
 def three_bolts():
-    return structure_of(build_assembly(Assembly.model_validate(THREE_BOLTS)))
+    return structure_of(mesh_of(THREE_BOLTS))
 
 
 def solved(structure):

@@ -1,13 +1,11 @@
 """What a study asks of an assembly from a deck before any job."""
 
 import pytest
-from half_lap_deck import deck_of
-from small_study import ASSEMBLY, CASE, SETTINGS, VARIABLE, write
+from deck_of_assembly import deck_of
+from small_study import ASSEMBLY, CASE, SETTINGS, VARIABLE, mesh_of, write
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
 
 DECK = {
     "type": "deck",
@@ -22,7 +20,7 @@ OF_CASE = {"excitation": {"kind": "inputs", "inputs": [{"name": "tip"}]}, "outpu
 
 @pytest.fixture(scope="module")
 def text():
-    return deck_of(build_assembly(Assembly.model_validate(ASSEMBLY)), 10e3)
+    return deck_of(mesh_of(ASSEMBLY), 10e3)
 
 
 @pytest.fixture
@@ -43,7 +41,7 @@ def study(text, tmp_path):
 
 def test_a_deck_has_sizes_bolts_and_files(study):
     assembly = study().assembly("two_bolt")
-    mesh = build_assembly(Assembly.model_validate(ASSEMBLY))
+    mesh = mesh_of(ASSEMBLY)
     assert assembly.size.elements == mesh.sizes["element"]
     assert assembly.contact_pairs == mesh.sizes["pair"]
     assert assembly.bolt_count == 2

@@ -139,7 +139,7 @@ def test_parts_stand_where_their_instances_are(read):
         "second.2, 1, -1.\n*END ASSEMBLY\n"
     )
     assert len(deck.nodes) == 32
-    # moved by 10 along x, then a quarter turn about the line x = 10, y = 0
+    # moved by 10 along x, then a quarter turn about the line x = 10 in the plane xz
     assert np.allclose(
         deck.coordinate[deck.nodes_of(Reference("corner", "", AT))], [[10, 1, 0]], atol=1e-15
     )

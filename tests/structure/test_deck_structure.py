@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from deck_of_assembly import deck_of
 from decks import TWO_CUBES
-from half_lap_deck import deck_of
 from pydantic import ValidationError
 from scipy.spatial import cKDTree
 
@@ -11,7 +11,7 @@ from boltjoint.config.deck import Deck
 from boltjoint.structure.makers.deck import check, files_of, size_of
 from boltjoint.structure.makers.deck.facts import facts_of
 from boltjoint.structure.makers.deck.structure import model_of_deck, structure_of_deck
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.structure_file import structure_from_dataset, structure_to_dataset
@@ -31,7 +31,7 @@ def described(tmp_path):
     return of_text
 
 
-def test_a_half_lap_in_the_manner_of_abaqus_is_the_one_that_is_built(tiny, described):
+def test_a_lap_in_the_manner_of_abaqus_is_the_one_that_is_built(tiny, described):
     built = structure_of(tiny)
     end = 1e3 * tiny["coordinate"].to_numpy()[tiny["response_node"].item()]
     description = described(

@@ -117,7 +117,7 @@ def test_one_material_of_all_or_of_each_element_is_the_same_to_the_bit():
 
 @pytest.mark.parametrize(
     ("poissons_ratio", "tolerance"),
-    # the clamp also prevents the contraction of the cross-section, which beam theory does not
+    # the support also prevents the contraction of the cross-section, which beam theory does not
     # know: 0.4 % on a fine mesh
     [(0.0, 1e-3), (0.3, 8e-3)],
 )
@@ -134,7 +134,7 @@ def test_one_layer_of_thin_elements_does_not_lock(thickness):
 
 
 def test_bending_converges_with_the_square_of_the_element_length():
-    # nu = 0, so that the clamp makes no singular stresses
+    # nu = 0, so that the support makes no singular stresses
     error = [abs(1 - tip_deflection(0.2, 0.01, 0.001, (n, 1, 1), 0.0)) for n in (5, 10, 20)]
     order = np.log2(np.divide(error[:-1], error[1:]))
     np.testing.assert_allclose(order, 2, atol=0.05)

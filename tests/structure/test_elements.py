@@ -230,7 +230,7 @@ def test_frequencies_converge_with_twice_the_order_of_the_elements(name):
     assert error[1] < (0.011 if name in LINEAR else 3e-4)
 
 
-def test_incompatible_modes_are_those_of_the_brick_of_the_half_lap():
+def test_incompatible_modes_are_those_of_the_brick_of_bars():
     x = curved(KINDS["C3D8I"])
     K, M = element_matrices(KINDS["C3D8I"], x, STEEL)
     D = elasticity.elasticity_matrix(STEEL.youngs_modulus, STEEL.poissons_ratio)

@@ -128,5 +128,5 @@ def test_all_stages_take_the_method_of_the_structure(structure, method, monkeypa
     np.testing.assert_allclose(modes[name], of_superlu[name], rtol=1e-9)
 
 
-def test_files_of_half_laps_name_no_method(structure):
+def test_files_of_the_default_name_no_method(structure):
     assert structure_to_dataset(structure).attrs == {"maker": structure.maker}

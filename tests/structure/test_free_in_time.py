@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from examples import freed
 
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.verification.multi_harmonic import solve_periodic
@@ -17,8 +18,8 @@ LOSS_FACTOR, FORCE = 0.01, 60.0
 
 
 @pytest.mark.parametrize("normal_stiffness", [None, 1e8])
-def test_the_response_of_a_free_half_lap_is_that_in_time(tiny, normal_stiffness):
-    free = structure_of(tiny.isel(clamped=slice(0)))
+def test_the_response_of_a_free_assembly_is_that_in_time(tiny, normal_stiffness):
+    free = structure_of(freed(tiny))
     modes = find_modes(free, "free-3")
     joint = connect_nodes(modes, apply_preload(free, 8e3), 1e8, 0.1, normal_stiffness).distinct
     assert np.count_nonzero(joint.is_rigid) == 6

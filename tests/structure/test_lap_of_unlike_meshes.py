@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from element_meshes import faces_where
-from examples import coarse_assembly
+from examples import build_assembly, coarse_assembly
 from scipy import sparse
 
 from boltjoint.dynamics.response.frequency_response import solve_response
@@ -11,7 +11,6 @@ from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.elements.assembly import ElementBlock, assemble
 from boltjoint.structure.elements.kinds import KINDS
 from boltjoint.structure.elements.matrices import IsotropicMaterial
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload

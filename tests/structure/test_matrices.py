@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from examples import freed
 from matrix_files import KEYS, described, exported, write_npz, written
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
-from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.makers.matrices.structure import sizes_of_matrices, structure_of_matrices
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
@@ -161,11 +162,11 @@ def test_surfaces_have_their_own_contact(structure, tmp_path):
 
 
 def test_a_free_structure_has_six_rigid_modes(assembly, expected, tmp_path):
-    free = structure_of(assembly.isel(clamped=slice(0)))
+    free = structure_of(freed(assembly))
     found = structure_of_matrices(written("mat 7.3", tmp_path, free), tmp_path)
     assert found.rigid.shape == (free.dofs, 6)
     frequency = find_modes(found, "all-4")["natural_frequency"].to_numpy()
     assert not frequency[:6].any() and frequency[6] > 100
     load = apply_preload(found, LOAD, tolerance=1e-12)["normal_load"]
-    # the clamp is far from the lap, so that it is not felt there
+    # the support is far from the lap, so that it is not felt there
     np.testing.assert_allclose(load, expected[1], rtol=0, atol=1e-6 * expected[1].max())

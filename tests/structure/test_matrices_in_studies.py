@@ -2,14 +2,12 @@
 
 import pytest
 from matrix_files import exported, keys, write_npz
-from small_study import ASSEMBLY, CASE, SETTINGS, write
+from small_study import ASSEMBLY, CASE, SETTINGS, mesh_of, write
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.config.varied_keys import keys_that_vary
 from boltjoint.names import JointName
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.study import estimate
 
@@ -18,7 +16,7 @@ OF_CASE = {"excitation": {"kind": "inputs", "inputs": [{"name": "shaker"}]}, "ou
 
 @pytest.fixture(scope="module")
 def made():
-    return structure_of(build_assembly(Assembly.model_validate(ASSEMBLY)))
+    return structure_of(mesh_of(ASSEMBLY))
 
 
 @pytest.fixture

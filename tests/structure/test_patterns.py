@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
+from examples import assemble_assembly, free_displacements, freed, relative_displacements
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dataset import save
 from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
-from boltjoint.structure.makers.half_lap.constraints import (
-    assemble_assembly,
-    free_displacements,
-    relative_displacements,
-)
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in, stuck_patterns
@@ -139,7 +135,7 @@ def test_refuses_what_does_not_fit(assembly, modes, patterns):
 
 def test_rigid_body_modes_are_no_resonances(assembly):
     """A free structure has them at 0 Hz, in the full model and in a basis alike."""
-    free = structure_of(assembly.isel(clamped=slice(0, 0)))
+    free = structure_of(freed(assembly))
     preload = apply_preload(free, 8e3)
     # springs so weak that modes without contact show them
     patterns = resonances(free, preload, 1e4, number=1)

@@ -20,7 +20,7 @@ from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 from boltjoint.structure.makers.deck.content import Reference
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.reader import read_deck
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.segments.clipping import clip_polygons, polygon_areas
@@ -150,15 +150,15 @@ def test_dual_points_of_coincident_faces_are_pairs_of_nodes(name):
     np.testing.assert_allclose(points.position, blocks.node[lower], atol=1e-14)
 
 
-def sides_of_half_lap(assembly):
+def sides_of_lap(assembly):
     """Faces of both bars on the interface."""
     face = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES].reshape(-1, 4)
     on_sides = [np.isin(face, nodes).all(axis=1) for nodes in assembly["pair_node"].to_numpy().T]
     return [[face[on]] for on in on_sides]
 
 
-def test_dual_points_of_a_half_lap_are_its_contact_pairs(assembly, structure):
-    node, sides = assembly["coordinate"].to_numpy(), sides_of_half_lap(assembly)
+def test_dual_points_of_a_lap_are_its_contact_pairs(assembly, structure):
+    node, sides = assembly["coordinate"].to_numpy(), sides_of_lap(assembly)
     points = weighted_points(node, *sides, [1, 0, 0], weighting="dual")
     order = np.argsort(assembly["pair_node"].to_numpy()[:, 0])
     own, expected = points.contact_points(structure.geometry.displacement), structure.contact
@@ -173,7 +173,7 @@ def test_dual_points_of_a_half_lap_are_its_contact_pairs(assembly, structure):
 
 def moved_within_surface(assembly):
     """The same bars, with inner nodes of side A moved by up to a third of their distances."""
-    faces, node = sides_of_half_lap(assembly)[0][0], assembly["coordinate"].to_numpy().copy()
+    faces, node = sides_of_lap(assembly)[0][0], assembly["coordinate"].to_numpy().copy()
     edges = np.sort(np.concatenate([faces[:, [i - 1, i]] for i in range(4)]), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
     length = np.full(len(node), np.inf)
@@ -195,10 +195,10 @@ def loads_on_areas(preload, side=0.01):
     return np.einsum("p,pi,pj->ij", load, *hats)
 
 
-def test_a_half_lap_whose_nodes_do_not_match_is_nearly_the_same(assembly, structure, preload):
+def test_a_lap_whose_nodes_do_not_match_is_nearly_the_same(assembly, structure, preload):
     moved = moved_within_surface(assembly)
     points = weighted_points(
-        moved["coordinate"].to_numpy(), *sides_of_half_lap(moved), [1, 0, 0], weighting="dual"
+        moved["coordinate"].to_numpy(), *sides_of_lap(moved), [1, 0, 0], weighting="dual"
     )
     assert len(points.area) == len(structure.contact)
     assert np.diff(points.rows.indptr).max() > 4

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from examples import block_with_two_interfaces, craig_bampton
+from examples import block_with_two_interfaces, craig_bampton, freed
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.optimize import root
@@ -17,7 +17,7 @@ from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.contact_law import contact_force
 from boltjoint.structure.contact_points import ContactPoints
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Geometry, Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
@@ -28,7 +28,7 @@ LOAD = 8e3
 
 @pytest.fixture(scope="module")
 def free(assembly):
-    return structure_of(assembly.isel(clamped=slice(0)))
+    return structure_of(freed(assembly))
 
 
 @pytest.fixture(scope="module")
@@ -192,7 +192,7 @@ def test_a_structure_turned_in_space_has_the_same_numbers(of, request):
     np.testing.assert_allclose(found, peaks(joint_of(structure, plain, "free-2")), rtol=1e-7)
 
 
-def test_a_free_assembly_has_six_rigid_modes_and_the_loads_of_the_clamped_one(free, loaded, tiny):
+def test_a_free_assembly_has_six_rigid_modes_and_the_loads_of_the_held_one(free, loaded, tiny):
     assert free.rigid.shape[1] == 6
     modes = find_modes(free, "free-4")
     frequency = modes["natural_frequency"].to_numpy()
@@ -202,7 +202,7 @@ def test_a_free_assembly_has_six_rigid_modes_and_the_loads_of_the_clamped_one(fr
     inertia = np.einsum("im,im->m", free.rigid, free.mass @ free.rigid)
     assert np.sqrt(abs(energy / inertia)).max() < 1e-3 * 2 * np.pi * frequency[6]
     preload = apply_preload(free, LOAD, tolerance=1e-12)
-    # the clamp is far from the lap, so that it is not felt there
+    # the support is far from the lap, so that it is not felt there
     np.testing.assert_allclose(
         preload["normal_load"], loaded["normal_load"], atol=1e-6 * loaded["normal_load"].max()
     )
@@ -210,7 +210,7 @@ def test_a_free_assembly_has_six_rigid_modes_and_the_loads_of_the_clamped_one(fr
 
 def test_a_free_assembly_against_dense_matrices(tiny):
     """A mesh of few elements, whose eigenproblem and statics are solved without the library."""
-    free = structure_of(tiny.isel(clamped=slice(0)))
+    free = structure_of(freed(tiny))
     K, M = (getattr(free, name).toarray() for name in ("stiffness", "mass"))
     moving = free.moving
     squared = eigh(K[np.ix_(moving, moving)], M[np.ix_(moving, moving)], eigvals_only=True)

@@ -2,12 +2,11 @@
 
 import pytest
 import yaml
-from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, write
+from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, mesh_of, write
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.mesh_size import mesh_size
 from boltjoint.config.study import load_study
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.study import estimate
 
 GIB = 2**30
@@ -42,8 +41,9 @@ def study(tmp_path):
     ],
 )
 def test_a_mesh_is_counted_as_it_is_built(divisions):
-    configured = Assembly.model_validate(changed(ASSEMBLY, **divisions))
-    built = build_assembly(configured).sizes
+    content = changed(ASSEMBLY, **divisions)
+    configured = Assembly.model_validate(content)
+    built = mesh_of(content).sizes
     assert mesh_size(configured) == (built["node"], built["element"], built["pair"])
 
 

@@ -6,10 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from small_study import ASSEMBLY, CASE, SETTINGS, run, write, write_config
+from small_study import ASSEMBLY, CASE, SETTINGS, mesh_of, run, write, write_config
 
 from boltjoint import dataset
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
@@ -18,7 +17,6 @@ from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reductions import reduce_joint
 from boltjoint.structure.excitation import place_excitation
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
@@ -70,7 +68,7 @@ def sweep(project, tmp_path_factory):
 def assembled(lap):
     content = deepcopy(ASSEMBLY)
     content["bar"]["lap_mm"] = lap
-    built = build_assembly(Assembly.model_validate(content))
+    built = mesh_of(content)
     return built, find_modes(built, "free-2")
 
 

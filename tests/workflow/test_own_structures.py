@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 import yaml
 from matrix_files import exported, keys, write_npz
-from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, run, snakemake, write
+from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, mesh_of, run, snakemake, write
 
 from boltjoint import dataset
-from boltjoint.config.assembly import Assembly
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.config.makers import maker_names
 from boltjoint.structure.makers.registry import structure_of
 
 JOINTS = ["node-to-node", "regions=2/elements=2"]
@@ -35,7 +34,7 @@ LINEAR = "results/cases/small/free-2/{joint}/linear/resonance=1/response.nc"
 def of_matrices(tmp_path):
     """A study of the structure of the small one, which another program has written."""
     folder = tmp_path / "study"
-    structure = structure_of(build_assembly(Assembly.model_validate(ASSEMBLY)))
+    structure = structure_of(mesh_of(ASSEMBLY))
     (folder / "config/matrices").mkdir(parents=True)
     write_npz(folder / "config/matrices/joint.npz", exported(structure))
     tip = [{"name": "tip", "row": "tip", "direction": "z"}]
@@ -79,7 +78,7 @@ def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finish
     assert b"normal_load" in view.read_bytes()
     assert "Nothing to be done" in run(of_matrices, "--dry-run")
     # the content of the files counts, whatever their dates
-    other = exported(structure_of(build_assembly(Assembly.model_validate(ASSEMBLY))))
+    other = exported(structure_of(mesh_of(ASSEMBLY)))
     other["M"] = 1.01 * other["M"]
     write_npz(of_matrices / "config/matrices/joint.npz", other)
     assert "build_assembly" in run(of_matrices, "--dry-run")
@@ -88,7 +87,7 @@ def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finish
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"type": "matrix"}, 'type: "matrix" must be half_lap or matrices or deck'),
+        ({"type": "matrix"}, f'type: "matrix" must be {" or ".join(maker_names())}'),
         ({"stiffness": "KK"}, "config/matrices/joint.npz: KK is not there; did you mean K?"),
         ({"file": "config/none.npz"}, "config/none.npz: there is no such file"),
     ],
