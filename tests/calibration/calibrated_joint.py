@@ -53,7 +53,7 @@ def curve_of(curves, amplitudes, noise=0.0, seed=0, **given):
 def true_curves(resonance=1, quantity="displacement"):
     amplitudes = AMPLITUDES * (2 * np.pi * 100.0) ** (2 * (quantity == "acceleration"))
     any_curve = curve_of(
-        np.tile([110.0, 0.01], (AMPLITUDES.size, 1)),
+        np.tile([(110.0, 365.0)[resonance - 1], 0.01], (AMPLITUDES.size, 1)),
         amplitudes,
         resonance=resonance,
         quantity=quantity,

@@ -77,12 +77,16 @@ class Calibration:
         return self.compared.residual_and_jacobian(self.scaled)
 
     @cached_property
-    def covariance(self) -> Array:
-        """Of the parameters in their scales; directions that nothing determines have no limit."""
+    def covariance_root(self) -> Array:
+        """A matrix whose product with its transpose is the covariance."""
         _, jacobian = self.residual_and_jacobian
         _, s, Vt = np.linalg.svd(jacobian, full_matrices=False)
-        limited = np.maximum(s, _SMALLEST_SINGULAR * s[0])
-        return (Vt.T / limited**2) @ Vt
+        return Vt.T / np.maximum(s, _SMALLEST_SINGULAR * s[0])
+
+    @property
+    def covariance(self) -> Array:
+        """Of the parameters in their scales; directions that nothing determines have no limit."""
+        return self.covariance_root @ self.covariance_root.T
 
     @property
     def standard_error(self) -> Array:
@@ -234,10 +238,7 @@ class Calibration:
         The scatter of a new measurement is not in it.
         """
         found = self.compared.curves_at(self.scaled, amplitudes)
-        return [
-            np.sqrt(np.einsum("ija,ab,ijb->ij", slopes, self.covariance, slopes))
-            for _, slopes in found
-        ]
+        return [np.linalg.norm(slopes @ self.covariance_root, axis=-1) for _, slopes in found]
 
     @property
     def rms_errors(self) -> list[tuple[float, float]]:

@@ -81,24 +81,22 @@ class ModelCurves:
             if curve.sensor is not None and curve.sensor not in joint.sensors.by_name:
                 known = ", ".join(joint.sensors.by_name)
                 raise ValueError(f"{curve.name}: sensor {curve.sensor} is none of {known}")
-            if curve.resonance is not None:
-                if curve.resonance > joint.elastic_modes:
-                    raise ValueError(
-                        f"{curve.name}: mode {curve.resonance} is not in the model, which has "
-                        f"{joint.elastic_modes} elastic modes"
-                    )
-                paired.append(curve.resonance)
-                continue
+            if curve.resonance is not None and curve.resonance > joint.elastic_modes:
+                raise ValueError(
+                    f"{curve.name}: mode {curve.resonance} is not in the model, which has "
+                    f"{joint.elastic_modes} elastic modes"
+                )
             # distance of ln(frequency) from the range between open and sticking contact
             distance = np.maximum(np.log(lowest / frequency), np.log(frequency / highest))
             distance = np.maximum(distance, 0).min(axis=0)
-            nearest = int(np.argmin(distance))
-            if distance[nearest] > np.log(_FARTHEST):
+            place = int(np.argmin(distance)) if curve.resonance is None else curve.resonance - 1
+            if distance[place] > np.log(_FARTHEST):
+                which = "nearest" if curve.resonance is None else f"mode {curve.resonance}"
                 raise ValueError(
-                    f"{curve.name}: mode at {frequency:.4g} Hz is not in the model, whose nearest "
-                    f"is from {lowest[:, nearest].min():.4g} to {highest[:, nearest].max():.4g} Hz"
+                    f"{curve.name}: mode at {frequency:.4g} Hz is not in the model, whose {which} "
+                    f"is from {lowest[:, place].min():.4g} to {highest[:, place].max():.4g} Hz"
                 )
-            paired.append(nearest + 1)
+            paired.append(place + 1)
         return tuple(paired)
 
     def residual_and_jacobian(self, scaled: Array) -> tuple[Array, Array]:

@@ -71,9 +71,8 @@ def check_curve(curve: MeasuredBackbone, model: Array) -> CurveCheck:
         ("frequency", "damping"), mean_square, of_size, of_runs, strict=True
     ):
         if size < _LEAST_PROBABILITY:
-            sentences.append(
-                f"{curve.name}: the {word} is off by {np.sqrt(square):.2g} times its stated scatter"
-            )
+            times = f"{float(f'{np.sqrt(square):.2g}'):g}"
+            sentences.append(f"{curve.name}: the {word} is off by {times} times its stated scatter")
         if runs < _LEAST_PROBABILITY:
             sentences.append(
                 f"{curve.name}: the {word} errs on one side over long ranges of the amplitude"
