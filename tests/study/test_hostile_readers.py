@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 from hostile_arguments import assert_refused
+from measured_bar import calibration_of_truth
 from small_study import CASE, write_config
 
 from boltjoint import checksums, regular_file
-from boltjoint.config import csv_table, gap_map, strict_yaml
+from boltjoint.config import backbone_table, csv_table, gap_map, strict_yaml
 from boltjoint.config.distributions import Linear
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Saltelli
@@ -19,11 +20,12 @@ from boltjoint.structure.makers.half_lap import blocks, plan
 from boltjoint.study.case_studies import name_case_studies, name_tables
 from boltjoint.study.designs import list_designs, values_of
 from boltjoint.study.published import Published
-from boltjoint.study.tables import files, harmonics, measures, meshes, sensors, sweeps
+from boltjoint.study.tables import calibration, files, harmonics, measures, meshes, sensors, sweeps
 
 TEXTS = {
     "table.csv": "a,b\n1,2\n",
     "gap.csv": "x_mm,y_mm,gap_um\n0,0,1\n1,0,1\n0,1,2\n",
+    "backbone.csv": "mode,displacement_mm,frequency_Hz,damping_ratio\n1,0.1,100,0.01\n",
     "keys.yaml": "a: 1\nb: [1, {c: 2}]\n",
     "case_studies.csv": "case,assembly,contact_law,contact_nodes\nmine,one,constant,3\n",
     "tables.csv": "table,case,kind,joint,file\n3.1,mine,times,node-to-node,times\n",
@@ -69,6 +71,7 @@ RESPONSE = xr.Dataset(
     },
     {"sensor": ["end"], "harmonics": [1, 3]},
 )
+CALIBRATION = calibration_of_truth()
 PLAN = plan.rectangle_plan([0.0, 1.0], [0.0, 1.0])
 CUBE = blocks.extrude(PLAN, [0.0, 1.0])
 
@@ -134,6 +137,13 @@ CALLS = {
         {"sweep": SWEEP, "size": np.linspace(1, 2, DESIGNS.sizes["design"]), "amplitudes": 2},
     ),
     "tabulate_harmonic_peaks": (harmonics.tabulate_harmonic_peaks, {"response": RESPONSE}),
+    "tabulate_parameters": (calibration.tabulate_parameters, {"calibration": CALIBRATION}),
+    "tabulate_correlation": (calibration.tabulate_correlation, {"calibration": CALIBRATION}),
+    "tabulate_residuals": (calibration.tabulate_residuals, {"calibration": CALIBRATION}),
+    "read_backbone_table": (
+        backbone_table.read_backbone_table,
+        {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},
+    ),
     "tabulate_sensors": (sensors.tabulate_sensors, {"response": RESPONSE}),
     "peak_of_level": (measures.peak_of_level, {"response": RESPONSE, "level": 0}),
     "smallest_jacobian": (

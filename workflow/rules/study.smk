@@ -12,6 +12,7 @@ from snakemake.logging import logger
 from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config import makers
+from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.settings import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
@@ -132,6 +133,12 @@ def table_of(sweep):
     return getattr(study.sweeps[sweep].design, "file", None)
 
 
+def measured_files(case):
+    """The tables of the measured backbones of a case."""
+    curves = study.case(case).measured.curves
+    return list(dict.fromkeys(curve.file for curve in curves))
+
+
 def hash_of_table(file):
     """Hash of the content of a table or map that the study names, as of code; None of none."""
     return None if file is None else study.hashes[file]
@@ -171,6 +178,7 @@ def drawn_on_page(case):
     return [
         *data("response", case=case),
         *data("backbone", case=case),
+        *data("calibration", case=case),
         *data("assembly", **of_assembly),
         *data("modes", basis=headline_basis(found), **of_assembly),
         preload_of(case),

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from boltjoint.calibration.joint_parameters import JointParameters
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.model_curves import Model, ModelCurves
 from boltjoint.calibration.parameters import Parameter, ParameterSpace
+from boltjoint.config.measured import Loss
 from boltjoint.damping import Damping
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -20,7 +22,7 @@ from boltjoint.options import Options
 Array = NDArray[np.float64]
 
 #: losses of ``scipy.optimize.least_squares``
-LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+LOSSES = get_args(Loss)
 
 #: residual, in standard deviations, of a model that refuses its parameters
 _REFUSED = 1e6

@@ -6,13 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.config.backbone_table import MODAL
 from boltjoint.measurement.identification import IdentifiedMode
 from boltjoint.measurement.signals import MOTIONS
 
 Array = NDArray[np.float64]
-
-#: amplitudes of the mode itself, of unit modal mass [kg^1/2 m]
-MODAL = "modal"
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from boltjoint.calibration.backbone_points import SensedMode, neighbours_of, solve_points
 from boltjoint.calibration.measured_backbone import MODAL, MeasuredBackbone
 from boltjoint.calibration.parameters import ParameterSpace
+from boltjoint.config.measured import AMPLITUDE_SCALE
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.joint.model import Joint
@@ -18,9 +19,6 @@ Array = NDArray[np.float64]
 
 #: a model: joint and damping of its structure by values of the parameters
 Model = Callable[[Mapping[str, float]], tuple[Joint, Damping]]
-
-#: the parameter by which measured amplitudes are multiplied, of all curves or of a named one
-AMPLITUDE_SCALE = "amplitude_scale"
 
 #: a mode whose frequency is off by more than this factor is not that of the measurement
 _FARTHEST = 2.0

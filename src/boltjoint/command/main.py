@@ -1,4 +1,4 @@
-"""The command ``boltjoint``: a new study, its check, its run, its report and its data."""
+"""The command ``boltjoint``: a new study, its check, run and fits, its report and its data."""
 
 import argparse
 import os
@@ -76,6 +76,9 @@ def _parser() -> argparse.ArgumentParser:
     add("check", _check, "read the configuration of a study and say what a run would need")
     run = add("run", _run, "compute what is not up to date; further options are Snakemake's")
     run.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
+    fit = add("fit", _fit, "fit the joint of a case to its measured backbones")
+    fit.add_argument("case", help="name of a case with a key measured")
+    fit.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
     add("open", _open, "open the report of a study in a browser")
     export = add("export", _export, "write responses and peaks for other programs")
     export.add_argument("--format", choices=("csv", "mat", "uff"), default="csv")
@@ -165,6 +168,18 @@ def _run(options: argparse.Namespace) -> int:
     if is_up_to_date and not status:
         print(_answers(options.folder))
     return status
+
+
+def _fit(given: argparse.Namespace) -> int:
+    from boltjoint.command.fit import files_of_fit
+
+    if refused := _refuse_without_study(given.folder):
+        return refused
+    try:
+        given.further = files_of_fit(given.folder, given.case)
+    except ValueError as error:
+        return _refuse(str(error))
+    return _run(given)
 
 
 def _answers(folder: Path) -> str:

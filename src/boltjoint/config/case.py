@@ -9,8 +9,9 @@ from pydantic import Field
 
 from boltjoint.config.contact import Contact
 from boltjoint.config.damping import StructuralDamping
-from boltjoint.config.entries import Entry
+from boltjoint.config.entries import Entry, EntryWithLaterKeys
 from boltjoint.config.excitation import Excitation
+from boltjoint.config.measured import Measured
 from boltjoint.config.points import Point, Sensor
 from boltjoint.config.settings import Regions
 from boltjoint.config.sweep import MOST_JOBS
@@ -72,8 +73,10 @@ class SolveBlock(Entry):
             yield ("window_Hz",), "must be the lower frequency, then the higher one"
 
 
-class Case(Entry):
+class Case(EntryWithLaterKeys):
     """One case study: an assembly under a preload, its contact, forces and joint models."""
+
+    LATER_KEYS = frozenset({"measured"})
 
     description: Description = ""
     """Description of the case in one line; no result depends on it."""
@@ -131,6 +134,8 @@ class Case(Entry):
     solve: Annotated[tuple[SolveBlock, ...], Field(min_length=1)]
     """Resonances, each with the joint models solved there. A resonance may have several blocks, as
     long as they solve nothing twice."""
+    measured: Measured | None = None
+    """Measured backbones to which parameters of a joint are fitted; by default none."""
 
     @property
     def structural_damping(self) -> Damping:

@@ -119,9 +119,9 @@ def _unit(key: str, field: Schema) -> str:
 
 def _default(field: Schema) -> str:
     value = field.get("default")
-    if isinstance(value, dict):
+    if isinstance(value, dict) and value:
         return "see below"
-    return "none" if value is None or value in ("", []) else f"`{_value(value)}`"
+    return "none" if value is None or value in ("", [], {}) else f"`{_value(value)}`"
 
 
 def _value(value: object) -> str:
@@ -149,6 +149,10 @@ def _allowed(field: Schema) -> str:
             return " or ".join(dict.fromkeys(map(_allowed, kinds)))
         case {"additionalProperties": {"oneOf": _}}:
             return "keys of the case, each with a list or as below"
+        case {"additionalProperties": {"$ref": _}}:
+            return "parameters, each as below"
+        case {"additionalProperties": {"type": kind}}:
+            return f"names of columns, each with a {_KINDS[kind]}"
         case {"enum": values}:
             return ", ".join(f"`{value}`" for value in values)
         case {"const": value}:

@@ -22,14 +22,15 @@ from boltjoint.config.conflicts import (
     missing_preloads,
     other_preloads,
 )
-from boltjoint.config.csv_table import TableError
+from boltjoint.config.conflicts_of_measured import conflicts_of_measured, count_points
 from boltjoint.config.described import Described
 from boltjoint.config.entries import choice, with_value
 from boltjoint.config.files import FileHashes, StudyFiles
-from boltjoint.config.gap_map import GapMap, read_gap_map
+from boltjoint.config.gap_map import GapMap
 from boltjoint.config.makers import description_of, is_maker, maker, maker_names, type_of
+from boltjoint.config.named_tables import check_table, read_gap_maps
 from boltjoint.config.settings import Settings
-from boltjoint.config.strict_yaml import as_text, as_word
+from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import Sweep, Table
 from boltjoint.config.swept_designs import SweptDesigns
 from boltjoint.config.types import (
@@ -47,7 +48,6 @@ from boltjoint.config.varied_case import (
     with_all_ratios,
 )
 from boltjoint.config.varied_keys import Quantity, keys_that_vary
-from boltjoint.regular_file import UnsuitableFile
 
 
 def _as_description(given: object) -> object:
@@ -72,7 +72,9 @@ class Study(Settings):
     swept: dict[str, InstanceOf[SweptDesigns]] = Field({}, exclude=True)
     """Designs of each sweep: they follow from the rest and from the tables of designs."""
     hashes: InstanceOf[FileHashes] | dict[str, str] = Field({}, exclude=True)
-    """Hash of the content of each file that sweeps and assemblies name."""
+    """Hash of the content of each file that sweeps, assemblies and cases name."""
+    measured_points: dict[str, int] = Field({}, exclude=True)
+    """Number of measured points of each case that has some, where files were checked."""
 
     @property
     def designs(self) -> dict[str, int]:
@@ -235,7 +237,7 @@ def load_study(
         if name not in assemblies:
             assemblies[name] = _described(name, content, files, before=before)
 
-    gap_maps = cache(partial(_read_gap_maps, assemblies, files))
+    gap_maps = cache(partial(read_gap_maps, assemblies, files))
     for name, assembly in assemblies.items():
         if assembly is not None and not before:
             with files.checking(_assembly_file(name)):
@@ -247,7 +249,10 @@ def load_study(
         if case is not None:
             with files.checking(_case_file(name)):
                 assembly = assemblies[case.assembly]
-                problems = conflicts_of_case(case, assembly, settings, published)
+                problems = [
+                    *conflicts_of_case(case, assembly, settings, published),
+                    *conflicts_of_measured(case, assembly, settings, None if before else files),
+                ]
                 if name not in runs:
                     # only that is solved which its sweeps ask for
                     problems = [
@@ -285,7 +290,7 @@ def load_study(
                     continue
                 problems = list(conflicts_of_sweep(sweep, case, assembly, settings, allowed))
                 if of_table:
-                    _check_table(designs, files)
+                    check_table(designs, files)
                 if not files.problems:
                     keys = designs.keys
                     problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
@@ -305,6 +310,11 @@ def load_study(
         "sweeps": sweeps,
         "swept": swept,
         "hashes": files.hashes,
+        "measured_points": {
+            name: count_points(case.measured, files)
+            for name, case in cases.items()
+            if name in runs and case.measured is not None and not before
+        },
     }
     return Study.model_validate({**dict(settings), **found})
 
@@ -350,41 +360,6 @@ def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]
 def _is_name(value: object) -> bool:
     is_file_name = isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
     return is_file_name and not names.repeats_pattern(value)
-
-
-def _check_table(designs: SweptDesigns, files: StudyFiles) -> None:
-    """Note what is wrong with a table of designs."""
-    file = designs.file
-    try:
-        _ = designs.columns
-    except OSError as error:
-        files.problems.append(f"{as_word(file)}: cannot be read: {error.strerror}")
-    except UnsuitableFile as error:
-        files.problems.append(f"{as_word(file)}: {error.sentence}")
-    except TableError as error:
-        files.problems.append(str(error))
-
-
-def _read_gap_maps(
-    assemblies: Mapping[str, Described | None], files: StudyFiles
-) -> dict[str, GapMap]:
-    """The maps of gaps by their files; those that cannot be read are noted."""
-    found = {}
-    for name, assembly in assemblies.items():
-        file = None if assembly is None else assembly.gap_file
-        if file is None:
-            continue
-        try:
-            found[file] = read_gap_map(files.table(file), file)
-            continue
-        except TableError as error:
-            sentence = str(error)
-        except (OSError, UnsuitableFile) as error:
-            problem = getattr(error, "sentence", None) or f"cannot be read ({error.strerror})"
-            sentence = f"{as_text(file)} {problem}: must be a CSV file"
-            sentence += ", seen from the folder of config/"
-        files.note(_assembly_file(name), [(("contact", "gap_um"), sentence)])
-    return found
 
 
 def _conflicts_of_variant(

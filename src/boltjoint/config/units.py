@@ -23,12 +23,20 @@ _UNITS = {
     "deg": Unit("°", "degree"),
     "mm": Unit("mm", "m", 1e-3),
     "um": Unit("μm", "m", 1e-6),
+    "percent": Unit("%", "1", 1e-2),
     "GPa": Unit("GPa", "Pa", 1e9),
     "Hz": Unit("Hz", "Hz"),
     "N": Unit("N", "N"),
     "s": Unit("s", "s"),
 }
 _NUMBER = Unit("1", "1")
+
+#: units of measured motion, as they end the names of columns, and their factors to SI
+MOTION_UNITS = {
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "velocity": {"m_per_s": 1.0, "mm_per_s": 1e-3},
+    "acceleration": {"m_per_s2": 1.0, "mm_per_s2": 1e-3, "g": 9.80665},
+}
 
 
 def unit_of(key: str) -> Unit:

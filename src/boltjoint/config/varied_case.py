@@ -90,7 +90,7 @@ def solved_alone(case: Case, sweep: Sweep) -> dict[str, Any]:
     }
     level = "accelerations_m_per_s2" if case.is_base_excited else "forces_N"
     return {
-        **case.model_dump(),
+        **case.model_dump(exclude={"measured"}),
         level: sweep.levels or case.levels,
         "verification_forces_N": (),
         "modes": (sweep.basis,),

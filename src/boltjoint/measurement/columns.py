@@ -7,15 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.config.csv_table import CsvTable, TableError, read_file
+from boltjoint.config.units import MOTION_UNITS
 
 Array = NDArray[np.float64]
 
 #: units of each quantity, as they end a name, and their factor to SI
 _FACTORS = {
     "time": {"s": 1.0, "ms": 1e-3},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
-    "velocity": {"m_per_s": 1.0, "mm_per_s": 1e-3},
-    "acceleration": {"m_per_s2": 1.0, "mm_per_s2": 1e-3, "g": 9.80665},
+    **MOTION_UNITS,
     "force": {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605},
     "frequency": {"Hz": 1.0},
     "phase": {"rad": 1.0, "deg": np.pi / 180},

@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+from boltjoint.config.case import Case
+from boltjoint.config.conflicts_of_measured import basis_of_measured
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE
+from boltjoint.report.pages.case.calibration import calibration_answer
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.headline import summary
 from boltjoint.study import layout
@@ -22,6 +25,8 @@ def answers(study: Study) -> str:
     """
     lines = []
     for name, case in study.cases.items():
+        if fitted := _fitted(name, case):
+            lines.append(f"{name}: {fitted}")
         of_basis = {"case": name, "basis": headline_basis(case)}
         joint = layout.path("joint", **of_basis, joint=REFERENCE[0])
         table = layout.shown("table", "accuracy", **of_basis)
@@ -42,3 +47,12 @@ def answers(study: Study) -> str:
     if Path(layout.OVERVIEW).exists():
         lines.append(f"Open {layout.OVERVIEW}")
     return "\n".join(lines)
+
+
+def _fitted(name: str, case: Case) -> str:
+    """The answer of the calibration of a case, where it has been made."""
+    if case.measured is None:
+        return ""
+    which = {"case": name, "basis": basis_of_measured(case), "joint": case.measured.joint}
+    path = layout.path("calibration", **which)
+    return calibration_answer(name, case, Results([path])) if Path(path).exists() else ""

@@ -247,6 +247,9 @@ class Contents(Responses):
                 yield Artefact("joint", case=case, basis=basis, joint=joint)
                 if joint.reduction is not None:
                     yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
+        if self.study.case(case).measured is not None:
+            for kind in ("calibration", "fitted_case"):
+                yield Artefact(kind, **self.calibrated(case))
         checked = self.checked(case)
         for response in self.responses(case):
             which = {"case": case, **response._asdict()}

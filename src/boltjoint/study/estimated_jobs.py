@@ -78,6 +78,8 @@ _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 _PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
 #: of the joints of a variant: node to node, divided and reduced [s]
 _PER_JOINT = 12.0
+#: of a measured point in each evaluation of a fit [s], and evaluations from one start
+_PER_POINT, _EVALUATIONS = 2e-3, 30
 #: of a design at an amplitude of the grid of backbones [s]
 _PER_AMPLITUDE = 1e-3
 #: solutions of a response with steps of the default length, and what holds them, over themselves
@@ -232,6 +234,8 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         yield EstimatedJob("responses", name, memory, seconds, key, f"to solve responses of {name}")
     for joint in (joint for basis in case.bases for joint in contents.fitted(name, basis)):
         yield _of_fit(study, name, joint)
+    if case.measured is not None:
+        yield _of_calibration(contents, name, pairs)
     if contents.converged(name):
         of_basis = contents.compared_bases(name), contents.reduced(name)
         regions = study.convergence.regions
@@ -253,6 +257,19 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         seconds = _PER_INTEGRATION * len(contents.integrated_levels(name)) * pairs
         key = f"{CONFIG_FILE}: convergence.time_integration_N"
         yield EstimatedJob(stage, name, memory, seconds, key, f"to balance {many} harmonics")
+
+
+def _of_calibration(contents: Contents, name: str, pairs: float) -> EstimatedJob:
+    """The fit of a joint to its measurement."""
+    study = contents.study
+    measured, basis = study.cases[name].measured, contents.calibrated(name)["basis"]
+    elements, vectors = _elements(measured.joint, pairs), _vectors(study, basis)
+    # derivatives by each parameter take two residuals
+    of_point = _PER_POINT + _PER_ELEMENT * elements * vectors * (1 + len(measured.parameters))
+    evaluations = _EVALUATIONS * measured.starts
+    seconds = of_point * evaluations * study.measured_points.get(name, 1)
+    key = f"{CASE_FOLDER}/{name}.yaml: measured.starts"
+    return EstimatedJob("calibration", name, _SOLVER, seconds, key, f"to fit {name}")
 
 
 def _solutions(solver: Solver) -> float:

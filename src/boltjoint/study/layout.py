@@ -35,6 +35,8 @@ PATHS = {
     "timing": _SOLVED + "/timing.csv",
     "check": _SOLVED + "/check.csv",
     "backbone": _JOINT + "/backbone/resonance={resonance}/backbone.nc",
+    "calibration": _JOINT + "/calibration/calibration.nc",
+    "fitted_case": _JOINT + "/calibration/fitted.yaml",
     "designs": _SWEEP + "/designs.nc",
     "chunk": _SWEEP + "/chunks/{chunk}.nc",
     "sweep_check": _SWEEP + "/checked.nc",

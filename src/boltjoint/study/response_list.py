@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
+from boltjoint.config.conflicts_of_measured import basis_of_measured
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName, Preload
 
 if TYPE_CHECKING:
@@ -59,6 +60,11 @@ class Responses:
     def fitted(self, case: str, basis: str) -> list[JointName]:
         """The joints of a case and basis whose elements are fitted."""
         return [joint for joint in self.joints(case, basis) if joint.is_fitted]
+
+    def calibrated(self, case: str) -> dict[str, object]:
+        """Case, basis and joint whose parameters are fitted to a measurement."""
+        found = self.study.case(case)
+        return {"case": case, "basis": basis_of_measured(found), "joint": found.measured.joint}
 
     def integrated(self, case: str) -> Response | None:
         """The response whose peaks are checked by time integration: the first in free modes."""

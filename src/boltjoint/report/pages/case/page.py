@@ -9,6 +9,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
+from boltjoint.report.pages.case.calibration import calibration_answer, calibration_section
 from boltjoint.report.pages.case.facts import facts
 from boltjoint.report.pages.case.frequencies import natural_frequencies
 from boltjoint.report.pages.case.joints import (
@@ -81,6 +82,7 @@ def case_page(
     peaks = Markup() if answer is None else headline(name, case, answer, content)
     said = "" if answer is None else summary(name, case, answer, content)
     sections = {
+        "measured": ("The fit to the measurement", calibration_section(name, case, content)),
         "answer": ("Peaks", peaks),
         "explore-responses": ("Responses", parts.responses + _still_response(bases[0])),
         "natural-frequencies": ("Natural frequencies", natural_frequencies(name, case, content)),
@@ -94,8 +96,9 @@ def case_page(
         *content.remainder(),
     ]
     shown += [replace(section, is_folded=bool(section.body)) for section in details]
+    fitted = calibration_answer(name, case, results)
     lead = _TEXT.lead(
-        said, published.case_study(), case, case.contact.declaration.label, solver.harmonics
+        fitted, said, published.case_study(), case, case.contact.declaration.label, solver.harmonics
     )
     return render_page(
         name, "Case study", lead, shown, cases, f"{name}.html", scripts=parts.scripts

@@ -1,0 +1,201 @@
+"""What does not go together in the measured backbones of a case, and what is fitted to them."""
+
+import re
+from typing import Any
+
+from boltjoint.config.backbone_table import read_backbone_table
+from boltjoint.config.case import Case
+from boltjoint.config.csv_table import TableError
+from boltjoint.config.described import Described
+from boltjoint.config.entries import choice
+from boltjoint.config.files import StudyFiles
+from boltjoint.config.measured import AMPLITUDE_SCALE, Measured, MeasuredCurve
+from boltjoint.config.settings import Settings
+from boltjoint.config.sweep import LEVEL_KEYS
+from boltjoint.config.types import CONFIG_FILE, Problems
+from boltjoint.config.varied_case import refused, with_values
+from boltjoint.config.varied_keys import rescaled_keys
+from boltjoint.names import Basis, JointName
+from boltjoint.regular_file import UnsuitableFile
+
+#: of all natural frequencies without contact
+FREQUENCY_RATIO = "frequency_ratio"
+#: what is fitted of each region
+OF_REGION = ("tangential_stiffness", "friction_coefficient")
+
+
+def basis_of_measured(case: Case) -> Basis:
+    """The basis in which parameters are fitted."""
+    return case.measured.basis or case.modes[0]
+
+
+def calibrated_keys(case: Case) -> list[str]:
+    """The keys of a case that may be fitted: they need no other joint."""
+    return [key for key in rescaled_keys(case) if key not in LEVEL_KEYS]
+
+
+def region_of(key: str) -> tuple[int, str] | None:
+    """Number of the region and quantity of a parameter; None of other parameters.
+
+    >>> region_of("joint.regions[2].friction_coefficient")
+    (2, 'friction_coefficient')
+    """
+    named = re.fullmatch(rf"joint\.regions\[([0-9]{{1,6}})\]\.({'|'.join(OF_REGION)})", key)
+    return named and (int(named[1]), named[2])
+
+
+def _ratios(measured: Measured) -> list[str]:
+    """Other parameters than keys of the case, but for those of regions."""
+    scales = [f"{AMPLITUDE_SCALE}[{curve.label}]" for curve in measured.curves]
+    return [FREQUENCY_RATIO, AMPLITUDE_SCALE, *scales]
+
+
+def _is_of_region(key: str, joint: JointName) -> bool:
+    """Whether a parameter is of a region that the joint has."""
+    region = region_of(key)
+    has_regions = joint.division is not None and isinstance(joint.count, int)
+    return region is not None and has_regions and region[0] < joint.count
+
+
+def calibrated_content(case: Case) -> dict[str, Any]:
+    """The content of a case, of which only that remains on which a calibration depends."""
+    kept = {"assembly", "preload_N", "preload_ratios", "contact", "loss_factor", "damping"}
+    block = {"resonance": 1, "joints": (case.measured.joint,)}
+    return {
+        **case.model_dump(include=kept),
+        "forces_N": (1.0,),
+        "modes": (basis_of_measured(case),),
+        "coordinates": ("linear",),
+        "solve": (block,),
+    }
+
+
+def count_points(measured: Measured, files: StudyFiles) -> int:
+    """Number of measured points of all curves, of tables that can be read."""
+    tables = (
+        read_backbone_table(files.table(each.file), each.file, each.rows)
+        for each in measured.curves
+    )
+    return sum(each.amplitude.size for each in tables)
+
+
+def conflicts_of_measured(
+    case: Case, assembly: Described | None, settings: Settings | None, files: StudyFiles | None
+) -> Problems:
+    """What a case, its assembly, the settings and the files do not allow in its measurement.
+
+    Without ``files``, none is read.
+    """
+    if case.measured is None:
+        return
+    for path, sentence in (
+        *_conflicts_of_model(case, settings),
+        *_conflicts_of_parameters(case, assembly),
+        *_conflicts_of_sensors(case, assembly),
+        *(() if files is None else _conflicts_of_files(case.measured, files)),
+    ):
+        yield ("measured", *path), sentence
+
+
+def _conflicts_of_model(case: Case, settings: Settings | None) -> Problems:
+    """Joints and modes that the case does not have."""
+    measured, basis = case.measured, basis_of_measured(case)
+    if basis not in case.bases:
+        yield ("basis",), f"is none of the bases that are solved: {', '.join(case.bases)}"
+        return
+    joints = case.joints(basis)
+    if measured.joint not in joints:
+        sentence = f"is no joint that solve has in {basis}{choice(measured.joint, joints)}"
+        yield ("joint",), sentence
+    law = case.contact.declaration
+    if not law.has_closed_form:
+        sentence = f"must be left out with {law.name}: fits need a closed form of the law"
+        yield ("joint",), sentence
+    most, reason = basis.fewest, f"the modes of the basis {basis}"
+    if basis.is_contact_adapted and settings is not None:
+        adapted = settings.contact_adapted_basis.resonances
+        if adapted < most:
+            most, reason = adapted, f"contact_adapted_basis.resonances of {CONFIG_FILE}"
+    for index, curve in enumerate(measured.curves):
+        if curve.resonance > most:
+            yield ("curves", index, "resonance"), f"must be at most {most}, {reason}"
+
+
+def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems:
+    """Parameters that are none, and bounds that reach beyond what the case allows."""
+    measured = case.measured
+    keys, ratios = calibrated_keys(case), _ratios(measured)
+    with_regions = [f"joint.regions[0].{key}" for key in OF_REGION]
+    allowed = [
+        *keys,
+        *ratios,
+        *filter(lambda each: _is_of_region(each, measured.joint), with_regions),
+    ]
+    content = calibrated_content(case)
+    for key, parameter in measured.parameters.items():
+        if key in ratios or _is_of_region(key, measured.joint):
+            if parameter.low <= 0:
+                yield ("parameters", key, "low"), "must be greater than 0: it is a ratio"
+            continue
+        if key not in keys:
+            yield ("parameters", key), f"is no key that is fitted{choice(key, allowed)}"
+            continue
+        if key == "preload_N" and assembly is not None and assembly.has_initial_gap:
+            yield (
+                ("parameters", key),
+                f"must not be fitted with {assembly.GAP_KEY} of {case.assembly}: loads of a joint "
+                "with an initial gap do not grow with the preload",
+            )
+        for end in ("low", "high"):
+            value = getattr(parameter, end)
+            for sentence in refused(with_values(content, {key: value}), Case):
+                yield ("parameters", key, end), f"reaches too far: {sentence}"
+
+
+def _conflicts_of_sensors(case: Case, assembly: Described | None) -> Problems:
+    """Sensors that the case does not have."""
+    names = [*(each.name for each in case.sensors), *case.outputs]
+    if not names and assembly is not None:
+        names = list(assembly.output_names)
+    for index, curve in enumerate(case.measured.curves):
+        if curve.sensor is not None and curve.sensor not in names:
+            sentence = f"is no sensor of the case{choice(curve.sensor, names)}"
+            yield ("curves", index, "sensor"), sentence
+
+
+def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
+    """Tables that cannot be read, or that do not tell enough."""
+    values = 0
+    for index, curve in enumerate(measured.curves):
+        key = "curves", index
+        try:
+            table = read_backbone_table(files.table(curve.file), curve.file, curve.rows)
+        except TableError as error:
+            yield (*key, "file"), f"cannot be used: {error}"
+            return
+        except (OSError, UnsuitableFile) as error:
+            problem = getattr(error, "sentence", None) or f"cannot be read ({error.strerror})"
+            yield (*key, "file"), f"{problem}: must be a CSV file, seen from the folder of config/"
+            return
+        values += 2 * table.amplitude.size
+        for column, percent, std in (
+            ("frequency_std_Hz", "frequency_error_percent", table.frequency_std),
+            ("damping_ratio_std", "damping_error_percent", table.damping_std),
+        ):
+            if std is None and getattr(curve, percent) is None:
+                sentence = f"is missing: {curve.file} has no column {column}"
+                yield (*key, percent), sentence
+        if not table.has_unit and not _is_scaled(curve, measured):
+            yield (
+                (*key, "file"),
+                f"tells no unit of the {table.quantity}: its column must end in one, or parameters "
+                f"must have {AMPLITUDE_SCALE}[{curve.label}]",
+            )
+    if values < (count := len(measured.parameters)):
+        sentence = f"are {count}, more than the {values} measured values: must be at most as many"
+        yield ("parameters",), sentence
+
+
+def _is_scaled(curve: MeasuredCurve, measured: Measured) -> bool:
+    own = f"{AMPLITUDE_SCALE}[{curve.label}]"
+    return bool({AMPLITUDE_SCALE, own} & set(measured.parameters))

@@ -1,0 +1,279 @@
+"""Calibration of a case: its joint fitted to measured backbones, as a dataset with the answer."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.calibration.calibration import Calibration
+from boltjoint.calibration.fit import CalibrationOptions, fit
+from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.parameters import Parameter
+from boltjoint.config.backbone_table import read_backbone_table
+from boltjoint.config.measured import Measured
+from boltjoint.config.units import unit_of
+from boltjoint.dataset import quantity
+from boltjoint.joint.model import Joint
+from boltjoint.measurement.signals import UNITS
+from boltjoint.study.calibrated_joint import CalibratedJoint
+from boltjoint.study.tables.html import number
+
+Array = NDArray[np.float64]
+
+#: amplitudes at which curves of the model are drawn
+_DRAWN = 60
+
+
+def calibrate(
+    joint: Joint, case: Mapping[str, object], measured: Measured, texts: Mapping[str, str]
+) -> xr.Dataset:
+    """Fit the joint of a case to its measured backbones.
+
+    Parameters
+    ----------
+    joint
+        As the case has it.
+    case
+        Content of the case, as ``config.conflicts_of_measured.calibrated_content`` has it.
+    measured
+        What was measured, and what is fitted.
+    texts
+        The text of each file.
+
+    Returns
+    -------
+    Dataset
+        Parameters with intervals, correlation, curves at measured amplitudes and on a grid, checks
+        of the residuals; ``answer`` of the attributes says it in words.
+
+    Raises
+    ------
+    ValueError
+        If a mode is not in the model, or it cannot be solved at any start.
+    """
+    model = CalibratedJoint(joint, case)
+    curves = measured_backbones(measured, texts)
+    parameters = [
+        Parameter(key, each.low, each.high, each.log, _start(model, key, each.start, measured))
+        for key, each in measured.parameters.items()
+    ]
+    options = CalibrationOptions(starts=measured.starts, seed=measured.seed)
+    calibration = fit(model, curves, parameters, loss=measured.loss, options=options)
+    stored = xr.Dataset(
+        {
+            **_of_parameters(calibration, model),
+            **_of_curves(calibration),
+            **_of_points(calibration),
+            **_on_grid(calibration),
+            "cost": quantity("start", calibration.costs, "1", "half the sum of squares of a fit"),
+        }
+    )
+    stored.attrs = {
+        "condition": calibration.condition,
+        "p_value": calibration.p_value,
+        "refusals": "\n".join(calibration.refusals),
+        "loss": measured.loss,
+        "calibration_options": options.stored(),
+    }
+    stored.attrs["answer"] = answer(stored)
+    return stored
+
+
+def measured_backbones(measured: Measured, texts: Mapping[str, str]) -> list[MeasuredBackbone]:
+    """The curves of a measurement, from the texts of their files."""
+    curves = []
+    for each in measured.curves:
+        table = read_backbone_table(texts[each.file], each.file, each.rows)
+        deviations = table.deviations(
+            each.frequency_error_percent or 0.0, each.damping_error_percent or 0.0
+        )
+        curves.append(
+            MeasuredBackbone(
+                table.amplitude,
+                table.frequency,
+                deviations[0],
+                table.damping_ratio,
+                deviations[1],
+                quantity=table.quantity,
+                resonance=each.resonance,
+                sensor=each.sensor,
+                name=each.label,
+            )
+        )
+    return curves
+
+
+def _start(
+    model: CalibratedJoint, key: str, start: float | None, measured: Measured
+) -> float | None:
+    """Where the first fit begins: as given, or at the value of the case within the bounds."""
+    if start is not None:
+        return start
+    parameter, own = measured.parameters[key], model.value(key)
+    return own if parameter.low <= own <= parameter.high else None
+
+
+def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str, xr.Variable]:
+    space, names = calibration.compared.space, list(calibration.names)
+    ends = np.array(
+        [
+            (np.nan, np.nan) if name in calibration.undetermined else calibration.interval(name)
+            for name in names
+        ]
+    )
+    of = ("parameter", "of_parameter")
+    per_key = "unit of each parameter"
+    return {
+        "parameter": xr.Variable("parameter", np.array(names, dtype=object)),
+        "of_parameter": xr.Variable("of_parameter", np.array(names, dtype=object)),
+        "unit": xr.Variable("parameter", np.array([unit_of(n).written for n in names], object)),
+        "value": quantity(
+            "parameter", list(calibration.best_values.values()), per_key, "at the best fit"
+        ),
+        "interval_low": quantity(
+            "parameter", ends[:, 0], per_key, "lower end of the 95 % interval"
+        ),
+        "interval_high": quantity("parameter", ends[:, 1], per_key, "upper end of the same"),
+        "bound_low": quantity("parameter", [p.low for p in space.parameters], per_key, "bound"),
+        "bound_high": quantity("parameter", [p.high for p in space.parameters], per_key, "bound"),
+        "value_before": quantity(
+            "parameter", [model.value(name) for name in names], per_key, "of the case"
+        ),
+        "is_determined": quantity(
+            "parameter",
+            [int(name not in calibration.undetermined) for name in names],
+            "1",
+            "whether the measurement tells it",
+        ),
+        "reason": xr.Variable(
+            "parameter", np.array([calibration.reason(name) for name in names], dtype=object)
+        ),
+        "is_logarithmic": quantity(
+            "parameter", [int(p.logarithmic) for p in space.parameters], "1", "scale"
+        ),
+        "covariance": quantity(of, calibration.covariance, "1", "covariance in the scales"),
+        "correlation": quantity(of, calibration.correlation, "1", "correlation"),
+    }
+
+
+def _of_curves(calibration: Calibration) -> dict[str, xr.Variable]:
+    measured = calibration.compared.measured
+    tests = calibration.checks_of_curves
+    of = ("curve", "curve_quantity")
+    words = {
+        "curve": [each.name for each in measured],
+        "amplitude_quantity": [each.quantity for each in measured],
+        "amplitude_unit": [UNITS.get(each.quantity, "kg^1/2 m") for each in measured],
+    }
+    return {
+        **{
+            name: xr.Variable("curve", np.array(each, dtype=object)) for name, each in words.items()
+        },
+        "curve_quantity": xr.Variable(
+            "curve_quantity", np.array(["frequency", "damping"], dtype=object)
+        ),
+        "curve_resonance": quantity(
+            "curve", list(calibration.compared.resonances), "1", "number of the mode"
+        ),
+        "rms_error": quantity(of, calibration.rms_errors, "1", "relative, root mean square"),
+        "reduced_chi2": quantity(of, [t.reduced_chi2 for t in tests], "1", "mean square residual"),
+        "size_probability": quantity(
+            of, [t.size_probability for t in tests], "1", "of residuals so large"
+        ),
+        "runs_probability": quantity(
+            of, [t.runs_probability for t in tests], "1", "of so few changes of sign"
+        ),
+    }
+
+
+def _of_points(calibration: Calibration) -> dict[str, xr.Variable]:
+    measured, curves = calibration.compared.measured, calibration.curves()
+    own = np.repeat(np.arange(len(measured)), [each.amplitude.size for each in measured])
+    return {
+        "curve_of_point": quantity("point", own, "1", "place of its curve"),
+        "amplitude": quantity(
+            "point", _joined(measured, "amplitude"), "unit of each curve", "as measured"
+        ),
+        "frequency": quantity("point", _joined(measured, "frequency"), "Hz", "measured"),
+        "frequency_deviation": quantity(
+            "point", _joined(measured, "frequency_deviation"), "Hz", "standard deviation"
+        ),
+        "damping_ratio": quantity("point", _joined(measured, "damping_ratio"), "1", "measured"),
+        "damping_deviation": quantity(
+            "point", _joined(measured, "damping_deviation"), "1", "standard deviation"
+        ),
+        "model_frequency": quantity("point", np.concatenate(curves)[:, 0], "Hz", "of the model"),
+        "model_damping_ratio": quantity("point", np.concatenate(curves)[:, 1], "1", "of the model"),
+    }
+
+
+def _on_grid(calibration: Calibration) -> dict[str, xr.Variable]:
+    """Curves of the model, with their standard deviations by those of the parameters."""
+    measured = calibration.compared.measured
+    grids = [np.geomspace(each.amplitude[0], each.amplitude[-1], _DRAWN) for each in measured]
+    curves = np.concatenate(calibration.curves(grids))
+    bands = np.concatenate(calibration.bands(grids))
+    own = np.repeat(np.arange(len(measured)), _DRAWN)
+    grid = np.concatenate(grids)
+    return {
+        "curve_of_grid": quantity("grid", own, "1", "place of its curve"),
+        "grid_amplitude": quantity("grid", grid, "unit of each curve", "as measured"),
+        "grid_frequency": quantity("grid", curves[:, 0], "Hz", "of the model"),
+        "grid_frequency_deviation": quantity("grid", bands[:, 0], "Hz", "by the parameters"),
+        "grid_damping_ratio": quantity("grid", curves[:, 1], "1", "of the model"),
+        "grid_damping_deviation": quantity("grid", bands[:, 1], "1", "by the parameters"),
+    }
+
+
+def _joined(measured: Sequence[MeasuredBackbone], name: str) -> Array:
+    return np.concatenate([getattr(curve, name) for curve in measured])
+
+
+def answer(calibration: xr.Dataset) -> str:
+    """What a calibration says, in sentences: what the model cannot be comes first.
+
+    Parameters
+    ----------
+    calibration
+        ``calibration.nc``.
+    """
+    refusals = calibration.attrs["refusals"].splitlines()
+    sentences = [f"The model cannot be right: {'; '.join(refusals)}."] if refusals else []
+    values = [
+        f"{name} {_with_interval(calibration.sel(parameter=name))}"
+        for name in map(str, calibration["parameter"].to_numpy())
+        if calibration["is_determined"].sel(parameter=name)
+    ]
+    points = calibration.sizes["point"]
+    fitted = f"fitted to {points} measured points"
+    if values:
+        sentences.append(f"{', '.join(values)}: {fitted} (95 % intervals).")
+    else:
+        sentences.append(f"None of the parameters can be told, {fitted}.")
+    errors = 100 * calibration["rms_error"].to_numpy()
+    names = map(str, calibration["curve"].to_numpy())
+    parts = [
+        f"{number(f, 2)} % in frequency and {number(z, 2)} % in damping ({name})"
+        for name, (f, z) in zip(names, errors, strict=True)
+    ]
+    sentences.append(f"The fit is off by {'; '.join(parts)}, rms.")
+    sentences += [
+        f"{name} cannot be told: {reason}."
+        for name, reason in zip(
+            map(str, calibration["parameter"].to_numpy()),
+            map(str, calibration["reason"].to_numpy()),
+            strict=True,
+        )
+        if reason
+    ]
+    if not refusals:
+        sentences.append("Nothing in the residuals speaks against the model.")
+    return " ".join(sentences)
+
+
+def _with_interval(parameter: xr.Dataset) -> str:
+    value, low, high = (
+        number(float(parameter[name]), 3) for name in ("value", "interval_low", "interval_high")
+    )
+    return f"{value} ({low} to {high})"

@@ -1,0 +1,147 @@
+"""Calibration of a case: joints with other values, the dataset, the tables and the fitted case."""
+
+import numpy as np
+import pytest
+from measured_bar import (
+    CASE,
+    FRICTION,
+    MEASURED,
+    MODEL,
+    TRUTH,
+    backbone,
+    calibration_of_truth,
+    case_with,
+    fitted,
+    written,
+)
+from small_joint import make_joint
+
+from boltjoint.config.case import Case
+from boltjoint.config.strict_yaml import parse_mapping
+from boltjoint.study.fitted_case import fitted_case
+from boltjoint.study.tables.calibration import (
+    tabulate_correlation,
+    tabulate_parameters,
+    tabulate_residuals,
+)
+
+
+@pytest.fixture
+def calibration():
+    return calibration_of_truth()
+
+
+def test_parameters_of_a_simulated_backbone_lie_in_their_intervals(calibration):
+    assert (calibration["is_determined"] == 1).all()
+    for name, value in TRUTH.items():
+        found = calibration.sel(parameter=name)
+        assert found["interval_low"] < value < found["interval_high"]
+        assert found["interval_high"] < 1.2 * value
+    assert calibration.attrs["p_value"] > 0.01
+    assert calibration.attrs["refusals"] == ""
+    # both starts meet in one minimum
+    cost = calibration["cost"].to_numpy()
+    assert np.ptp(cost) < 1e-6 * cost.min()
+
+
+def test_the_answer_has_values_intervals_and_errors(calibration):
+    said = calibration.attrs["answer"]
+    first = said.partition(": fitted to 20 measured points")[0]
+    assert first.count(" to ") == 3
+    assert all(name in first for name in TRUTH)
+    assert "% in frequency and" in said
+    assert said.endswith("Nothing in the residuals speaks against the model.")
+
+
+def test_a_model_that_cannot_be_right_says_so_first():
+    f, z = backbone(TRUTH)
+    # a joint that stiffens again
+    stiffening = np.append(f[:12], f[11] + np.linspace(0.2, 3, 8)), z
+    found = fitted(case_with(starts=1), written(stiffening))
+    said = found.attrs["answer"]
+    assert said.startswith("The model cannot be right: ")
+    assert "the frequency rises by" in said
+    assert "friction only softens a joint" in said
+    assert "Nothing in the residuals" not in said
+    assert (tabulate_residuals(found)["over_stated_scatter"] > 3).any()
+
+
+def test_parameters_that_go_together_are_not_told():
+    # only the product of preload and friction is in a limit of friction
+    together = MEASURED["parameters"] | {"preload_N": {"low": 500, "high": 2000}}
+    case = case_with(parameters=together, starts=1)
+    found = fitted(case, written(backbone(TRUTH), seed=1))
+    table = tabulate_parameters(found).set_index("parameter")
+    assert "preload_N" in table.index[table["not_determined"] != ""]
+    assert np.isnan(table.loc["preload_N", ["fitted", "95_%_from", "95_%_to"]].astype(float)).all()
+    assert table.loc["loss_factor", "not_determined"] == ""
+    assert "preload_N cannot be told" in found.attrs["answer"]
+    correlation = tabulate_correlation(found).set_index("parameter")
+    assert correlation.loc["preload_N", FRICTION] < -0.99
+
+
+def test_values_of_the_case_leave_its_joint_as_it_is():
+    joint, damping = MODEL({name: MODEL.value(name) for name in (*TRUTH, "preload_N")})
+    own = make_joint()
+    for name in own.law.quantities:
+        assert joint.law.quantity(name) == pytest.approx(own.law.quantity(name), rel=1e-12)
+    # the default of a case that says nothing of damping
+    assert damping.loss_factor == 0.002
+    assert MODEL.value("frequency_ratio") == MODEL.value("amplitude_scale[mode-1]") == 1
+
+
+def test_ratios_of_frequencies_and_regions():
+    key = "joint.regions[{}].{}".format
+    values = {
+        "frequency_ratio": 1.1,
+        key(0, "tangential_stiffness"): 2.0,
+        key(3, "friction_coefficient"): 0.5,
+        FRICTION: 0.2,
+    }
+    joint, _ = MODEL(values)
+    own = make_joint()
+    assert joint.natural_frequency == pytest.approx(1.1 * own.natural_frequency)
+    stiffness = joint.law.tangential_stiffness / own.law.tangential_stiffness
+    assert stiffness[0] == pytest.approx(2)
+    assert stiffness[1:] == pytest.approx(np.ones(59))
+    limit = joint.law.slip_force / own.law.slip_force
+    # friction of all pairs is twice that of before
+    assert limit[3] == pytest.approx(1)
+    assert np.delete(limit, 3) == pytest.approx(2 * np.ones(59))
+
+
+def test_a_mode_at_another_frequency_is_refused():
+    f, z = backbone(TRUTH)
+    with pytest.raises(
+        ValueError, match=r"mode-1: mode at .* Hz is not in the model, whose mode 1"
+    ):
+        fitted(case_with(), written((10 * f, z)))
+
+
+def test_the_fitted_case_is_a_case_with_fitted_values(calibration):
+    case = Case.model_validate(case_with())
+    text = fitted_case("bar", case.model_dump(mode="json", exclude_unset=True), calibration)
+    content = parse_mapping(text)
+    fitted = Case.model_validate(content)
+    assert fitted.measured is None
+    assert fitted.contact.friction_coefficient == pytest.approx(
+        float(calibration["value"].sel(parameter=FRICTION)), rel=1e-5
+    )
+    assert fitted.loss_factor == pytest.approx(
+        float(calibration["value"].sel(parameter="loss_factor")), rel=1e-5
+    )
+    rest = {key: content[key] for key in ("assembly", "preload_N", "forces_N", "modes", "solve")}
+    assert rest == {key: CASE[key] for key in rest}
+    assert text.startswith("# bar, fitted to its measured backbones.\n# ")
+
+
+def test_ratios_stand_in_the_comments_of_the_fitted_case(calibration):
+    renamed = calibration.assign_coords(
+        parameter=["frequency_ratio", "amplitude_scale", "loss_factor"]
+    )
+    case = Case.model_validate(case_with())
+    text = fitted_case("bar", case.model_dump(mode="json", exclude_unset=True), renamed)
+    assert "is no key of a case: it is not in this file." in text
+    content = parse_mapping(text)
+    assert content["contact"] == CASE["contact"]
+    assert not {"frequency_ratio", "amplitude_scale"} & set(content)

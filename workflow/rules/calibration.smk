@@ -1,0 +1,41 @@
+rule calibrate_joint:
+    input:
+        joint=lambda w: layout.path("joint", **contents.calibrated(w.case)),
+        tables=lambda w: measured_files(w.case),
+    output:
+        calibration=layout.PATHS["calibration"],
+    log:
+        "results/logs/calibrate_joint/{case}_{basis}_{joint}.log",
+    benchmark:
+        "results/benchmarks/calibrate_joint/{case}_{basis}_{joint}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("calibration", w.case)["mem_mb"],
+        runtime=lambda w: resources_of("calibration", w.case)["runtime"],
+    params:
+        library=library("calibrate_joint.py"),
+        case=lambda w: calibrated_content(study.case(w.case)),
+        measured=lambda w: study.case(w.case).measured.model_dump(),
+        files=lambda w: {file: study.hashes[file] for file in measured_files(w.case)},
+    script:
+        "../scripts/calibrate_joint.py"
+
+
+rule write_fitted_case:
+    input:
+        calibration=layout.PATHS["calibration"],
+    output:
+        case=layout.PATHS["fitted_case"],
+    log:
+        "results/logs/write_fitted_case/{case}_{basis}_{joint}.log",
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
+    params:
+        library=library("write_fitted_case.py"),
+        # what the file says, without the defaults of what it does not
+        case=lambda w: study.case(w.case).model_dump(mode="json", exclude_unset=True),
+    script:
+        "../scripts/write_fitted_case.py"

@@ -1,0 +1,14 @@
+"""Fit the joint of a case to measured backbones."""
+
+from boltjoint import dataset
+from boltjoint.config.csv_table import read_file
+from boltjoint.config.measured import Measured
+from boltjoint.joint.io import load_joint
+from boltjoint.provenance import logs
+from boltjoint.study.calibration import calibrate
+
+logs.write_to(snakemake.log[0])
+params = snakemake.params
+joint, measured = load_joint(snakemake.input.joint), Measured.model_validate(params.measured)
+texts = {file: read_file(file) for file in params.files}
+dataset.save(calibrate(joint, params.case, measured, texts), snakemake.output[0], params)
