@@ -14,7 +14,7 @@ from boltjoint.config import factorisation
 from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
 from boltjoint.structure import factors
 from boltjoint.structure.elements.assembly import assemble
-from boltjoint.structure.factors import METHODS, factorise
+from boltjoint.structure.factors import AUTO, METHODS, chosen_method, factorise
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.structure_file import structure_from_dataset, structure_to_dataset
@@ -94,7 +94,7 @@ def test_wrong_methods_and_matrices_are_refused():
 
 
 def test_methods_of_files_are_those_of_the_library():
-    assert tuple(METHODS) == Factorisation.__args__
+    assert (AUTO, *METHODS) == Factorisation.__args__
 
 
 def test_a_method_without_its_package_is_refused_in_files_and_in_calls(structure, monkeypatch):
@@ -107,7 +107,8 @@ def test_a_method_without_its_package_is_refused_in_files_and_in_calls(structure
         monkeypatch.setitem(__import__("sys").modules, package, None)
         with pytest.raises(ValueError, match=message):
             factorise(sparse.eye_array(3), name)
-    assert not list(conflicts_of_factorisation("superlu"))
+    for name in ("auto", "superlu"):
+        assert not list(conflicts_of_factorisation(name))
 
 
 def test_all_stages_take_the_method_of_the_structure(structure, method, monkeypatch):
@@ -129,4 +130,19 @@ def test_all_stages_take_the_method_of_the_structure(structure, method, monkeypa
 
 
 def test_files_of_the_default_name_no_method(structure):
-    assert structure_to_dataset(structure).attrs == {"maker": structure.maker}
+    stored = structure_to_dataset(structure)
+    assert stored.attrs == {"maker": structure.maker}
+    assert structure_from_dataset(stored).factorisation == AUTO
+
+
+def test_the_method_is_chosen_by_size_and_symmetry(structure, monkeypatch):
+    packages = {"pymetis"}
+    monkeypatch.setattr(factors, "find_spec", lambda name: name if name in packages else None)
+    assert structure.factor_method == structure.without_symmetry().factor_method == "superlu"
+    monkeypatch.setattr(factors, "_LARGE", structure.dofs)
+    assert structure.factor_method == "superlu"
+    assert structure.without_symmetry().factor_method == "nested-dissection"
+    packages.clear()
+    assert structure.without_symmetry().factor_method == "superlu"
+    for name in METHODS:
+        assert chosen_method(name, structure.dofs, is_symmetric=False) == name

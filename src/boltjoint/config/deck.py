@@ -212,11 +212,12 @@ class Deck(Described):
     """Held nodes: those of the deck before its first step, none, or sets of nodes."""
     points: tuple[NamedPoint, ...] = ()
     """Places where forces may act and motion be read; the first is the output point."""
-    factorisation: Factorisation = "superlu"
+    factorisation: Factorisation = "auto"
     """Factors of the stiffness: those of SuperLU in an ordering of minimum degree; in one by nested
     dissection (METIS), with about three quarters of the entries in half the time; or PARDISO, with
     half the memory and a quarter of the time, of Intel processors and their like. The last two need
-    packages of ``boltjoint[fast]``."""
+    packages of ``boltjoint[fast]``. ``auto`` is nested dissection from 30,000 degrees of freedom
+    on, where it is installed, else SuperLU."""
     _folder: Path = PrivateAttr(Path())
     _summary: Summary | None = PrivateAttr(None)
 

@@ -5,8 +5,8 @@ from typing import Literal
 
 from boltjoint.config.types import Problems
 
-#: the first is that of half laps
-Factorisation = Literal["superlu", "nested-dissection", "pardiso"]
+#: the first chooses by size and symmetry: of half laps always the second
+Factorisation = Literal["auto", "superlu", "nested-dissection", "pardiso"]
 
 #: packages of the extra ``fast``, by the method
 PACKAGES = {"nested-dissection": "pymetis", "pardiso": "pypardiso"}

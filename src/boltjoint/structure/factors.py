@@ -1,6 +1,7 @@
 """Factors of stiffness matrices, and the check that a structure is held."""
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from threadpoolctl import ThreadpoolController
 
 from boltjoint import checks
+from boltjoint.config.factorisation import PACKAGES
 
 Array = NDArray[np.float64]
 
@@ -21,6 +23,13 @@ _HELD = (
 
 #: share of the highest squared frequency below which others are lost in rounding
 ROUNDING_OF_FREQUENCIES = 1e-13
+
+#: leaves the choice of the method to size and symmetry
+AUTO = "auto"
+
+#: unknowns from which an ordering by nested dissection takes less time; below, results of SuperLU
+#: alone stay the same on all machines
+_LARGE = 30_000
 
 #: difference of entries across the diagonal, over the largest, that is rounding
 _SYMMETRIC = 1e-12
@@ -57,6 +66,28 @@ def factorise(matrix: sparse.csc_array, method: str = "superlu") -> Factors:
         raise ValueError("matrix must be sparse and square")
     checks.choice("method", method, METHODS)
     return METHODS[method](matrix.tocsc())
+
+
+def chosen_method(method: str, unknowns: int, *, is_symmetric: bool) -> str:
+    """Method of the factors of a structure: the one that it names or, of ``auto``, by its size.
+
+    ``nested-dissection`` of large structures without a plane of symmetry, whose factors are those
+    of the whole, where its package is installed; else ``superlu``.
+
+    Parameters
+    ----------
+    method
+        As of ``factorise``, or ``auto``.
+    unknowns
+        Degrees of freedom of the structure.
+    is_symmetric
+        Whether it has a plane of symmetry.
+    """
+    if method != AUTO:
+        return method
+    package = find_spec(PACKAGES["nested-dissection"])
+    is_large = unknowns >= _LARGE and not is_symmetric
+    return "nested-dissection" if is_large and package is not None else "superlu"
 
 
 def _superlu(matrix: sparse.csc_array, ordering: str = "MMD_AT_PLUS_A") -> SuperLU:

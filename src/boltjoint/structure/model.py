@@ -16,7 +16,7 @@ from scipy import sparse
 
 from boltjoint import checks
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, as_sparse
-from boltjoint.structure.factors import METHODS
+from boltjoint.structure.factors import AUTO, METHODS, chosen_method
 from boltjoint.structure.rigid import rigid_motions
 
 Array = NDArray[np.float64]
@@ -139,7 +139,7 @@ class Structure:
     maker
         What made it: its families of modes, words and figures.
     factorisation
-        Method of the factors of its matrices, as of ``structure.factors.factorise``.
+        Method of the factors of its matrices, as of ``structure.factors.factorise``, or ``auto``.
     base_springs
         Normal stiffness of contact points that are closed under preload [N/m], shape (points,):
         modes and bases are those with these springs, where nothing else holds parts together. None
@@ -163,7 +163,7 @@ class Structure:
     symmetry: Reflection | None = None
     geometry: Geometry | None = None
     maker: str = ""
-    factorisation: str = "superlu"
+    factorisation: str = AUTO
     base_springs: Array | None = None
 
     def __post_init__(self) -> None:
@@ -175,7 +175,7 @@ class Structure:
             raise ValueError(f"mass has shape {self.mass.shape}, stiffness {self.stiffness.shape}")
         if self.mass.diagonal().min() < 0:
             raise ValueError("mass has a negative entry on its diagonal: it is not positive")
-        checks.choice("factorisation", self.factorisation, METHODS)
+        checks.choice("factorisation", self.factorisation, (AUTO, *METHODS))
         checks.instance("contact", self.contact, ContactPoints)
         if self.contact.relative.shape[1] != self.dofs:
             raise ValueError(
@@ -227,7 +227,7 @@ class Structure:
         inputs: Mapping[str, int | Array] | None = None,
         outputs: Mapping[str, int | Array] | None = None,
         support: Array | None = None,
-        factorisation: str = "superlu",
+        factorisation: str = AUTO,
     ) -> Self:
         """The structure of matrices from elsewhere, free or held, whole or reduced.
 
@@ -271,6 +271,12 @@ class Structure:
         """Number of degrees of freedom."""
         return self.stiffness.shape[0]
 
+    @property
+    def factor_method(self) -> str:
+        """Method of the factors, which ``auto`` leaves to size and symmetry."""
+        is_symmetric = self.symmetry is not None
+        return chosen_method(self.factorisation, self.dofs, is_symmetric=is_symmetric)
+
     @cached_property
     def base_stiffness(self) -> sparse.csc_array:
         """K [N/m] of modes and bases: without contact, or with the springs of closed points."""
@@ -309,7 +315,7 @@ class Structure:
     def with_rigid_motions(self) -> Self:
         """The same structure with the rigid-body motions that it has."""
         K, M = (each[self.moving][:, self.moving] for each in (self.stiffness, self.mass))
-        found = rigid_motions(K, M, self.factorisation)
+        found = rigid_motions(K, M, self.factor_method)
         rigid = np.zeros((self.dofs, found.shape[1]))
         rigid[self.moving] = found
         return replace(self, rigid=rigid)

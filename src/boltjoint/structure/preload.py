@@ -138,7 +138,7 @@ def apply_preload(
         gap=gap,
         tolerance=tolerance,
         maximum_iterations=maximum_iterations,
-        factorisation=structure.factorisation,
+        factorisation=structure.factor_method,
     )
     if not found.converged:
         raise RuntimeError(

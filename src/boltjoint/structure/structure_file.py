@@ -11,6 +11,7 @@ from scipy import sparse
 from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.structure.contact_points import ContactPoints
+from boltjoint.structure.factors import AUTO
 from boltjoint.structure.model import (
     Bolt,
     Geometry,
@@ -22,9 +23,6 @@ from boltjoint.structure.model import (
 
 #: a mesh repeats its elements, and so the entries of its matrices: a fifth of the bytes
 _COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
-
-#: method of the factors of files that name none
-_DEFAULT = "superlu"
 
 #: variables of the contact points: dimensions after the point, unit, meaning
 _OF_POINTS = {
@@ -155,15 +153,15 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
         symmetry=symmetry,
         geometry=geometry,
         maker=stored.attrs["maker"],
-        factorisation=stored.attrs.get("factorisation", _DEFAULT),
+        factorisation=stored.attrs.get("factorisation", AUTO),
         base_springs=stored["base_springs"].to_numpy() if "base_springs" in stored else None,
     )
 
 
 def _factorisation(structure: Structure) -> dict[str, str]:
-    """The method of the factors where it is not that of half laps."""
+    """The method of the factors where one is named."""
     method = structure.factorisation
-    return {} if method == _DEFAULT else {"factorisation": method}
+    return {} if method == AUTO else {"factorisation": method}
 
 
 def _compressed(dims: str | tuple[str, ...], values: object, unit: str, what: str) -> xr.Variable:

@@ -132,7 +132,7 @@ class Subspace:
     def factors(self, stiffness: sparse.csc_array) -> Factors:
         """Factors of a stiffness; of its elastic part where there is rigid-body motion."""
         if not self.rigid.shape[1]:
-            return factorise(stiffness, self.structure.factorisation)
+            return factorise(stiffness, self.structure.factor_method)
         return _ElasticFactors(self, stiffness)
 
     def force(self, force: Array) -> Array:
@@ -171,7 +171,7 @@ class _ElasticFactors:
     def __init__(self, part: Subspace, stiffness: sparse.csc_array) -> None:
         self._part, self._moved = part, part.mass @ part.rigid
         supported = stiffness[part.supported][:, part.supported].tocsc()
-        self._factors = factorise(supported, part.structure.factorisation)
+        self._factors = factorise(supported, part.structure.factor_method)
 
     def solve(self, force: Array) -> Array:
         """Displacements without rigid-body motion of forces, shape (unknowns, ...)."""
