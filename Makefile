@@ -61,7 +61,7 @@ verify: .venv/ready
 		fi; \
 		apt-get update && apt-get install --yes --no-install-recommends calculix-ccx; \
 	fi
-	$(BIN)/snakemake --cores $(CORES) --config study=config/verify.yaml results/verification/calculix.csv
+	$(BIN)/snakemake results/verification/calculix.csv --cores $(CORES) --config study=config/verify.yaml
 	@! grep ',False$$' results/verification/calculix.csv || { echo "CalculiX differs by more than the bound, see results/verification/calculix.html"; exit 1; }
 
 clean:
