@@ -17,9 +17,9 @@ from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import DECLARATIONS
+from boltjoint.friction.element_law import ContactPairs
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.laws import LAWS
 from boltjoint.friction.slider_forms import SlidersInTime

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.aft_kernels import SampleTables
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.forms import Period
-from boltjoint.friction.law import Array, FrictionLaw
-from boltjoint.friction.modal_elements import HarmonicBasis, ModalElements, ModalTangent
+from boltjoint.friction.law import Array, FrictionLaw, HarmonicBasis, ModalElements, ModalTangent
+from boltjoint.friction.sliders_at_samples import SampleTables
 from boltjoint.harmonics import Components
 
 

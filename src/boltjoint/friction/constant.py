@@ -21,12 +21,11 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.compiled import kept_loop, loop
-from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import CONSTANT, LawDeclaration
-from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import CompiledForm
-from boltjoint.friction.kernels import Elements, Kernel
+from boltjoint.friction.law import Elements, Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 
 

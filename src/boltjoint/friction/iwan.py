@@ -31,14 +31,12 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.compiled import kept_loop, loop
-from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import IWAN, LawDeclaration
-from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import AtSamples, CompiledForm, InTime, Period
 from boltjoint.friction.iwan_at_samples import Hysteresis, ModalIwan
-from boltjoint.friction.kernels import Elements, Kernel
-from boltjoint.friction.modal_elements import ModalElements
+from boltjoint.friction.law import Elements, Kernel, ModalElements
 from boltjoint.friction.sliders_at_samples import Sliders
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding

@@ -28,8 +28,8 @@ from numpy.linalg import multi_dot
 from numpy.typing import NDArray
 
 from boltjoint.compiled import kept_loop, loop
-from boltjoint.friction.aft_kernels import Array
-from boltjoint.friction.modal_elements import HarmonicBasis
+from boltjoint.friction.law import HarmonicBasis
+from boltjoint.friction.sliders_at_samples import Array
 
 #: origin where there is no reversal
 _NO_REVERSAL = -2

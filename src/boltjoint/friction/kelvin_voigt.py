@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction import constant
-from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.dashpots import ClosedFormWithDashpots, Dashpots
 from boltjoint.friction.declarations import KELVIN_VOIGT, LawDeclaration
-from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import ClosedForm, CompiledForm
-from boltjoint.friction.kernels import Elements, Kernel
+from boltjoint.friction.law import Elements, Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.harmonics import Components
 

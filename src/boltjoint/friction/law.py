@@ -2,19 +2,137 @@
 
 A law that the contact pairs of a case or the regions of a joint can have is an ``ElementLaw``
 (``friction.element_law``).
+
+In compiled loops a law is its kernel: a function ``add_forces(elements, motion, force, tangent)``
+that adds the forces of all ``Elements`` to ``force``, and their tangents to ``tangent`` unless that
+is empty; motion, force and tangent are those of ``FrictionLaw.force_and_tangent``. Forces that are
+followed by AFT are those of its ``ModalElements``.
 """
 
 from abc import ABC, abstractmethod
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import cache, cached_property
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.kernels import Kernel
-from boltjoint.friction.modal_elements import ModalTangent
+from boltjoint.compiled import address_of
 
 Array = NDArray[np.float64]
+
+
+class Elements(NamedTuple):
+    """Arrays of the elements of a law.
+
+    Attributes
+    ----------
+    indices
+        By element, as a rule the point it acts on, shape (elements,).
+    quantities
+        What describes each element, shape (quantities, elements).
+    table
+        Empty, or whatever else the kernel needs.
+    """
+
+    indices: NDArray[np.int64]
+    quantities: Array
+    table: Array
+
+    @classmethod
+    def of(
+        cls, indices: NDArray[np.int64], quantities: Sequence[Array], table: Array | None = None
+    ) -> "Elements":
+        """Copies of these arrays, as kernels are compiled for them."""
+        table = np.zeros((0, 0)) if table is None else table
+        # a law without elements has quantities too
+        rows = np.array(quantities, float).reshape(len(quantities), -1)
+        return cls(np.array(indices, np.int64), rows, np.array(table, float))
+
+
+class Kernel(NamedTuple):
+    """The compiled function that adds the forces of a law, and the elements that it is given."""
+
+    add_forces: Callable
+    elements: Elements
+
+
+@cache
+def address_of_kernel(add_forces: Callable) -> int:
+    """Where compiled loops find the function that adds the forces of a law."""
+    none = np.zeros((0, 2))
+    elements = Elements.of(np.zeros(0, np.int64), [np.zeros(0)])
+    return address_of(add_forces, elements, none, none, np.zeros((0, 2, 2)))
+
+
+class HarmonicBasis(NamedTuple):
+    """Components of motion and force: ``harmonic`` number and ``is_sine``, shape (components,).
+
+    ``synthesis`` has their values at the samples, shape (components, samples); ``weight`` that of a
+    sample in each; ``mean`` the sums of the weighted values up to a sample, (samples + 1,
+    components).
+    """
+
+    harmonic: NDArray[np.int64]
+    is_sine: NDArray[np.bool_]
+    synthesis: Array
+    weight: Array
+    mean: Array
+
+
+class ModalTangent(Protocol):
+    """Derivative of harmonic forces in modal coordinates, evaluated when it is called."""
+
+    def __call__(self) -> Array:
+        """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
+
+    def along(self, change: Array) -> Array:
+        """Derivative of the forces along a change of the amplitudes, both (components, modes)."""
+
+
+class ModalElements(Protocol):
+    """Elements of a law in modal coordinates."""
+
+    def force_and_tangent(
+        self, basis: HarmonicBasis, amplitude: Array
+    ) -> tuple[Array, ModalTangent]:
+        """Harmonic forces in modal coordinates, and their lazily evaluated derivative.
+
+        Parameters
+        ----------
+        basis
+            The components of motion and force.
+        amplitude
+            Modal coordinates by component [kg^1/2 m], shape (components, modes).
+
+        Returns
+        -------
+        force : ndarray
+            Shape (components, modes) [kg^-1/2 N].
+        tangent : ModalTangent
+            Derivative of the forces by the amplitudes.
+        """
+
+    def delay(self, basis: HarmonicBasis, amplitude: Array) -> Array:
+        """Derivative of the harmonic forces by the rate at which a change of the motion grows.
+
+        Under a change ``exp(r t)`` times a periodic one, an element holds what the motion was at
+        the times tau before at which sliders stopped: in the derivative of the forces each of these
+        is multiplied by ``exp(-r tau)``. This is the derivative of that by r at r = 0, with r over
+        a period.
+
+        Parameters
+        ----------
+        basis, amplitude
+            As for ``force_and_tangent``.
+
+        Returns
+        -------
+        ndarray
+            By the derivative of the forces [s^-2], shape (components, modes, components, modes).
+            What rests for the whole period has no part in it.
+        """
 
 
 class FrictionLaw(ABC):

@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
 from boltjoint.compiled import kept_loop
-from boltjoint.friction.aft_kernels import (
+from boltjoint.friction.law import HarmonicBasis
+from boltjoint.friction.sliders_at_samples import (
     CLOSING,
     SEPARATION,
     SLIP_NEGATIVE,
     SLIP_POSITIVE,
     STICK,
     Array,
+    Sliders,
     move_through_period,
     slider_derivative,
 )
-from boltjoint.friction.modal_elements import HarmonicBasis
-from boltjoint.friction.sliders_at_samples import Sliders
 
 #: samples whose derivatives are transformed to harmonics at once, so that they stay small
 _SAMPLES_AT_ONCE = 64

@@ -1,12 +1,183 @@
-"""Springs with sliders, and their forces at the samples of a period (AFT)."""
+"""Springs with sliders, followed through the samples of a period (AFT), and their forces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.friction.aft_kernels import Array, SampleTables, add_forces
+from boltjoint.compiled import kept_loop
+
+Array = NDArray[np.float64]
+
+
+class SampleTables(NamedTuple):
+    """Components of motion and force at the samples of a period.
+
+    ``synthesis`` has their values, shape (components, samples), and ``weight`` the weight of a
+    sample in each; ``mean`` the sums of the weighted values up to a sample, (samples + 1,
+    components), and ``square`` those of their products with each component of the motion, (samples
+    + 1, components, components).
+    """
+
+    synthesis: Array
+    weight: Array
+    mean: Array
+    square: Array
+
+
+#: contact state at a sample: slip by the sign of its force, stick, separation, or stick after the
+#: contact has closed since the sample before
+SLIP_NEGATIVE, STICK, SLIP_POSITIVE, SEPARATION, CLOSING = range(-1, 4)
+
+
+@kept_loop
+def _move_slider(
+    x_before: float, n_before: float, x: float, n: float, mu: float, z: float
+) -> tuple[float, int]:
+    """Slider position after a sample, and contact state there.
+
+    ``x = k_u u`` and ``n = n0 + k_v v`` are the forces of the springs alone, z the last position.
+    """
+    if n <= 0.0:
+        return x, SEPARATION
+    state = STICK
+    if n_before <= 0.0:
+        # closing where n rises through zero, by linear interpolation between the samples: only then
+        # is the error of the force of second order
+        z, state = x_before + (x - x_before) * n_before / (n_before - n), CLOSING
+    if z < x - mu * n:
+        return x - mu * n, SLIP_POSITIVE
+    if z > x + mu * n:
+        return x + mu * n, SLIP_NEGATIVE
+    return z, state
+
+
+@kept_loop
+def move_through_period(
+    x: Array, n: Array, mu: float, friction: Array, state: NDArray[np.int8]
+) -> tuple[int, int]:
+    """Friction and states of a second period; sample and state that set the slider in the first."""
+    z, slider_sample, slider_state = 0.0, 0, STICK
+    for i in range(x.size):
+        z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+        if current != STICK:
+            slider_sample, slider_state = i, current
+    for i in range(x.size):
+        z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+        friction[i] = x[i] - z
+    return slider_sample, slider_state
+
+
+@kept_loop
+def add_forces(
+    order: NDArray[np.int64],
+    first: NDArray[np.int64],
+    elements: tuple[Array, ...],
+    motion: Array,
+    tables: SampleTables,
+    force: Array,
+    tangent: Array,
+) -> None:
+    """Add the harmonic forces, and the tangents where their array is not empty, by point."""
+    k_u, k_v, normal_load, friction_coefficient = elements
+    synthesis = tables.synthesis
+    count, samples = synthesis.shape
+    directions = motion.shape[1] // count
+    displacement, total = np.empty((directions, samples)), np.empty((directions, samples))
+    x, n, friction = np.empty(samples), np.empty(samples), np.empty(samples)
+    state = np.empty(samples, dtype=np.int8)
+    for p in range(len(motion)):
+        total[:] = 0.0
+        for d in range(directions):
+            np.dot(motion[p, d * count : (d + 1) * count], synthesis, displacement[d])
+        for e in order[first[p] : first[p + 1]]:
+            mu, preload = friction_coefficient[e], max(normal_load[e], 0.0)
+            for i in range(samples):
+                x[i] = k_u[e] * displacement[0, i]
+                n[i] = normal_load[e]
+                if directions == 2:
+                    n[i] += k_v[e] * displacement[1, i]
+            slider_sample, slider_state = move_through_period(x, n, mu, friction, state)
+            for i in range(samples):
+                total[0, i] += friction[i]
+                if directions == 2:
+                    total[1, i] += max(n[i], 0.0) - preload
+            if tangent.size:
+                springs = k_u[e], k_v[e], mu
+                _add_tangent(springs, x, n, state, slider_sample, slider_state, tables, tangent[p])
+        for d in range(directions):
+            np.dot(synthesis, total[d], force[p, d * count : (d + 1) * count])
+
+
+@kept_loop
+def _add_tangent(
+    springs: tuple[float, float, float],
+    x: Array,
+    n: Array,
+    state: NDArray[np.int8],
+    slider_sample: int,
+    slider_state: int,
+    tables: SampleTables,
+    tangent: Array,
+) -> None:
+    """Add the harmonic tangent of one element.
+
+    Over an interval of samples in one state its forces are linear in the motion: n, and ``mu n`` or
+    ``x - z``, with z determined at one sample.
+    """
+    k_u, k_v, mu = springs
+    synthesis, mean, square = tables.synthesis, tables.mean, tables.square
+    count = len(synthesis)
+    has_normal = len(tangent) > count
+    begin = 0
+    for end in range(1, state.size + 1):
+        current = state[begin]
+        if end < state.size and state[end] == current:
+            continue
+        slips = current in (SLIP_NEGATIVE, SLIP_POSITIVE)
+        if current == CLOSING:
+            slider_sample, slider_state = begin, current
+        if current != SEPARATION:
+            of_x = 0.0 if slips else k_u
+            of_n = current * mu * k_v if slips else 0.0
+            for i in range(count):
+                for j in range(count):
+                    both = square[end, i, j] - square[begin, i, j]
+                    tangent[i, j] += of_x * both
+                    if has_normal:
+                        tangent[i, count + j] += of_n * both
+                        tangent[count + i, count + j] += k_v * both
+            if not slips and slider_state != STICK:
+                share, by_n_before, by_n = slider_derivative(x, n, mu, slider_sample, slider_state)
+                for j in range(count):
+                    phi_before, phi = synthesis[j, slider_sample - 1], synthesis[j, slider_sample]
+                    z_by_x = k_u * (phi_before + share * (phi - phi_before))
+                    z_by_n = k_v * (by_n_before * phi_before + by_n * phi)
+                    for i in range(count):
+                        weight = mean[end, i] - mean[begin, i]
+                        tangent[i, j] -= weight * z_by_x
+                        if has_normal:
+                            tangent[i, count + j] -= weight * z_by_n
+        if slips:
+            slider_sample, slider_state = end - 1, current
+        begin = end
+
+
+@kept_loop
+def slider_derivative(
+    x: Array, n: Array, mu: float, at: int, by: int
+) -> tuple[float, float, float]:
+    """Derivatives of a slider position determined at a sample, by this sample and the one before.
+
+    By x, one minus that by x before; by n before; and by n.
+    """
+    if by != CLOSING:
+        return 1.0, 0.0, -by * mu
+    drop = n[at - 1] - n[at]
+    slope = (x[at] - x[at - 1]) / drop**2
+    return n[at - 1] / drop, -n[at] * slope, n[at - 1] * slope
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.declarations import VARIABLE, LawDeclaration
-from boltjoint.friction.element_law import Array, ElementLaw, check_elements
+from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import CompiledForm
-from boltjoint.friction.kernels import Kernel
+from boltjoint.friction.law import Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.friction.variable_kernels import add_forces, find_states
 

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.combined import elements_of_pairs
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.contact_pairs import ContactPairs
 from boltjoint.friction.declarations import AXES, is_per_area
-from boltjoint.friction.element_law import ElementLaw
+from boltjoint.friction.element_law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import MODES, Joint

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.friction.combined import elements_of_pairs
-from boltjoint.friction.contact_pairs import ContactPairs
-from boltjoint.friction.element_law import ElementLaw
+from boltjoint.friction.element_law import ContactPairs, ElementLaw
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]

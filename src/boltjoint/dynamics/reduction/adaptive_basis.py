@@ -32,7 +32,7 @@ from boltjoint.dynamics.backbone.epmc import ModalState
 from boltjoint.dynamics.backbone.peak_sensitivity import PeakSensitivity, peak_sensitivities
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.friction.combined import elements_of_pairs
-from boltjoint.friction.contact_pairs import ContactPairs
+from boltjoint.friction.element_law import ContactPairs
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs
