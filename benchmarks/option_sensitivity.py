@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from boltjoint import Joint, StepControl, load_joint, solve_branch
-from boltjoint.dynamics.response.method import Method
-from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.frequency_response import method_of
+from boltjoint.dynamics.response.methods import Method
 from boltjoint.solvers.equations import LaggedControl
 
 OUTPUT = Path(__file__).parents[1] / "docs/option_sensitivity.csv"

@@ -24,8 +24,7 @@ from random_joints import relative_rows
 from boltjoint.damping import Damping, ModalDamping
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response.folded_branch import FoldedBranch
-from boltjoint.dynamics.response.folds import find_folds
+from boltjoint.dynamics.response.folds import FoldedBranch, find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.stability import StabilityOptions, find_stability
 from boltjoint.friction.variable import VariableLoad

@@ -6,7 +6,7 @@ from numpy_aft import with_numpy_aft
 from study_joints import joint_of
 
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.balance import linear_modes
+from boltjoint.dynamics.balance import balance_equations
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 
@@ -44,7 +44,7 @@ def test_response(measure, monkeypatch, case, basis, name, solver, force):
         solve = LeastWork(joint, force, window).solve
     else:
         if solver == "general":
-            monkeypatch.setattr(linear_modes, "balance_system", lambda balance: None)
+            monkeypatch.setattr(balance_equations, "balance_system", lambda balance: None)
         if solver == "aft":
             joint = with_numpy_aft(joint)
         if solver in ("complex-rdnm-1", "backbone"):

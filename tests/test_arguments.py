@@ -16,13 +16,13 @@ from boltjoint import dataset
 from boltjoint.dynamics.backbone.backbone import find_backbone, trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response import branch, folds
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes, method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
+from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes
 from boltjoint.dynamics.response.rdnm import SelfConsistentRDNM
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -36,9 +36,14 @@ from boltjoint.joint.bands import (
 )
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.fitting import fit_elements
+from boltjoint.joint.hysteresis import (
+    amplitude_of_load,
+    loading_curve,
+    loop_error,
+    minimax_loading_curve,
+    unloading_branch,
+)
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
-from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error, unloading_branch
-from boltjoint.joint.minimax_curve import minimax_loading_curve
 from boltjoint.joint.model import merge_points
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.joint.partition import choose_count, partition_regions

@@ -20,7 +20,7 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response import branch, folds
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.joint import bands, fit_options, fitting, io, masing, model, partition, slip_states
+from boltjoint.joint import bands, clusters, fitting, hysteresis, io, model, partition
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.measurement.local_regression import RegressionOptions
 from boltjoint.measurement.scatter import scatter_between
@@ -80,7 +80,7 @@ CALLS = {
     "Joint": (boltjoint.Joint, values_of(JOINT)),
     "StepControl": (boltjoint.StepControl, values_of(boltjoint.StepControl())),
     "LaggedControl": (LaggedControl, values_of(LaggedControl())),
-    "FitOptions": (fit_options.FitOptions, values_of(fit_options.FitOptions())),
+    "FitOptions": (hysteresis.FitOptions, values_of(hysteresis.FitOptions())),
     "connect_nodes": (
         boltjoint.connect_nodes,
         {
@@ -101,7 +101,7 @@ CALLS = {
             "joint": boltjoint.partition_regions(JOINT, make_preload(JOINT), 2),
             "count": 1,
             "starts": 1,
-            "options": fit_options.FitOptions(),
+            "options": hysteresis.FitOptions(),
         },
     ),
     "frequency_window": (
@@ -118,7 +118,7 @@ CALLS = {
             "division": "clusters",
             "motion": "load-weighted",
             "resonances": 1,
-            "options": slip_states.SlipStateOptions(),
+            "options": clusters.SlipStateOptions(),
         },
     ),
     "solve_branch": (boltjoint.solve_branch, {"joint": JOINT} | SOLVED),
@@ -218,7 +218,7 @@ CALLS = {
     ),
     "fit_elements": (fitting.fit_elements, {"stiffness": K, "slip_force": SLIP, "count": 1}),
     "loop_error": (
-        masing.loop_error,
+        hysteresis.loop_error,
         {"stiffness": K, "slip_force": SLIP, "fitted_stiffness": K, "fitted_slip_force": SLIP},
     ),
     "HarmonicBalance": (

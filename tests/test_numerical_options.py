@@ -12,11 +12,10 @@ from small_joint import make_joint, make_preload
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import WindowMargins, frequency_window
-from boltjoint.joint.clusters import cluster_by_motion
-from boltjoint.joint.fit_options import FitOptions
+from boltjoint.joint.clusters import SlipStateOptions, cluster_by_motion, find_slip_states
+from boltjoint.joint.hysteresis import FitOptions
 from boltjoint.joint.partition import partition_regions, region_error
 from boltjoint.joint.reductions import reduce_joint
-from boltjoint.joint.slip_states import SlipStateOptions, find_slip_states
 from boltjoint.options import Options
 from boltjoint.solvers.equations import LaggedControl, StepControl
 

@@ -26,7 +26,7 @@ _NAMES = {
     "Structure": "structure.model",
     "VariableLoad": "friction.variable",
     "apply_preload": "structure.preload",
-    "by_force": "dynamics.response.by_force",
+    "by_force": "dynamics.response.curves",
     "connect_nodes": "joint.node_to_node",
     "find_backbone": "dynamics.backbone.backbone",
     "find_modes": "structure.modes",

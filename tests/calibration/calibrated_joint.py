@@ -5,10 +5,9 @@ from functools import cache
 import numpy as np
 
 from boltjoint.calibration.fit import CalibrationOptions
-from boltjoint.calibration.joint_parameters import JointParameters
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.model_curves import ModelCurves
-from boltjoint.calibration.parameters import Parameter, ParameterSpace
+from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.model import Joint
 

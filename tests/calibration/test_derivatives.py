@@ -8,9 +8,8 @@ from calibrated_joint import AMPLITUDES, MODEL, PARAMETERS, TRUTH, make_joint, s
 from small_joint import make_joint as make_other
 
 from boltjoint.calibration.backbone_points import SensedMode, solve_points
-from boltjoint.calibration.joint_parameters import JointParameters
 from boltjoint.calibration.model_curves import ModelCurves
-from boltjoint.calibration.parameters import Parameter, ParameterSpace
+from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
 from boltjoint.dynamics.backbone.backbone import trace_backbone
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.backbone.epmc import EPMCEquations

@@ -7,8 +7,7 @@ from pydantic import ValidationError
 
 from boltjoint.config.settings import Fitting
 from boltjoint.config.solver import Solver
-from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
+from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence, LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl

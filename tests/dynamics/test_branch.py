@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.branch import (
     estimate_branch_error,
     estimate_solution_error,
     relative_residual,
     to_dataset,
 )
-from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.response.by_force import by_force
+from boltjoint.dynamics.response.curves import by_force
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 
 FORCES = [1.0, 20.0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boltjoint.dynamics.response.common_grid import amplitude_on_grid
+from boltjoint.dynamics.response.curves import amplitude_on_grid
 
 
 def resonance(frequency):

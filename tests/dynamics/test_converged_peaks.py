@@ -11,11 +11,12 @@ from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.left_out_harmonics import (
+from boltjoint.dynamics.response.peak_sequence import (
+    HarmonicConvergence,
     LeftOutHarmonics,
     change_by_left_out_harmonics,
+    converge_peak,
 )
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence, converge_peak
 from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.partition import partition_regions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.response.converged_response import (
+from boltjoint.dynamics.response.converged_peaks import (
     find_converged_peaks,
     solve_converged_response,
 )

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.continuation import LoadStepping
-from boltjoint.dynamics.response.frequency_response import solve_branch
-from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_branch
 from boltjoint.dynamics.response.rdnm import LaggedRDNM, SelfConsistentRDNM
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime

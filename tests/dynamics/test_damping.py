@@ -21,11 +21,10 @@ from boltjoint.damping import (
 from boltjoint.dynamics.backbone.backbone import find_backbone, trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
-from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad

@@ -5,10 +5,10 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint import dataset
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
-from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes, method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
+from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.bands import bands_of_equal_load

@@ -8,10 +8,9 @@ from folding_joint import make_folding_joint
 
 from boltjoint.damping import ModalDamping
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.backbone.isolated_branches import find_isolated_branches
+from boltjoint.dynamics.backbone.peak_force import find_isolated_branches
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.methods import method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_response
 from boltjoint.dynamics.response.windows import Resonance
 
 DAMPING = ModalDamping((0.001,))

@@ -9,14 +9,13 @@ from small_joint import make_joint
 
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.response.branch import ErrorLimits
-from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.dynamics.response.method import Method
-from boltjoint.dynamics.response.methods import (
-    LinearModes,
-    ResponseDependentModes,
+from boltjoint.dynamics.response.frequency_response import (
     as_method,
     method_of,
+    solve_branch,
+    solve_response,
 )
+from boltjoint.dynamics.response.methods import LinearModes, Method, ResponseDependentModes
 from boltjoint.dynamics.response.synthesis import ModalSynthesis
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 

@@ -12,8 +12,7 @@ from boltjoint import dataset
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response import stability
 from boltjoint.dynamics.response.branch import OutputPoint, to_dataset
-from boltjoint.dynamics.response.folded_branch import FoldedBranch
-from boltjoint.dynamics.response.folds import find_folds
+from boltjoint.dynamics.response.folds import FoldedBranch, find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.response.stability import (
     StabilityOptions,

@@ -6,9 +6,7 @@ from stability_at_folds import compare_marks, folding_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response import folded_branch
-from boltjoint.dynamics.response.folded_branch import FoldedBranch
-from boltjoint.dynamics.response.folds import find_folds
+from boltjoint.dynamics.response.folds import FoldedBranch, find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.stability import largest_multiplier
 from boltjoint.verification.periodic_orbits import find_orbit
@@ -34,7 +32,7 @@ def test_a_motion_whose_period_doubles_is_unstable(monkeypatch):
     solutions = branch.frequency, branch.modal_coordinate
     folds = find_folds(branch.frequency)
     # motions from the solutions alone
-    monkeypatch.setattr(folded_branch, "_LARGE", 0)
+    monkeypatch.setattr(folds, "_LARGE", 0)
     balance = HarmonicBalance(joint, damping, force)
     finer = FoldedBranch(balance, *solutions, folds, 15, 1024)
     components = finer.balance.components

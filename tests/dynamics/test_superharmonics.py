@@ -7,8 +7,7 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
-from boltjoint.dynamics.balance.superharmonics import find_superharmonic
+from boltjoint.dynamics.balance.periodic_motion import find_superharmonic, motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime

@@ -6,7 +6,7 @@ from joint_examples import many_elements
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.fitting import fit_elements
-from boltjoint.joint.masing import loop_error, unloading_branch
+from boltjoint.joint.hysteresis import loop_error, unloading_branch
 
 
 @pytest.mark.parametrize("method", ["loops", "describing-function"])

@@ -6,7 +6,12 @@ from joint_examples import many_elements
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.fitting import fit_elements
-from boltjoint.joint.masing import amplitude_of_load, loading_curve, loop_error, unloading_branch
+from boltjoint.joint.hysteresis import (
+    amplitude_of_load,
+    loading_curve,
+    loop_error,
+    unloading_branch,
+)
 
 
 def test_unloading_branch_has_the_harmonics_of_the_law():

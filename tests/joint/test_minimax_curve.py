@@ -8,8 +8,7 @@ from joint_examples import many_elements
 from scipy.optimize import differential_evolution
 from scipy.special import softmax
 
-from boltjoint.joint.masing import loading_curve
-from boltjoint.joint.minimax_curve import minimax_loading_curve
+from boltjoint.joint.hysteresis import loading_curve, minimax_loading_curve
 
 
 def curve_error(fitted_k, fitted_s, k, s):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.joint.slip_states import find_slip_states
+from boltjoint.joint.clusters import find_slip_states
 
 
 def divided(joint, shares):

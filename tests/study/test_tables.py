@@ -7,8 +7,8 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.dataset import DamagedFile
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
-from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.methods import LinearModes, method_of
+from boltjoint.dynamics.response.frequency_response import method_of, solve_response
+from boltjoint.dynamics.response.methods import LinearModes
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.response.phase_resonance import find_peak

@@ -203,7 +203,7 @@ SOLUTION_SCRIPTS = {"solve_responses", "time_responses", "find_peaks"}
 @pytest.mark.parametrize(
     ("module", "used_by", "not_used_by"),
     [
-        ("joint/fit_loops", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
+        ("joint/fitting", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
         ("structure/preload", {"apply_preload"}, {"build_assembly"}),
         ("structure/basis/pod", {"find_pod_modes"}, {"apply_preload"}),
         (

@@ -3,9 +3,9 @@
 import xarray as xr
 
 from boltjoint import dataset
+from boltjoint.joint.clusters import SlipStateOptions
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.joint.partition import partition_regions
-from boltjoint.joint.slip_states import SlipStateOptions
 from boltjoint.provenance import logs
 
 logs.write_to(snakemake.log[0])

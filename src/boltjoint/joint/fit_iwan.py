@@ -2,7 +2,7 @@
 
 Stiffness and slip force are those of the region; exponent and weight of the distribution are fitted
 to the describing function at all amplitudes, weighted as that of a single element
-(``joint.fit_describing_function``). An Iwan element slips at any amplitude, where the elements of a
+(``joint.fitting``). An Iwan element slips at any amplitude, where the elements of a
 region do not until the first of them slips.
 
 References
@@ -22,10 +22,9 @@ from scipy.optimize import least_squares
 
 from boltjoint import checks
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.joint.element_shares import rounded_shares
-from boltjoint.joint.fit_describing_function import DescribingFunctionMisfit
-from boltjoint.joint.fit_options import FitOptions
-from boltjoint.joint.masing import (
+from boltjoint.joint.fitting import DescribingFunctionMisfit, rounded_shares
+from boltjoint.joint.hysteresis import (
+    FitOptions,
     amplitude_of_load,
     checked_elements,
     loop_error_of_curve,

@@ -23,15 +23,15 @@ from boltjoint.joint.bands import (
     on_each_surface,
     refuse_empty_regions,
 )
-from boltjoint.joint.clusters import MotionClusters
-from boltjoint.joint.model import Joint, merge_points
-from boltjoint.joint.slip_states import (
+from boltjoint.joint.clusters import (
+    MotionClusters,
     SlipStateOptions,
     SlipStates,
     check_resonances,
     find_slip_states,
     modal_stiffness_where,
 )
+from boltjoint.joint.model import Joint, merge_points
 from boltjoint.joint.surface_places import SurfacePlaces
 
 Array = NDArray[np.float64]

@@ -11,9 +11,8 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
-from boltjoint.joint.fit_options import FitOptions
 from boltjoint.joint.fitting import Fit, Method, check_fit_options, fit_elements
-from boltjoint.joint.masing import LoopError, loop_error, unloading_branch
+from boltjoint.joint.hysteresis import FitOptions, LoopError, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.balance.modal_contact import ModalContact
-from boltjoint.dynamics.response.common_grid import amplitude_on_grid
 from boltjoint.dynamics.response.converged_peaks import ConvergedPeak
+from boltjoint.dynamics.response.curves import amplitude_on_grid
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
 

@@ -11,14 +11,14 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
-from boltjoint.dynamics.response.converged_response import (
+from boltjoint.dynamics.response.converged_peaks import (
+    add_converged_peaks,
+    converge_peaks,
     find_converged_peaks,
     solve_converged_response,
 )
-from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import method_of, solve_response
 from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
-from boltjoint.dynamics.response.methods import method_of
 from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors

@@ -13,8 +13,8 @@ from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response.converged_peaks import ConvergedPeak, find_converged_peak
-from boltjoint.dynamics.response.method import Problem
-from boltjoint.dynamics.response.methods import as_method
+from boltjoint.dynamics.response.frequency_response import as_method
+from boltjoint.dynamics.response.methods import Problem
 from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime

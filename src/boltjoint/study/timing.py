@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.damping import Damping
-from boltjoint.dynamics.response.method import Method, Problem
+from boltjoint.dynamics.response.methods import Method, Problem
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl

@@ -19,7 +19,7 @@ from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_root
 from boltjoint.dynamics.backbone.compiled_epmc import epmc_system
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
-from boltjoint.dynamics.backbone.isolated_branches import find_isolated_branches
+from boltjoint.dynamics.backbone.peak_force import find_isolated_branches
 from boltjoint.dynamics.balance.periodic_motion import energy_per_period
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.arc_length import trace

@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from boltjoint import checks
 from boltjoint.dynamics.backbone.backbone import Backbone
 from boltjoint.dynamics.backbone.epmc import ModalState
-from boltjoint.dynamics.balance.output_point import OutputPoint
+from boltjoint.dynamics.balance.harmonic_balance import OutputPoint
 
 #: why a response has no peak where friction alone dissipates energy
 _UNLIMITED = "friction alone does not limit the response to this force"

@@ -29,7 +29,7 @@ from boltjoint.config.contact import Contact
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.epmc import ModalState
-from boltjoint.dynamics.backbone.peak_sensitivity import PeakSensitivity, peak_sensitivities
+from boltjoint.dynamics.backbone.peak_force import PeakSensitivity, peak_sensitivities
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.friction.combined import elements_of_pairs
 from boltjoint.friction.element_law import ContactPairs

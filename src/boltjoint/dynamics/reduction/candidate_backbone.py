@@ -24,7 +24,7 @@ from scipy.linalg import eigh
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import Backbone, trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
-from boltjoint.dynamics.backbone.peak_sensitivity import PeakSensitivity
+from boltjoint.dynamics.backbone.peak_force import PeakSensitivity
 from boltjoint.friction.law import FrictionLaw
 from boltjoint.joint.model import Joint, merge_points
 from boltjoint.solvers.equations import StepControl

@@ -35,7 +35,7 @@ from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
-from boltjoint.dynamics.backbone.peak_sensitivity import PeakSensitivity, peak_sensitivities
+from boltjoint.dynamics.backbone.peak_force import PeakSensitivity, peak_sensitivities
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint, count_alike, keep_elements

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.dynamics.balance.modal_contact import ModalContact
-from boltjoint.dynamics.balance.output_point import OutputPoint
 from boltjoint.dynamics.balance.periodic_motion import energy_error
 from boltjoint.dynamics.response.folds import Folds, find_folds
 from boltjoint.dynamics.response.stability import (

@@ -10,8 +10,8 @@ are orthogonal.
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations, Jacobian
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations, Jacobian
 from boltjoint.dynamics.response.rdnm import (
     matching_modes,
     orientation_of_modes,

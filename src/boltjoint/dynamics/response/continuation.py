@@ -9,9 +9,8 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
-from boltjoint.dynamics.balance.output_point import OutputPoint
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
 from boltjoint.solvers.compiled_path import follow
 from boltjoint.solvers.compiled_steps import Limits

@@ -1,7 +1,7 @@
-"""Peaks of responses with as many harmonics as change nothing: what one harmonic leaves out.
+"""Peaks and responses with as many harmonics as change nothing: what one harmonic leaves out.
 
-They are sought with more and more harmonics (``peak_sequence``). The truncation error of the last
-is what the harmonics left out change (``left_out_harmonics``).
+Peaks are sought with more and more harmonics, and the truncation error of the last is estimated
+(``peak_sequence``); responses are solved with as many as their peaks need.
 """
 
 import logging
@@ -15,22 +15,29 @@ import xarray as xr
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.balance.balance_equations import Jacobian
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.dynamics.balance.superharmonics import Superharmonic, find_superharmonic
-from boltjoint.dynamics.response.left_out_harmonics import (
-    LeftOutHarmonics,
-    change_by_left_out_harmonics,
+from boltjoint.dynamics.balance.periodic_motion import (
+    PeriodicMotion,
+    Superharmonic,
+    find_superharmonic,
+    motion_at_peak,
 )
+from boltjoint.dynamics.response.frequency_response import as_method, solve_response
+from boltjoint.dynamics.response.methods import LinearModes, Method
 from boltjoint.dynamics.response.peak_sequence import (
     HarmonicConvergence,
+    LeftOutHarmonics,
     PeakSequence,
+    change_by_left_out_harmonics,
     converge_peak,
 )
 from boltjoint.dynamics.response.phase_resonance import PeakSearch
+from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
+from boltjoint.solvers.equations import StepControl
 
 logger = logging.getLogger(__name__)
 
@@ -81,7 +88,7 @@ def converge_peaks(
         harmonics do not suffice; not a number where the response has no peak, fewer than two with
         more harmonics are found, or its law has no elements that can be followed in time.
         ``superharmonic_order``, 0 without one, ``superharmonic_frequency`` [Hz] and
-        ``superharmonic_share`` (``balance.superharmonics``). By ``force`` and ``harmonics``, the
+        ``superharmonic_share`` (``balance.periodic_motion``). By ``force`` and ``harmonics``, the
         peaks on the way: ``harmonic_peak_frequency`` [Hz] and ``harmonic_peak_amplitude`` [m].
 
     Raises
@@ -239,3 +246,123 @@ def _dataset(peaks: Sequence[ConvergedPeak]) -> xr.Dataset:
         },
         coords={"harmonics": quantity("harmonics", tried, "1", "highest harmonic")},
     )
+
+
+def find_converged_peaks(
+    joint: Joint,
+    forces: Sequence[float],
+    *,
+    damping: Damping | float,
+    resonance: Resonance | int = 1,
+    control: StepControl | None = None,
+    harmonics: HarmonicConvergence = HarmonicConvergence(),
+    jacobian: Jacobian = "analytic",
+) -> xr.Dataset:
+    """The peaks of a joint with as many harmonics as change nothing, from those with one.
+
+    Parameters
+    ----------
+    joint
+        With the law of its elements, or AFT of it.
+    forces
+        Amplitudes of the excitation [N].
+    damping, resonance, control
+        As for ``solve_response``.
+    harmonics
+        Numbers of harmonics and tolerances.
+    jacobian
+        As for ``LinearModes``.
+
+    Returns
+    -------
+    Dataset
+        As of ``converge_peaks``.
+
+    Raises
+    ------
+    ValueError
+        As for ``solve_response``.
+    """
+    checks.instance("joint", joint, Joint)
+    joint = replace(joint, law=without_sampling(joint.law))
+    how = {"damping": damping, "resonance": resonance, "control": control}
+    response = solve_response(joint, forces, LinearModes(jacobian=jacobian), **how)
+    return converge_peaks(joint, response, harmonics)
+
+
+def solve_converged_response(
+    joint: Joint,
+    forces: Sequence[float],
+    method: Method | str = "linear",
+    *,
+    damping: Damping | float,
+    resonance: Resonance | int = 1,
+    control: StepControl | None = None,
+    harmonics: HarmonicConvergence = HarmonicConvergence(),
+    peaks: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """Frequency responses at several force levels, each with as many harmonics as its peak needs.
+
+    The response to each force is followed with the harmonics of its converged peak, with the most
+    of them where there is no peak.
+
+    Parameters
+    ----------
+    joint
+        With the law of its elements, or AFT of it.
+    forces
+        Amplitudes of the excitation [N].
+    method, damping, resonance, control
+        As for ``solve_response``.
+    harmonics
+        Numbers of harmonics and tolerances.
+    peaks
+        Peaks of ``find_converged_peaks`` for this joint and resonance and these forces, by whatever
+        method the response is; found by default.
+
+    Returns
+    -------
+    Dataset
+        As of ``solve_response``, with the components of the most harmonics of any force, zero
+        beyond its own, and by ``force`` the ``response_harmonics``; with the converged peaks and
+        error bars (``add_converged_peaks``).
+
+    Raises
+    ------
+    ValueError
+        As for ``solve_response``; if the method does not know motions of any number of harmonics
+        (``complex-rdnm-N``, ``backbone``).
+    """
+    checks.instance("joint", joint, Joint)
+    forces = checks.levels("forces", forces)
+    joint = replace(joint, law=without_sampling(joint.law))
+    method = as_method(method)
+    if not method.knows_harmonics:
+        raise ValueError(f"method is {method.name}: must be linear or rdnm-N")
+    how = {"damping": damping, "resonance": resonance, "control": control}
+    if peaks is None:
+        peaks = find_converged_peaks(
+            joint, forces, **how, harmonics=harmonics, jacobian=method.jacobian
+        )
+    most = max(harmonics.harmonics)
+    highest = peaks["peak_harmonics"].fillna(most).to_numpy().astype(int)
+    found = []
+    for force, number in zip(forces, highest, strict=True):
+        logger.info("%g N: response with %d harmonics", force, number)
+        law = AlternatingFrequencyTime(joint.law, **harmonics.sampling(int(number)))
+        found.append(solve_response(replace(joint, law=law), [force], method, **how))
+    response = _concatenate(found)
+    numbers = quantity("force", highest, "1", "highest harmonic of the response")
+    return add_converged_peaks(response.assign(response_harmonics=numbers), peaks)
+
+
+def _concatenate(responses: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Responses to single forces as one dataset, with the components of all."""
+    components = max((each["component"].to_numpy() for each in responses), key=len)
+    whole = [each.reindex(component=components, fill_value=0.0) for each in responses]
+    parts = []
+    for dimension in ("solution", "force", "fold"):
+        names = [name for name, values in whole[0].items() if dimension in values.dims]
+        rows = [each[names] for each in whole]
+        parts.append(xr.concat(rows, dimension, combine_attrs="override"))
+    return xr.merge(parts).assign_attrs(whole[0].attrs)

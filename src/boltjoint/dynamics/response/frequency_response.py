@@ -1,8 +1,13 @@
-"""Frequency responses of a joint over force levels, with their peaks."""
+"""Frequency responses of a joint over force levels, with their peaks.
+
+Names of methods in files and the words of their options become methods here (``method_of``);
+behind it nothing compares them.
+"""
 
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -17,13 +22,17 @@ from boltjoint.dynamics.response.branch import (
     estimate_branch_error,
     to_dataset,
 )
-from boltjoint.dynamics.response.method import Method, Problem
-from boltjoint.dynamics.response.methods import LinearModes, as_method
+from boltjoint.dynamics.response.methods import LinearModes, Method, Problem, ResponseDependentModes
+from boltjoint.dynamics.response.synthesis import ModalSynthesis
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.joint.model import Joint
+from boltjoint.names import Coordinates
 from boltjoint.solvers.equations import StepControl
 
 logger = logging.getLogger(__name__)
+
+BasisUpdate = Literal["implicit", "lagged"]
+Fallback = Literal["none", "linear"]
 
 
 def solve_branch(
@@ -142,6 +151,73 @@ def solve_response(
         fallback="linear" if method.has_fallback else "none",
         options=problem.control.stored(),
     )
+
+
+def method_of(
+    coordinates: str,
+    *,
+    jacobian: str = "analytic",
+    basis_update: str = "implicit",
+    quasi_static_correction: bool = True,
+    largest_error: float = ErrorLimits.of_peak,
+    fallback: str = "none",
+    backbone: xr.Dataset | None = None,
+) -> Method:
+    """The method of a name in files, and of the words of its options.
+
+    Parameters
+    ----------
+    coordinates
+        ``linear``, ``rdnm-N``, ``complex-rdnm-N`` or ``backbone``.
+    jacobian
+        ``analytic`` or ``forward-difference``.
+    basis_update
+        Basis update of response-dependent modes: ``implicit`` or ``lagged``.
+    quasi_static_correction
+        Quasi-static correction of complex ones.
+    largest_error
+        Estimated relative error of a peak beyond which a warning reports a branch as wrong.
+    fallback
+        ``linear`` or ``none``.
+    backbone
+        Backbone of ``find_backbone``, for ``backbone``.
+
+    Raises
+    ------
+    ValueError
+        If a name or an option is not known.
+    """
+    name = Coordinates(coordinates)
+    checks.choice("basis_update", basis_update, get_args(BasisUpdate))
+    checks.flag("quasi_static_correction", quasi_static_correction)
+    checks.choice("fallback", fallback, get_args(Fallback))
+    limits = ErrorLimits(of_peak=checks.number("largest_error", largest_error, above=0))
+    of_all = {"jacobian": jacobian, "limits": limits, "has_fallback": fallback == "linear"}
+    if name.kind == "linear":
+        return LinearModes(**of_all)
+    if name.kind == "backbone":
+        return ModalSynthesis(backbone, **of_all)
+    return ResponseDependentModes(
+        name.count,
+        name.kind == "complex",
+        basis_update == "lagged",
+        quasi_static_correction,
+        **of_all,
+    )
+
+
+def as_method(method: Method | str) -> Method:
+    """The method itself, or that of a name in files.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if isinstance(method, str):
+        return method_of(method)
+    checks.instance("method", method, Method)
+    return method
 
 
 def _assessed(method: Method, problem: Problem, branch: Branch) -> tuple[Branch, BranchError]:

@@ -1,34 +1,119 @@
-"""Methods by which responses are found, each an object with its options.
+"""Methods by which the response of a joint to a force is found, each an object with its options.
 
 ``LinearModes`` and ``ResponseDependentModes`` follow the harmonic balance in coordinates of their
-own, ``ModalSynthesis`` rebuilds responses from a backbone. ``method_of`` gives that of a name in
-files and of the words of its options; behind it nothing compares them.
+own, ``ModalSynthesis`` (``synthesis``) rebuilds responses from a backbone.
 """
 
-from abc import abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, Literal, get_args
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple, Self, get_args
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations
-from boltjoint.dynamics.balance.output_point import OutputPoint
+from boltjoint.damping import Damping, as_damping
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations, Jacobian
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.dynamics.response.branch import Branch, ErrorLimits
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.continuation import Continuation
-from boltjoint.dynamics.response.method import Method, Problem
 from boltjoint.dynamics.response.rdnm import LaggedRDNM, SelfConsistentRDNM
-from boltjoint.dynamics.response.synthesis import ModalSynthesis
-from boltjoint.dynamics.response.windows import frequency_window
-from boltjoint.names import Coordinates
-from boltjoint.solvers.equations import SolutionBranch
+from boltjoint.dynamics.response.windows import Resonance, frequency_window
+from boltjoint.joint.model import Joint
+from boltjoint.solvers.equations import SolutionBranch, StepControl
 
-BasisUpdate = Literal["implicit", "lagged"]
-Fallback = Literal["none", "linear"]
+
+class Problem(NamedTuple):
+    """A joint whose responses are sought around a resonance.
+
+    Attributes
+    ----------
+    joint
+        The joint and its structure.
+    damping
+        Damping of the structure.
+    resonance
+        Number of the resonance, from 1.
+    window
+        Lowest and highest frequency [Hz].
+    control
+        Tolerance and step lengths.
+    """
+
+    joint: Joint
+    damping: Damping
+    resonance: int
+    window: tuple[float, float]
+    control: StepControl
+
+    @classmethod
+    def of(
+        cls,
+        joint: Joint,
+        damping: Damping | float,
+        resonance: Resonance | int,
+        control: StepControl | None,
+    ) -> Self:
+        """The problem of checked arguments of ``solve_response``.
+
+        Raises
+        ------
+        ValueError
+            As for ``solve_response``.
+        """
+        checks.instance("joint", joint, Joint)
+        control = StepControl() if control is None else control
+        checks.instance("control", control, StepControl)
+        resonance = resonance if isinstance(resonance, Resonance) else Resonance(resonance)
+        window = resonance.around(joint)
+        return cls(joint, as_damping(damping), resonance.number, window, control)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method(ABC):
+    """A way to find the response to a force.
+
+    Parameters
+    ----------
+    jacobian
+        ``analytic`` or ``forward-difference``.
+    limits
+        Estimated errors beyond which a warning reports a branch as wrong.
+    has_fallback
+        Whether such branches, and those that are not complete, are solved again in linear modes.
+    """
+
+    jacobian: Jacobian = "analytic"
+    limits: ErrorLimits = field(default_factory=ErrorLimits)
+    has_fallback: bool = False
+
+    #: whether motions of any number of harmonics are known to it
+    knows_harmonics: ClassVar[bool] = True
+    #: whether its errors are estimated, by the balance in all linear modes
+    has_error: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Refuse options that are not known."""
+        checks.choice("jacobian", self.jacobian, get_args(Jacobian))
+        checks.instance("limits", self.limits, ErrorLimits)
+        checks.flag("has_fallback", self.has_fallback)
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """The ``coordinates`` in files."""
+
+    def prepared(self, problem: Problem, forces: Sequence[float]) -> "Method":
+        """The method with what the responses to several forces have in common."""
+        return self
+
+    @abstractmethod
+    def solve(
+        self, problem: Problem, force: float, start: NDArray[np.float64] | None = None
+    ) -> Branch:
+        """The response to a force, as ``solve_branch``."""
 
 
 class _Followed(Method):
@@ -138,73 +223,6 @@ class ResponseDependentModes(_Followed):
         if self.is_lagged or self.jacobian == "forward-difference":
             return LaggedRDNM(balance, *modes, self.jacobian)
         return SelfConsistentRDNM(balance, *modes)
-
-
-def method_of(
-    coordinates: str,
-    *,
-    jacobian: str = "analytic",
-    basis_update: str = "implicit",
-    quasi_static_correction: bool = True,
-    largest_error: float = ErrorLimits.of_peak,
-    fallback: str = "none",
-    backbone: xr.Dataset | None = None,
-) -> Method:
-    """The method of a name in files, and of the words of its options.
-
-    Parameters
-    ----------
-    coordinates
-        ``linear``, ``rdnm-N``, ``complex-rdnm-N`` or ``backbone``.
-    jacobian
-        ``analytic`` or ``forward-difference``.
-    basis_update
-        Basis update of response-dependent modes: ``implicit`` or ``lagged``.
-    quasi_static_correction
-        Quasi-static correction of complex ones.
-    largest_error
-        Estimated relative error of a peak beyond which a warning reports a branch as wrong.
-    fallback
-        ``linear`` or ``none``.
-    backbone
-        Backbone of ``find_backbone``, for ``backbone``.
-
-    Raises
-    ------
-    ValueError
-        If a name or an option is not known.
-    """
-    name = Coordinates(coordinates)
-    checks.choice("basis_update", basis_update, get_args(BasisUpdate))
-    checks.flag("quasi_static_correction", quasi_static_correction)
-    checks.choice("fallback", fallback, get_args(Fallback))
-    limits = ErrorLimits(of_peak=checks.number("largest_error", largest_error, above=0))
-    of_all = {"jacobian": jacobian, "limits": limits, "has_fallback": fallback == "linear"}
-    if name.kind == "linear":
-        return LinearModes(**of_all)
-    if name.kind == "backbone":
-        return ModalSynthesis(backbone, **of_all)
-    return ResponseDependentModes(
-        name.count,
-        name.kind == "complex",
-        basis_update == "lagged",
-        quasi_static_correction,
-        **of_all,
-    )
-
-
-def as_method(method: Method | str) -> Method:
-    """The method itself, or that of a name in files.
-
-    Raises
-    ------
-    ValueError
-        If it is neither.
-    """
-    if isinstance(method, str):
-        return method_of(method)
-    checks.instance("method", method, Method)
-    return method
 
 
 def _branch(

@@ -21,9 +21,9 @@ from scipy.interpolate import BarycentricInterpolator
 
 from boltjoint import checks
 from boltjoint.damping import Damping
+from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.balance.phase_equations import PhaseEquations
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from boltjoint import checks
+from boltjoint.dynamics.balance.balance_equations import BalanceEquations, Jacobian
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.balance.linear_modes import BalanceEquations, Jacobian
 from boltjoint.solvers.equations import LazyJacobian
 from boltjoint.solvers.lagged_basis import LaggedEquations
 

@@ -1,8 +1,8 @@
 """Stability of periodic motions: Floquet multipliers by Hill's method, where a branch folds.
 
 The motion that belongs to a solution of one harmonic, or of few, is balanced with more first
-(``folded_branch``): at a turning point, which one harmonic misplaces, its multipliers are not those
-of the solution.
+(``folds.FoldedBranch``): at a turning point, which one harmonic misplaces, its multipliers are not
+those of the solution.
 
 A small change of a periodic motion is sought as ``exp(r t)`` times a change with the harmonics of
 the solution. With the Jacobian J of the balance at the solution, the exponents r obey::
@@ -38,8 +38,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.response.folded_branch import FoldedBranch
-from boltjoint.dynamics.response.folds import Folds
+from boltjoint.dynamics.response.folds import FoldedBranch, Folds
 from boltjoint.friction.aft import by_samples
 from boltjoint.options import Options
 
