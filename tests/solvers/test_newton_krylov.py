@@ -6,7 +6,7 @@ from curves import SIZE, Combustion
 from scipy.optimize import root
 
 from boltjoint.solvers.equations import Derivative, StepControl
-from boltjoint.solvers.newton_krylov import NewtonKrylov
+from boltjoint.solvers.newton import NewtonKrylov
 
 CONTROL = StepControl(tolerance=1e-8, maximum_iterations=30)
 

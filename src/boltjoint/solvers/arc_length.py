@@ -19,22 +19,18 @@ import numpy as np
 from boltjoint.solvers import corners
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
 from boltjoint.solvers.equations import (
-    Derivative,
     Equations,
     Quantity,
     SolutionBranch,
     StepControl,
     Vector,
 )
-from boltjoint.solvers.krylov_corrector import KrylovCorrector
+from boltjoint.solvers.linear_solvers import linear_solver
 from boltjoint.solvers.maxima import Maxima
 
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
 #: is as short as this: then the branch has a corner there; peaks are the same with half or twice
 CORNER = 1e-3
-
-#: number of unknowns from which a Jacobian costs more than the products that stand for it
-LARGE = 1000
 
 #: longest step with which the branch is continued beyond a corner; likewise
 CORNER_STEP = 1e-4
@@ -88,7 +84,8 @@ def trace(
     """
     begin = window[0] if begin is None else begin
     scale = scale if callable(scale) else lambda _, constant=scale: constant
-    corrector = _choose_corrector(equations, start, begin)(equations, control, scale)
+    solver = linear_solver(equations, control, start, begin)
+    corrector = Corrector(equations, control, scale, solver)
     branch, maxima = SolutionBranch(), None
     if maximise is not None:
         arc = partial(corrector.arc, maximise)
@@ -99,13 +96,6 @@ def trace(
             pass
         tracer.follow_others()
     return branch
-
-
-def _choose_corrector(equations: Equations, x: Vector, p: float) -> type[Corrector]:
-    """That with few Jacobians for many unknowns, if the equations give products with them."""
-    if x.size < LARGE or not isinstance(equations.evaluate(x, p)[1], Derivative):
-        return Corrector
-    return KrylovCorrector
 
 
 def _is_same(one: Predictor, other: Predictor) -> bool:
@@ -170,7 +160,7 @@ class Tracer:
 
     def start(self, x: Vector, p: float) -> bool:
         """Solve at the start by Newton's method; whether it converged."""
-        solution, jacobian = self.corrector.newton(x, p)
+        solution, jacobian = self.corrector.linear.newton(x, p)
         if not solution.converged:
             self.branch.solutions.append(solution)
             return self._stop("no solution found at the start of the window")
@@ -248,7 +238,7 @@ class Tracer:
             return True
         solution = step.solution
         _, jacobian_at = self.corrector.equations.evaluate(solution.x, solution.p)
-        step = step._replace(jacobian=self.corrector.linearise(jacobian_at))
+        step = step._replace(jacobian=self.corrector.linear.linearise(jacobian_at))
         return self.corrector.orientation(self.predictor, step) * self._orientation >= 0
 
     def _cross(self, step: Step) -> Step:
@@ -340,7 +330,7 @@ class Tracer:
         last, beyond, end = self.predictor, step.solution, self.window[1]
         fraction = (end - last.p) / (beyond.p - last.p)
         guess = last.x + fraction * (beyond.x - last.x)
-        solution, _ = self.corrector.newton(guess, end)
+        solution, _ = self.corrector.linear.newton(guess, end)
         self.branch.solutions.append(solution)
         if not solution.converged:
             return self._stop("no solution found at the end of the window")

@@ -64,8 +64,8 @@ def continuations(
         point = queue.pop(0)
         x, p = predictor.at(radius * point)
         residual, jacobian_at = corrector.equations.evaluate(x, p)
-        jacobian = corrector.linearise(jacobian_at)
-        derivative = corrector.derivative(x, p, jacobian, predictor.weights)
+        jacobian = corrector.linear.linearise(jacobian_at)
+        derivative = corrector.linear.derivative(x, p, jacobian, predictor.weights)
         if not np.all(np.isfinite(derivative)):
             continue
         if orientation == 0:
@@ -80,7 +80,7 @@ def continuations(
                 continue
             x, p = step.solution.x, step.solution.p
             secant = _unit(step.offset * predictor.weights)
-            derivative = corrector.derivative(x, p, step.jacobian, predictor.weights)
+            derivative = corrector.linear.derivative(x, p, step.jacobian, predictor.weights)
             if orientation_of(derivative, secant) != orientation:
                 continue
             if not any(secant @ other > _EQUAL_COSINE for other, _ in steps):

@@ -14,22 +14,21 @@ University: sections 2.1.4 and 2.1.5.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from boltjoint.solvers.equations import (
     Equations,
-    LazyJacobian,
     Matrix,
     Quantity,
     Solution,
     StepControl,
     Vector,
 )
+from boltjoint.solvers.linear_solvers import DenseSolver, Linearised, LinearSolver
 from boltjoint.solvers.maxima import Arc, Observation
-from boltjoint.solvers.newton import newton, smallest_residual, solve
+from boltjoint.solvers.newton import smallest_residual, solve
 
 #: distances from a solution below this share of the largest are relative to the latter: only where
 #: the response vanishes, so that peaks are the same with half or twice
@@ -51,14 +50,13 @@ class Predictor(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A solution on a sphere, a Jacobian there, and the unweighted offset from the center."""
+    """A solution on a sphere, linearised there, and the unweighted offset from the center."""
 
     solution: Solution
-    jacobian: Matrix
+    jacobian: Linearised
     offset: Vector
 
 
-@dataclass
 class Corrector:
     """Predictors and corrector of one branch.
 
@@ -68,15 +66,23 @@ class Corrector:
         The system and its tolerances.
     scale
         Change of the parameter, by the parameter, that counts as much as doubling the unknown.
+    linear
+        Solver of its linear equations; by default that with all Jacobians.
     """
 
-    equations: Equations
-    control: StepControl
-    scale: Callable[[float], float]
-    largest_norm: float = 0.0
-    """Of the unknown along the branch so far."""
+    def __init__(
+        self,
+        equations: Equations,
+        control: StepControl,
+        scale: Callable[[float], float],
+        linear: LinearSolver[Any] | None = None,
+    ) -> None:
+        self.equations, self.control, self.scale = equations, control, scale
+        self.linear = DenseSolver(equations, control) if linear is None else linear
+        #: norm of the unknown along the branch so far
+        self.largest_norm = 0.0
 
-    def predictor(self, x: Vector, p: float, jacobian: Matrix, direction: Vector) -> Predictor:
+    def predictor(self, x: Vector, p: float, jacobian: Linearised, direction: Vector) -> Predictor:
         """The predictor from a solution, its tangent along an unweighted direction."""
         size = float(np.linalg.norm(x))
         self.largest_norm = max(self.largest_norm, size)
@@ -84,20 +90,8 @@ class Corrector:
         weights = np.append(np.full_like(x, 1 / size), 1 / self.scale(p))
         return Predictor(x, p, weights, self.tangent(x, p, jacobian, weights, direction))
 
-    def linearise(self, derivative: LazyJacobian) -> Matrix:
-        """What the linear equations of corrections and tangents are made of."""
-        return derivative()
-
-    def newton(self, x: Vector, p: float) -> tuple[Solution, Matrix]:
-        """Solution at a fixed parameter, and the linearisation at its last correction."""
-        return newton(self.equations, x, p, self.control)
-
-    def smallest_residual(self, x: Vector, jacobian: Matrix) -> float:
-        """The residual that counts as zero."""
-        return smallest_residual(self.equations, self.control, x, jacobian)
-
     def tangent(
-        self, x: Vector, p: float, jacobian: Matrix, weights: Vector, direction: Vector
+        self, x: Vector, p: float, jacobian: Linearised, weights: Vector, direction: Vector
     ) -> Vector:
         """Unit tangent of the branch in weighted coordinates, in the sense of a direction.
 
@@ -105,11 +99,10 @@ class Corrector:
         the direction is equivalent, and needs no determinant that over- or underflows.
         """
         along = direction * weights
-        derivative = self.derivative(x, p, jacobian, weights)
-        derivative /= np.linalg.norm(derivative, axis=1, keepdims=True)
         unit = np.zeros(weights.size)
         unit[-1] = 1.0
-        tangent = solve(np.vstack([derivative, along / np.linalg.norm(along)]), unit)
+        border = along / np.linalg.norm(along)
+        tangent = self.linear.solve_bordered(x, p, jacobian, weights, border, unit, scale_rows=True)
         if tangent is None:  # the branch is normal to the direction
             tangent = along
         return tangent / np.linalg.norm(tangent)
@@ -119,28 +112,13 @@ class Corrector:
 
         Along a branch it stays the same (``corners``), through turning points and corners too: a
         step that changes it ends on another part of the branch, or is past a crossing of branches.
+        It is 0 where it is not known.
         """
+        if not self.linear.has_determinant:
+            return 0.0
         x, p = step.solution.x, step.solution.p
-        derivative = self.derivative(x, p, step.jacobian, predictor.weights)
+        derivative = self.linear.derivative(x, p, step.jacobian, predictor.weights)
         return orientation_of(derivative, step.offset * predictor.weights)
-
-    def derivative(self, x: Vector, p: float, jacobian: Matrix, weights: Vector) -> Matrix:
-        """Derivative of the residual by unknown and parameter, in weighted coordinates."""
-        by_parameter = self.equations.parameter_derivative(x, p)
-        return np.column_stack([jacobian, by_parameter]) / weights
-
-    def solve_bordered(
-        self,
-        x: Vector,
-        p: float,
-        jacobian: Matrix,
-        weights: Vector,
-        border: Vector,
-        right: Vector,
-    ) -> Vector | None:
-        """Weighted solution of the derivative bordered by a row; None where it is singular."""
-        derivative = self.derivative(x, p, jacobian, weights)
-        return solve(np.vstack([derivative, border]), right)
 
     def correct(
         self,
@@ -174,21 +152,21 @@ class Corrector:
             x, p = predictor.at(offset)
             residual, jacobian_at = self.equations.evaluate(x, p)
             if jacobian is None:
-                jacobian = self.linearise(jacobian_at)
+                jacobian = self.linear.linearise(jacobian_at)
             sphere = offset @ offset / radius - radius
-            limit = self.smallest_residual(x, jacobian)
+            limit = self.linear.smallest_residual(x, jacobian)
             if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * radius:
                 smallest = self.control.smallest_cosine * radius
                 if direction is None and offset @ predictor.tangent < smallest:
                     return None
                 solution = Solution(x, p, iteration, True)
-                jacobian = self.linearise(jacobian_at) if update_jacobian else jacobian
+                jacobian = self.linear.linearise(jacobian_at) if update_jacobian else jacobian
                 return Step(solution, jacobian, offset / predictor.weights)
             if iteration > 0:
-                jacobian = self.linearise(jacobian_at)
+                jacobian = self.linear.linearise(jacobian_at)
             border, right = 2 * offset / radius, np.append(residual, sphere)
             weights = predictor.weights
-            correction = self.solve_bordered(x, p, jacobian, weights, border, right)
+            correction = self.linear.solve_bordered(x, p, jacobian, weights, border, right)
             if correction is None or np.linalg.norm(correction) > 2 * radius:
                 return None
             offset = offset - correction
@@ -198,7 +176,7 @@ class Corrector:
         """The predictor with the tangent of the Jacobian at its own solution."""
         _, jacobian_at = self.equations.evaluate(predictor.x, predictor.p)
         x, p, weights, tangent = predictor
-        jacobian = self.linearise(jacobian_at)
+        jacobian = self.linear.linearise(jacobian_at)
         tangent = self.tangent(x, p, jacobian, weights, tangent / weights)
         return predictor._replace(tangent=tangent)
 
@@ -235,7 +213,7 @@ def projection(corrector: Corrector, predictor: Predictor) -> tuple[Solution, Ma
         limit = smallest_residual(corrector.equations, control, x, jacobian)
         if np.linalg.norm(residual) <= limit:
             return Solution(x, p, iteration, True), jacobian
-        derivative = corrector.derivative(x, p, jacobian, predictor.weights)
+        derivative = corrector.linear.derivative(x, p, jacobian, predictor.weights)
         correction = solve(np.vstack([derivative, predictor.tangent]), np.append(residual, 0.0))
         if correction is None:
             return None

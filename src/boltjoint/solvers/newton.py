@@ -1,14 +1,26 @@
-"""Newton's method with step halving at a fixed parameter.
+"""Newton's method with step halving at a fixed parameter, with all Jacobians or with few of them.
+
+Where a Jacobian costs as much as a hundred residuals, one is factorized and then preconditions
+GMRES at the solutions near it, which needs products with the derivative alone. Differences of
+residuals will not do for these: with changes from 1e-10 to 1e-3 of the unknown, corners of the
+friction law or rounding kept GMRES from converging.
 
 References
 ----------
 C. T. Kelley: Solving Nonlinear Equations with Newton's Method. SIAM, 2003: chapter 2, on the
 chord method.
+D. A. Knoll, D. E. Keyes: Jacobian-free Newton-Krylov methods: a survey of approaches and
+applications. Journal of Computational Physics 193 (2004) 357-397.
 """
 
+from collections.abc import Callable
+
 import numpy as np
+from scipy.linalg import LinAlgError, lu_factor, lu_solve
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from boltjoint.solvers.equations import (
+    Derivative,
     Equations,
     LazyJacobian,
     Matrix,
@@ -101,3 +113,120 @@ def solve(matrix: Matrix, right: Vector) -> Vector | None:
     except np.linalg.LinAlgError:
         return None
     return solution if np.all(np.isfinite(solution)) else None
+
+
+#: residual of the linear equations of a correction over their right side
+_CORRECTION = 0.1
+#: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
+_ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
+
+
+class NewtonKrylov:
+    """Solutions of equations near each other, whose corrections share the factors of a Jacobian.
+
+    Parameters
+    ----------
+    equations, control
+        The system, whose ``evaluate`` gives a ``Derivative``, tolerance and number of iterations.
+    """
+
+    def __init__(self, equations: Equations, control: StepControl) -> None:
+        self._equations, self._control = equations, control
+        self._factors, self._rounding = KeptFactors(), 0.0
+
+    def solve(self, x: Vector, p: float) -> Solution:
+        """Solve the equations at a fixed parameter, halving corrections that do not help.
+
+        Parameters
+        ----------
+        x, p
+            Initial guess, and the parameter.
+
+        Returns
+        -------
+        Solution
+            ``converged`` is false where ``maximum_iterations`` did not suffice.
+        """
+        residual, derivative = self._equations.evaluate(x, p)
+        for iteration in range(self._control.maximum_iterations):
+            size = np.linalg.norm(residual)
+            if size <= self._limit:
+                return Solution(x, p, iteration, converged=True)
+            correction = self._solve(x, derivative, residual, _CORRECTION)
+            if correction is None:
+                return Solution(x, p, iteration, converged=False)
+            x, residual, derivative = corrected(self._equations, x, p, correction, size)
+        converged = bool(np.linalg.norm(residual) <= self._limit)
+        return Solution(x, p, self._control.maximum_iterations, converged)
+
+    @property
+    def _limit(self) -> float:
+        """The residual that counts as zero: by the tolerance, or the rounding of its own terms."""
+        return max(self._control.tolerance * self._equations.residual_scale, self._rounding)
+
+    def _solve(
+        self, x: Vector, derivative: Derivative, right: Vector, tolerance: float
+    ) -> Vector | None:
+        """Solution of the linear equations with a right side; None if they are singular."""
+
+        def jacobian() -> Matrix:
+            matrix = derivative()
+            self._rounding = rounding(matrix, x)
+            return matrix
+
+        return self._factors.solve(derivative.along, jacobian, right, tolerance)
+
+
+class KeptFactors:
+    """Linear equations near each other, by GMRES with the factors of the matrix of one of them."""
+
+    def __init__(self) -> None:
+        self._factors: tuple | None = None
+
+    def solve(
+        self,
+        along: Callable[[Vector], Vector],
+        matrix: Callable[[], Matrix],
+        right: Vector,
+        tolerance: float,
+    ) -> Vector | None:
+        """Solve with the factors there are if GMRES converges, and otherwise with new ones.
+
+        Parameters
+        ----------
+        along, matrix
+            Product of the matrix with a vector, and the matrix where it is factorized.
+        right
+            Right side.
+        tolerance
+            Residual of GMRES over the right side.
+
+        Returns
+        -------
+        ndarray or None
+            None where the matrix is singular or not finite.
+        """
+        if self._factors is not None:
+            found = self._precondition(along, right, tolerance)
+            if found is not None:
+                return found
+        try:
+            self._factors = lu_factor(matrix(), overwrite_a=True)
+        except (LinAlgError, ValueError):
+            return None
+        found = lu_solve(self._factors, right)
+        return found if np.all(np.isfinite(found)) else None
+
+    def _precondition(
+        self, along: Callable[[Vector], Vector], right: Vector, tolerance: float
+    ) -> Vector | None:
+        """Solution by GMRES; None if it does not converge."""
+
+        def earlier(y: Vector) -> Vector:
+            return lu_solve(self._factors, y, check_finite=False)
+
+        n = right.size
+        most = max(_ITERATIONS, round(_ITERATIONS_BY_UNKNOWNS * n))
+        operator = LinearOperator((n, n), lambda y: along(earlier(y)), dtype=float)
+        found, failed = gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)
+        return None if failed else earlier(found)

@@ -18,7 +18,7 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.newton_krylov import NewtonKrylov
+from boltjoint.solvers.newton import NewtonKrylov
 
 logger = logging.getLogger(__name__)
 

@@ -38,7 +38,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
 from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.newton_krylov import NewtonKrylov
+from boltjoint.solvers.newton import NewtonKrylov
 
 Array = NDArray[np.float64]
 

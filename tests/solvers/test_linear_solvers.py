@@ -10,7 +10,7 @@ from small_joint import make_joint
 
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.solvers import arc_length
+from boltjoint.solvers import arc_length, linear_solvers
 from boltjoint.solvers.equations import StepControl
 
 CONTROL = StepControl(tolerance=1e-8)
@@ -23,7 +23,7 @@ FOLD, MIDDLE = 8 * (_T / np.cosh(_T)) ** 2, 2 * np.log(np.cosh(_T))
 @pytest.fixture(params=["few", "all"])
 def branch(request, monkeypatch):
     """Bratu's equation followed past its fold, with few Jacobians or with all, and their number."""
-    monkeypatch.setattr(arc_length, "LARGE", SIZE if request.param == "few" else SIZE + 1)
+    monkeypatch.setattr(linear_solvers, "LARGE", SIZE if request.param == "few" else SIZE + 1)
     equations = Combustion()
     found = arc_length.trace(equations, np.zeros(SIZE), (0.5, 4.0), CONTROL, scale=1.0)
     return equations, found.solutions, request.param
@@ -49,7 +49,7 @@ def test_responses_are_those_with_all_jacobians(law, monkeypatch):
     joint = replace(joint, law=AlternatingFrequencyTime(joint.law, harmonics=5, samples=128))
     found = []
     for large in (1, 10**6):
-        monkeypatch.setattr(arc_length, "LARGE", large)
+        monkeypatch.setattr(linear_solvers, "LARGE", large)
         found.append(solve_branch(joint, 20.0, damping=0.01))
     few, every = found
     assert few.complete
