@@ -196,14 +196,14 @@ def _step(
         target = end if at + length >= end - 1e-12 else at + length
         tangent = np.linalg.solve(matrix, np.append(np.zeros(y.size - 1), 1.0))
         guess = y + (target - at) * tangent
-        found, found_matrix = _corrected(mode, guess, target)
-        if found is None:
+        corrected, corrected_matrix = _corrected(mode, guess, target)
+        if corrected is None:
             halvings += 1
             if halvings > _HALVINGS:
                 raise NotReached(f"no mode was found at the amplitude {np.exp(target):.3g}")
             length /= 2
         else:
-            y, matrix, at = found, found_matrix, target
+            y, matrix, at = corrected, corrected_matrix, target
     return y, matrix
 
 

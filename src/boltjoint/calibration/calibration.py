@@ -207,7 +207,7 @@ class Calibration:
             return whole(guess[free]), 2 * self._cost(whole(guess[free]))
         low, high = self.compared.space.bounds
         inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
-        found = least_squares(
+        fit = least_squares(
             lambda x: self.compared.residual(whole(x)),
             inside[free],
             jac=lambda x: self.compared.residual_and_jacobian(whole(x))[1][:, free],
@@ -215,7 +215,7 @@ class Calibration:
             x_scale="jac",
             max_nfev=50,
         )
-        return whole(found.x), 2 * found.cost
+        return whole(fit.x), 2 * fit.cost
 
     def draws(self, count: int = 400, seed: int = 1) -> ImportanceDraws:
         """Posterior draws: the normal approximation, resampled by the true sum of squares.
@@ -229,16 +229,16 @@ class Calibration:
 
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
         """Frequency [Hz] and damping ratio of each curve, (points, 2), at measured amplitudes."""
-        found = self.compared.curves_at(self.scaled, amplitudes, slopes=False)
-        return [curves for curves, _ in found]
+        points = self.compared.curves_at(self.scaled, amplitudes, slopes=False)
+        return [curves for curves, _ in points]
 
     def bands(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
         """Standard deviation of each curve of the model by that of its parameters, (points, 2).
 
         The scatter of a new measurement is not in it.
         """
-        found = self.compared.curves_at(self.scaled, amplitudes)
-        return [np.linalg.norm(slopes @ self.covariance_root, axis=-1) for _, slopes in found]
+        points = self.compared.curves_at(self.scaled, amplitudes)
+        return [np.linalg.norm(slopes @ self.covariance_root, axis=-1) for _, slopes in points]
 
     @property
     def rms_errors(self) -> list[tuple[float, float]]:

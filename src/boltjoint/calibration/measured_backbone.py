@@ -70,10 +70,10 @@ class MeasuredBackbone:
             ("damping_ratio", {"above": 0, "below": 1}),
             ("damping_deviation", {"above": 0}),
         ):
-            given = getattr(self, name)
-            if name.endswith("deviation") and np.ndim(given) == 0:
-                given = np.full(amplitude.shape, checks.number(name, given, **limits))
-            value = checks.array(name, given, amplitude.shape, **limits)
+            curve = getattr(self, name)
+            if name.endswith("deviation") and np.ndim(curve) == 0:
+                curve = np.full(amplitude.shape, checks.number(name, curve, **limits))
+            value = checks.array(name, curve, amplitude.shape, **limits)
             object.__setattr__(self, name, value[order])
 
     @property

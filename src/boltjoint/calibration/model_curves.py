@@ -117,18 +117,18 @@ class ModelCurves:
         ValueError
             If the model refuses the values, or a mode is not reached at an amplitude.
         """
-        found = self.curves_at(scaled)
+        points = self.curves_at(scaled)
         jacobians = [
             (slopes / curve.deviations[:, :, None]).transpose(1, 0, 2).reshape(-1, scaled.size)
-            for curve, (_, slopes) in zip(self.measured, found, strict=True)
+            for curve, (_, slopes) in zip(self.measured, points, strict=True)
         ]
         jacobian = np.concatenate([*jacobians, self.space.prior_jacobian()])
-        return self._residual(scaled, [curves for curves, _ in found]), jacobian
+        return self._residual(scaled, [curves for curves, _ in points]), jacobian
 
     def residual(self, scaled: Array) -> Array:
         """The residual alone, as of ``residual_and_jacobian``."""
-        found = self.curves_at(scaled, slopes=False)
-        return self._residual(scaled, [curves for curves, _ in found])
+        points = self.curves_at(scaled, slopes=False)
+        return self._residual(scaled, [curves for curves, _ in points])
 
     def _residual(self, scaled: Array, curves: Sequence[Array]) -> Array:
         pairs = zip(self.measured, curves, strict=True)
@@ -152,7 +152,7 @@ class ModelCurves:
             Whether derivatives are computed; empty otherwise.
         """
         measured = [curve.amplitude for curve in self.measured]
-        found = []
+        curves = []
         for n, levels in enumerate(measured if amplitudes is None else amplitudes):
             curve = self.measured[n]
 
@@ -165,8 +165,8 @@ class ModelCurves:
             by_parameter = points.by_parameter.copy()
             for place, by_scaled in places if slopes else ():
                 by_parameter[:, :, place] += points.by_amplitude * by_scaled
-            found.append((points.curves, by_parameter))
-        return found
+            curves.append((points.curves, by_parameter))
+        return curves
 
     def _joint(self, scaled: Array) -> tuple[Joint, Damping]:
         values = self.space.values(scaled)

@@ -111,7 +111,7 @@ class ParameterSpace:
     @property
     def names(self) -> tuple[str, ...]:
         """In their order."""
-        return tuple(each.name for each in self.parameters)
+        return tuple(parameter.name for parameter in self.parameters)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -232,7 +232,7 @@ class JointParameters:
 
 def _parsed(name: str) -> tuple[str, int | None]:
     """Quantity and place of a name."""
-    found = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", name)
+    match = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", name)
     return (
-        (name, None) if found is None else (found[1], None if found[2] is None else int(found[2]))
+        (name, None) if match is None else (match[1], None if match[2] is None else int(match[2]))
     )

@@ -63,15 +63,15 @@ def elements_by_surface(
     for name in surfaces:
         checks.choice("surface", name, there)
     law_of = {name: surfaces.get(name, {}).get("law", law) for name in there}
-    found = []
-    for each in dict.fromkeys(law_of.values()):
-        mine = [name for name in there if law_of[name] is each]
+    of_laws = []
+    for kind in dict.fromkeys(law_of.values()):
+        mine = [name for name in there if law_of[name] is kind]
         here = np.flatnonzero(np.isin(names, mine))
         of_mine = {name: surfaces[name] for name in mine if name in surfaces}
-        given = _keys_of(each, pairs.at(here), keys, of_mine)
-        elements, carrying = each.from_contact(pairs.at(here), **given)
-        found.append((elements, here[carrying]))
-    return found
+        arguments = _keys_of(kind, pairs.at(here), keys, of_mine)
+        elements, carrying = kind.from_contact(pairs.at(here), **arguments)
+        of_laws.append((elements, here[carrying]))
+    return of_laws
 
 
 def _keys_of(
@@ -81,22 +81,22 @@ def _keys_of(
     surfaces: Mapping[str, Mapping[str, Any]],
 ) -> dict[str, float | Array]:
     """Arguments of ``from_contact`` of a law, for the pairs of all surfaces that follow it."""
-    known = [each.name for each in law.declaration.keys or ()]
-    forms = {form.name for each in law.declaration.keys or () for form in each.forms}
+    names = [key.name for key in law.declaration.keys or ()]
+    forms = {form.name for key in law.declaration.keys or () for form in key.forms}
     own = {
-        name: {key: value for key, value in each.items() if key != "law"}
-        for name, each in surfaces.items()
+        name: {key: value for key, value in of_surface.items() if key != "law"}
+        for name, of_surface in surfaces.items()
     }
     of_all = {name: value for name, value in keys.items() if name in forms}
-    found = pairs.keys(of_all, own, further=known)
-    for name in known:
-        lacking = np.broadcast_to(np.isnan(found.get(name, np.nan)), pairs.normal_load.shape)
+    values = pairs.keys(of_all, own, further=names)
+    for name in names:
+        lacking = np.broadcast_to(np.isnan(values.get(name, np.nan)), pairs.normal_load.shape)
         if lacking.any():
             raise ValueError(
                 f"surface {pairs.surface[np.flatnonzero(lacking)[0]]} has no {name}, which the law "
                 f"{law.declaration.name!r} needs"
             )
-    return found
+    return values
 
 
 #: normal over tangential stiffness with which no load changes in any digit
@@ -124,7 +124,7 @@ class CombinedLaw(ElementLaw):
         """Refuse what are no parts."""
         checks.sequence("parts", self.parts, ElementLaw)
         parts = tuple(self.parts)
-        kinds = {type(each) for each in parts}
+        kinds = {type(part) for part in parts}
         if len(parts) < 2 or len(kinds) < len(parts) or CombinedLaw in kinds:
             raise ValueError("parts must be two laws or more, each another one and none combined")
         object.__setattr__(self, "parts", parts)
@@ -157,17 +157,17 @@ class CombinedLaw(ElementLaw):
     @cached_property
     def declaration(self) -> LawDeclaration:
         """What is known of all parts together."""
-        return combined([each.declaration for each in self.parts])
+        return combined([part.declaration for part in self.parts])
 
     @cached_property
     def quantities(self) -> dict[str, tuple[str, str]]:
         """Those of any part."""
-        return {name: known for each in self.parts for name, known in each.quantities.items()}
+        return {name: meaning for part in self.parts for name, meaning in part.quantities.items()}
 
     @cached_property
     def point_of_element(self) -> NDArray[np.int64]:
         """The contact point each element acts on, counted from 0, shape (elements,)."""
-        return np.concatenate([each.point_of_element for each in self.parts])
+        return np.concatenate([part.point_of_element for part in self.parts])
 
     @cached_property
     def part_of_element(self) -> NDArray[np.int64]:
@@ -177,30 +177,30 @@ class CombinedLaw(ElementLaw):
     @property
     def tangential_stiffness(self) -> Array:
         """Stiffness of each element in stick [N/m], shape (elements,)."""
-        return np.concatenate([each.tangential_stiffness for each in self.parts])
+        return np.concatenate([part.tangential_stiffness for part in self.parts])
 
     @property
     def slip_force(self) -> Array:
         """Force at which all of an element slips in the assembled state [N], (elements,)."""
-        return np.concatenate([each.slip_force for each in self.parts])
+        return np.concatenate([part.slip_force for part in self.parts])
 
     def stiffness_along(self, direction: str) -> Array:
         """As ``tangential_stiffness``, in a direction: 0 of a law without it."""
         of_parts = [
-            each.stiffness_along(direction)
-            if direction in each.directions
-            else np.zeros(each.point_of_element.size)
-            for each in self.parts
+            part.stiffness_along(direction)
+            if direction in part.directions
+            else np.zeros(part.point_of_element.size)
+            for part in self.parts
         ]
         return np.concatenate(of_parts)
 
     def quantity(self, name: str) -> Array:
         """One of the ``quantities``, not a number of elements whose law has no such."""
         of_parts = [
-            each.quantity(name)
-            if name in each.quantities
-            else np.full(each.point_of_element.shape, np.nan)
-            for each in self.parts
+            part.quantity(name)
+            if name in part.quantities
+            else np.full(part.point_of_element.shape, np.nan)
+            for part in self.parts
         ]
         return np.concatenate(of_parts)
 
@@ -238,15 +238,15 @@ class CombinedLaw(ElementLaw):
         Those on points of a part follow the law of that part, and stand in its order.
         """
         new = point_of_element, tangential_stiffness, slip_force
-        mine = [np.isin(point_of_element, each.point_of_element) for each in self.parts]
+        mine = [np.isin(point_of_element, part.point_of_element) for part in self.parts]
         of_parts = zip(self.parts, mine, strict=True)
-        return type(self)(tuple(each.replaced_by(*(v[own] for v in new)) for each, own in of_parts))
+        return type(self)(tuple(part.replaced_by(*(v[own] for v in new)) for part, own in of_parts))
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         total = np.zeros((points, len(self.directions)))
-        for each in self.parts:
-            total[:, self._places(each.directions)] += each.stuck_stiffness(points)
+        for part in self.parts:
+            total[:, self._places(part.directions)] += part.stuck_stiffness(points)
         return total
 
     @cached_property
@@ -296,16 +296,16 @@ class CombinedLaw(ElementLaw):
     @cached_property
     def _first(self) -> NDArray[np.int64]:
         """Number of the first element of each part, and of all elements."""
-        return np.cumsum([0, *(each.point_of_element.size for each in self.parts)])
+        return np.cumsum([0, *(part.point_of_element.size for part in self.parts)])
 
     def _places(self, directions: Sequence[str]) -> list[int]:
         """Places of some directions among those of all parts."""
-        return [self.directions.index(each) for each in directions]
+        return [self.directions.index(direction) for direction in directions]
 
     def _of_parts(self, change: Callable[[ElementLaw, NDArray[np.bool_]], ElementLaw]) -> Self:
         """The law of changed parts: ``change(part, which elements are its own)``."""
         numbered = enumerate(self.parts)
-        return type(self)(tuple(change(each, self.part_of_element == n) for n, each in numbered))
+        return type(self)(tuple(change(part, self.part_of_element == n) for n, part in numbered))
 
 
 def elements_of_pairs(

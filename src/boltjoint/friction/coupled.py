@@ -181,13 +181,15 @@ def integrate_in_plane(
     """
     phase = 2 * np.pi * np.arange(samples) / samples
     table, middles = (
-        np.column_stack([np.ones(samples), np.sin(each), np.cos(each)])
-        for each in (phase, phase + np.pi / samples)
+        np.column_stack([np.ones(samples), np.sin(phases), np.cos(phases)])
+        for phases in (phase, phase + np.pi / samples)
     )
     force = np.zeros_like(motion)
     for p, (k_u, k_v, load, mu) in zip(point, quantities.T, strict=True):
         springs = np.array([k_u, k_u, k_v])
-        x, x_middle = (springs * (each @ motion[p].reshape(3, 3).T) for each in (table, middles))
+        x, x_middle = (
+            springs * (phases @ motion[p].reshape(3, 3).T) for phases in (table, middles)
+        )
         n, n_middle = load + x[:, 2], load + x_middle[:, 2]
         friction = np.zeros((samples, 2))
         _follow(x[:, :2].copy(), n, x_middle[:, :2].copy(), n_middle, mu, friction)

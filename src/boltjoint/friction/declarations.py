@@ -248,7 +248,7 @@ def combined(laws: Sequence[LawDeclaration]) -> LawDeclaration:
     laws = list({law.name: law for law in laws}.values())
     if len(laws) == 1:
         return laws[0]
-    directions = tuple(each for each in AXES if any(each in law.directions for law in laws))
+    directions = tuple(axis for axis in AXES if any(axis in law.directions for law in laws))
     has_bias = any("bias" in law.components for law in laws)
     # those without bias are evaluated by the law they are the limit of
     closed = [law.has_closed_form and (not has_bias or _knows_bias(law)) for law in laws]
@@ -260,7 +260,7 @@ def combined(laws: Sequence[LawDeclaration]) -> LawDeclaration:
         directions=directions,
         components=("bias", "sin", "cos") if has_bias else ("sin", "cos"),
         capabilities=tuple(
-            each for each in laws[0].capabilities if all(each in law.capabilities for law in laws)
+            able for able in laws[0].capabilities if all(able in law.capabilities for law in laws)
         ),
         relative_time=max(law.relative_time for law in laws),
         has_closed_form=all(closed),

@@ -49,7 +49,9 @@ class ContactPairs:
 
     def at(self, some: NDArray[np.int64]) -> "ContactPairs":
         """Some of the pairs."""
-        return ContactPairs(*(None if each is None else each[some] for each in vars(self).values()))
+        return ContactPairs(
+            *(None if column is None else column[some] for column in vars(self).values())
+        )
 
     def keys(
         self,
@@ -75,9 +77,9 @@ class ContactPairs:
             quantity that not all have.
         """
         checks.mapping("keys", keys)
-        found = self._of_areas(keys)
+        values = self._of_areas(keys)
         if not of_surfaces:
-            return found
+            return values
         checks.mapping("surfaces", of_surfaces)
         names = self.surface if self.surface is not None else np.array([""])
         for name, own in of_surfaces.items():
@@ -85,23 +87,23 @@ class ContactPairs:
             checks.mapping(f"surface {name}", own)
             here = np.flatnonzero(names == name)
             for key, value in self.at(here)._of_areas(own).items():
-                checks.choice(f"key of surface {name}", key, {**found, **dict.fromkeys(further)})
+                checks.choice(f"key of surface {name}", key, {**values, **dict.fromkeys(further)})
                 # in turn: a surface may have values of each pair where all have one
-                of_all = found.get(key, np.nan)
+                of_all = values.get(key, np.nan)
                 of_pairs = np.array(np.broadcast_to(of_all, self.normal_load.shape), dtype=float)
                 of_pairs[here] = value
-                found[key] = of_pairs
-        return found
+                values[key] = of_pairs
+        return values
 
     def _of_areas(self, keys: Mapping[str, float | Array]) -> dict[str, float | Array]:
         """Quantities of each pair, of which some are given per area."""
-        found = {}
+        values = {}
         for name, value in keys.items():
             of_pair = name.removesuffix(PER_AREA)
-            if of_pair in found:
+            if of_pair in values:
                 raise ValueError(f"{of_pair} is given for each pair and per area: give one of them")
-            found[of_pair] = value * self.area if is_per_area(name) else value
-        return found
+            values[of_pair] = value * self.area if is_per_area(name) else value
+        return values
 
 
 class ElementLaw(FrictionLaw):

@@ -295,13 +295,13 @@ class _ModalSum(NamedTuple):
         self, basis: HarmonicBasis, amplitude: Array
     ) -> tuple[Array, "_SumOfTangents"]:
         """As ``ModalElements.force_and_tangent``."""
-        of_parts = [each.force_and_tangent(basis, amplitude) for each in self.parts]
+        of_parts = [part.force_and_tangent(basis, amplitude) for part in self.parts]
         force = sum(own for own, _ in of_parts)
         return force, _SumOfTangents([tangent for _, tangent in of_parts])
 
     def delay(self, basis: HarmonicBasis, amplitude: Array) -> Array:
         """As ``ModalElements.delay``."""
-        return sum(each.delay(basis, amplitude) for each in self.parts)
+        return sum(part.delay(basis, amplitude) for part in self.parts)
 
 
 class _SumOfTangents(NamedTuple):
@@ -311,8 +311,8 @@ class _SumOfTangents(NamedTuple):
 
     def __call__(self) -> Array:
         """As ``ModalTangent``."""
-        return sum(each() for each in self.parts)
+        return sum(part() for part in self.parts)
 
     def along(self, change: Array) -> Array:
         """As ``ModalTangent.along``."""
-        return sum(each.along(change) for each in self.parts)
+        return sum(part.along(change) for part in self.parts)

@@ -72,9 +72,9 @@ class Hysteresis(NamedTuple):
         shape = displacement.shape
         force, offset, stiffness = np.empty(shape), np.zeros(shape), np.zeros((2, *shape))
         origin, first = np.full((2, *shape), _NO_REVERSAL, np.int32), np.empty(len(force), np.int64)
-        found = cls(force, stiffness, origin, offset, first)
-        _follow(quantities, np.ascontiguousarray(displacement), found)
-        return found
+        hysteresis = cls(force, stiffness, origin, offset, first)
+        _follow(quantities, np.ascontiguousarray(displacement), hysteresis)
+        return hysteresis
 
     def change(self, displacement: Array) -> Array:
         """Change of the forces [N] along a change of the displacements [m]."""
@@ -197,15 +197,15 @@ def _vertex(before: float, at: float, after: float) -> tuple[float, float]:
 @loop
 def _largest(u: Array) -> int:
     """Sample next to the largest vertex without sign."""
-    samples, largest, found = u.size, -1.0, 0
+    samples, largest, place = u.size, -1.0, 0
     for at in range(samples):
         before, after = u[at - 1], u[(at + 1) % samples]
         sign = np.sign(u[at])
         if sign * (u[at] - before) >= 0 and sign * (u[at] - after) >= 0:
             size = abs(_vertex(before, u[at], after)[1])
             if size > largest:
-                found, largest = at, size
-    return found
+                place, largest = at, size
+    return place
 
 
 @kept_loop
@@ -301,7 +301,7 @@ def _by_displacement(
     offset: Array,
     first: int,
     weight: Array,
-    found: Array,
+    derivative: Array,
 ) -> None:
     """Derivatives of weighted sums of the forces of an element by its displacements.
 
@@ -310,12 +310,12 @@ def _by_displacement(
     """
     samples, sums = offset.size, weight.shape[1]
     by_u, by_f = np.zeros((samples, sums)), np.zeros((samples, sums))
-    found[:] = 0.0
+    derivative[:] = 0.0
     for row in range(samples, 0, -1):
         at = (first + row - 1) % samples
         last, k = origin[0, at], stiffness[0, at]
         for c in range(sums):
-            found[row, c] += k * weight[row, c]
+            derivative[row, c] += k * weight[row, c]
             if last >= 0:
                 by_u[last, c] -= k * weight[row, c]
                 by_f[last, c] += weight[row, c]
@@ -325,9 +325,9 @@ def _by_displacement(
         by_before, by_at, by_after = _at_vertex(offset[at])
         for c in range(sums):
             by_vertex = by_u[at, c] + k * by_f[at, c]
-            found[row - 1, c] += by_before * by_vertex
-            found[row, c] += by_at * by_vertex
-            found[row + 1, c] += by_after * by_vertex
+            derivative[row - 1, c] += by_before * by_vertex
+            derivative[row, c] += by_at * by_vertex
+            derivative[row + 1, c] += by_after * by_vertex
             if last >= 0:
                 by_u[last, c] -= k * by_f[at, c]
                 by_f[last, c] += by_f[at, c]
@@ -348,7 +348,7 @@ def _add_up(
     """
     samples, count = components.shape
     shape = samples + 1, count
-    displacement, force, found = np.empty(shape), np.zeros(shape), np.empty(shape)
+    displacement, force, derivative = np.empty(shape), np.zeros(shape), np.empty(shape)
     time = np.arange(samples + 1.0).reshape(-1, 1)
     for place, e in enumerate(elements):
         first = hysteresis.first[e]
@@ -356,11 +356,11 @@ def _add_up(
         for row in range(samples + 1):
             displacement[row] = components[(first + row - 1) % samples]
         force[1:] = weight * displacement[1:]
-        _by_displacement(*branches, force, found)
+        _by_displacement(*branches, force, derivative)
         if not delayed:
-            tangents[place] = np.dot(found.T, displacement)
+            tangents[place] = np.dot(derivative.T, displacement)
             continue
         # each part is multiplied by exp(-r tau), tau the time between displacement and force
-        of_displacement = np.dot(found.T, time * displacement)
-        _by_displacement(*branches, time * force, found)
-        tangents[place] = of_displacement - np.dot(found.T, displacement)
+        of_displacement = np.dot(derivative.T, time * displacement)
+        _by_displacement(*branches, time * force, derivative)
+        tangents[place] = of_displacement - np.dot(derivative.T, displacement)

@@ -115,9 +115,9 @@ class ModalSliderTangent(NamedTuple):
         """Derivative of the forces along a change of the amplitudes, both (components, modes)."""
         x, n, friction, load = self.work
         n[:] = 0.0
-        for rows, found in ((self.elements.X, x), (self.elements.V, n)):
+        for rows, change_along in ((self.elements.X, x), (self.elements.V, n)):
             if rows is not None:
-                multi_dot([rows, change.T, self.basis.synthesis], out=found)
+                multi_dot([rows, change.T, self.basis.synthesis], out=change_along)
         friction[:] = load[:] = 0.0
         _follow_change(x, n, *self.changes, friction, load)
         return _in_modes(self.elements, self.basis, friction, load)
@@ -152,15 +152,15 @@ def slider_delay(elements: ModalSliders, basis: HarmonicBasis, amplitude: Array)
         return moment[end] - moment[begin] + since[:, None] * (basis.mean[end] - basis.mean[begin])
 
     modes, count = elements.R.shape[1], basis.harmonic.size
-    found = np.zeros((modes, modes, count, count))
+    delay = np.zeros((modes, modes, count, count))
     for first in range(0, len(elements.R), _ELEMENTS_AT_ONCE):
         at = slice(first, first + _ELEMENTS_AT_ONCE)
-        block = ModalSliders(*(None if each is None else each[at] for each in elements))
+        block = ModalSliders(*(None if column is None else column[at] for column in elements))
         x, n = _spring_forces(block, amplitude, basis)
         of_slider = _follow(x, n, block.friction_coefficient, np.empty_like(x))[1]
         moving = of_slider[:, 5] - of_slider[:, 4] < samples
-        found += _by_slider(block, basis, of_slider[moving], delayed)
-    return found.transpose(2, 0, 3, 1) / samples
+        delay += _by_slider(block, basis, of_slider[moving], delayed)
+    return delay.transpose(2, 0, 3, 1) / samples
 
 
 def _in_modes(elements: ModalSliders, basis: HarmonicBasis, friction: Array, load: Array) -> Array:
@@ -221,10 +221,10 @@ def _by_state(elements: ModalSliders, basis: HarmonicBasis, of_state: Array) -> 
             difference = spectrum[(h[i][:, None] - h[j]) % samples]
             # the spectrum is the sum with cos, less i times that with sin
             if of_force == of_motion:
-                found = difference.real + (total.real if of_force == "cos" else -total.real)
+                part = difference.real + (total.real if of_force == "cos" else -total.real)
             else:
-                found = -total.imag + (-difference.imag if of_force == "sin" else difference.imag)
-            products[np.ix_(i, j)] = 0.5 * basis.weight[i][:, None, None] * found
+                part = -total.imag + (-difference.imag if of_force == "sin" else difference.imag)
+            products[np.ix_(i, j)] = 0.5 * basis.weight[i][:, None, None] * part
     return products.reshape(h.size, h.size, modes, modes)
 
 

@@ -204,16 +204,18 @@ def joined(parts: Sequence[Sliders], first: Sequence[int]) -> Sliders:
     """Sliders of several sets of elements, by the number of the first element of each."""
     absent = {"normal_stiffness": 0.0, "lateral": False}
     values = {name: [getattr(part, name) for part in parts] for name in vars(parts[0])}
-    values["element"] = [start + each for start, each in zip(first, values["element"], strict=True)]
+    values["element"] = [
+        start + number for start, number in zip(first, values["element"], strict=True)
+    ]
     for name, none in absent.items():
-        if all(each is None for each in values[name]):
+        if all(value is None for value in values[name]):
             del values[name]
             continue
         values[name] = [
-            np.full(part.point.shape, none) if each is None else each
-            for part, each in zip(parts, values[name], strict=True)
+            np.full(part.point.shape, none) if value is None else value
+            for part, value in zip(parts, values[name], strict=True)
         ]
-    whole = {name: np.concatenate(each) for name, each in values.items()}
+    whole = {name: np.concatenate(of_parts) for name, of_parts in values.items()}
     return Sliders(**{**dict.fromkeys(absent), **whole})
 
 
@@ -242,10 +244,10 @@ def slider_forces(sliders: Sliders, motion: Array, tables: SampleTables, tangent
     for own, mine in zip(blocks[:2], (~sliders.lateral, sliders.lateral), strict=True):
         at = np.concatenate([own, normal])
         of_direction = np.zeros((len(tangent), at.size, at.size))
-        found = _forces(sliders, mine, motion[:, at], tables, of_direction)
+        acting_forces = _forces(sliders, mine, motion[:, at], tables, of_direction)
         # both directions have the normal load in common, and it acts once
         acting = slice(None) if own[0] == 0 else slice(count)
-        force[:, at[acting]] += found[:, acting]
+        force[:, at[acting]] += acting_forces[:, acting]
         tangent[:, at[acting, None], at] += of_direction[:, acting]
     return force
 

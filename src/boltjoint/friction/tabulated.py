@@ -83,25 +83,25 @@ def _tabulate(k: Array, s: Array) -> Array:
         coarse = np.zeros(queue.size, dtype=bool)
         for t in (0.25, 0.5, 0.75):
             exact = _in_phase(x[queue] + t * width, k, s)
-            found = (
+            interpolated = (
                 (1 + 2 * t) * (1 - t) ** 2 * value[queue]
                 + t * t * (3 - 2 * t) * value[queue + 1]
                 + t * (1 - t) * ((1 - t) * slope[queue] - t * slope[queue + 1]) * width
             )
-            coarse |= np.abs(found - exact[0]) > _TOLERANCE * exact[2]
+            coarse |= np.abs(interpolated - exact[0]) > _TOLERANCE * exact[2]
             if t == 0.5:
                 middle = exact
         at, new = queue[coarse] + 1, x[queue] + 0.5 * width
         x = np.insert(x, at, new[coarse])
         value, slope, size = (
-            np.insert(known, at, found[coarse])
-            for known, found in zip((value, slope, size), middle, strict=True)
+            np.insert(knots, at, inserted[coarse])
+            for knots, inserted in zip((value, slope, size), middle, strict=True)
         )
         halves = at - 1 + np.arange(at.size)
         queue = np.column_stack([halves, halves + 1]).ravel()
     by_onset = np.argsort(np.log(s / k), kind="stable")
     slips = np.searchsorted(np.log(s / k)[by_onset], x + _SAME, side="right")
-    sums = [np.append(0.0, np.cumsum(each[by_onset]))[slips] for each in (s, s * s / k)]
+    sums = [np.append(0.0, np.cumsum(summand[by_onset]))[slips] for summand in (s, s * s / k)]
     return np.column_stack([x, value, slope, *sums])
 
 

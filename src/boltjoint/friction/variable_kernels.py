@@ -275,8 +275,8 @@ def _subtract_position(
 @loop
 def _quantities(elements: Elements) -> tuple[Array, Array, Array, Array]:
     """By element k_u, k_v, n0 and mu."""
-    found = elements.quantities
-    return found[0], found[1], found[2], found[3]
+    quantities = elements.quantities
+    return quantities[0], quantities[1], quantities[2], quantities[3]
 
 
 @kept_loop

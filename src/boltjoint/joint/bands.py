@@ -72,8 +72,8 @@ def on_each_surface(
     if total.size == 1 or count % multiple:
         return divide(position, load, count)
     region, first = np.empty(surface.size, dtype=np.int64), 0
-    for each, own in enumerate(multiple * _shares(total, count // multiple)):
-        mine = surface == each
+    for number, own in enumerate(multiple * _shares(total, count // multiple)):
+        mine = surface == number
         # a surface that is open all over is divided by the number of its pairs
         of_surface = load[mine] if load[mine].any() else np.ones(np.count_nonzero(mine))
         region[mine] = first + divide(position[mine], of_surface, int(own))
@@ -136,8 +136,8 @@ def bands_of_equal_load(position: Array, load: Array, count: int) -> Labels:
     middle = np.cumsum(at_place) - at_place / 2
     first = np.searchsorted(middle, at_place.sum() * np.arange(count) / count)
     # where one place carries more than a band's share, the next band begins right after it
-    each = np.arange(count)
-    first = np.minimum(np.maximum.accumulate(first - each) + each, at_place.size - count + each)
+    bands = np.arange(count)
+    first = np.minimum(np.maximum.accumulate(first - bands) + bands, at_place.size - count + bands)
     region = np.searchsorted(first, np.arange(at_place.size), side="right") - 1
     return region[place]
 

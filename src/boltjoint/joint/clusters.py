@@ -218,16 +218,16 @@ class MotionClusters:
         refuse_fewer_than_surfaces(count, self._surface.max() + 1)
         # the first merges of the tree, by their order: equal heights would merge too many at once
         merges = np.arange(points - 1, dtype=float)
-        found = fcluster(self._tree, points - count - 1, "monocrit", monocrit=merges) - 1
-        centres = _centres(self._motion, found)
+        labels = fcluster(self._tree, points - count - 1, "monocrit", monocrit=merges) - 1
+        centres = _centres(self._motion, labels)
         # k-means may empty a cluster where pairs move the same: then those of the tree stay
         with suppress(ClusterError):
-            found = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
+            labels = kmeans2(self._motion, centres, 50, minit="matrix", missing="raise")[1]
         centres = np.column_stack([self._surface, self._place])
-        first = np.lexsort(_centres(centres, found).T[::-1])
+        first = np.lexsort(_centres(centres, labels).T[::-1])
         rank = np.empty(count, dtype=np.int64)
         rank[first] = np.arange(count)
-        return rank[found]
+        return rank[labels]
 
     def _apart(self) -> Array:
         """Columns that keep surfaces apart: a merger across them adds more than all scatter."""

@@ -72,11 +72,11 @@ def fit_iwan_element(
     misfit = DescribingFunctionMisfit(*shares, options.loss_weight, options)
     # an element and a point for each amplitude
     motion = np.column_stack([misfit.amplitude, np.zeros_like(misfit.amplitude)])
-    each, on = np.ones(len(motion)), np.arange(len(motion))
+    ones, on = np.ones(len(motion)), np.arange(len(motion))
 
     def residual(unknown: Array) -> Array:
         chi, beta = unknown[0], np.exp(unknown[1])
-        law = FourParameterIwan(on, each, each, chi * each, beta * each)
+        law = FourParameterIwan(on, ones, ones, chi * ones, beta * ones)
         return misfit.difference((law.evaluate(motion, 0.0) / misfit.amplitude[:, None]).T.ravel())
 
     how = {
@@ -128,14 +128,14 @@ def fit_iwan_joint(
     check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
     fractions = checks.array("load_fractions", load_fractions, ("loops",), above=0, at_most=1)
     law = joint.law
-    fits, known = [], []
+    fits, qualities = [], []
     for point in range(joint.points):
         mine = law.point_of_element == point
         k, s = law.tangential_stiffness[mine], law.slip_force[mine]
         if not k.size:
             raise ValueError(f"region {point + 1} of the joint has no element")
         fits.append(fit_iwan_element(k, s, options))
-        known.append(_known(k, s, fits[-1], fractions, options))
+        qualities.append(_quality(k, s, fits[-1], fractions, options))
     quantities = {
         name: np.concatenate([getattr(fit, name) for fit in fits])
         for name in FourParameterIwan.quantities
@@ -145,11 +145,11 @@ def fit_iwan_joint(
         law=FourParameterIwan(np.arange(joint.points), **quantities),
         element_position=joint.position,
     )
-    of_regions = {name: [each[name] for each in known] for name in known[0]}
+    of_regions = {name: [quality[name] for quality in qualities] for name in qualities[0]}
     return reduced, fit_dataset(**of_regions, options=options)
 
 
-def _known(
+def _quality(
     k: Array, s: Array, fit: FourParameterIwan, fractions: Array, options: FitOptions
 ) -> dict[str, object]:
     """Cost, error and loops of the fit of a region, as for ``fit_dataset``."""

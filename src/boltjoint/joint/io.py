@@ -68,13 +68,13 @@ def save_joint(
         As from ``make``, where the joint is not of sweeps alone.
     """
     try:
-        found = make()
+        stored = make()
     except ValueError as error:
         if not of_sweep:
             raise
         logger.warning("designs with this joint are impossible: %s", error)
-        found = xr.Dataset(attrs={_IMPOSSIBLE: str(error)})
-    dataset.save(found, path, parameters)
+        stored = xr.Dataset(attrs={_IMPOSSIBLE: str(error)})
+    dataset.save(stored, path, parameters)
 
 
 def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr.Dataset:
@@ -102,10 +102,10 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
         checks.instance("law of the joint", part, ElementLaw)
     between = joint.resonance_range()
     if reduced_from is not None:
-        known = checks.variable(
+        bounds = checks.variable(
             "reduced_from", reduced_from, "resonance_range", ("resonance", "bound")
         )
-        lowest, highest = np.minimum(between, known)[:, 0], np.maximum(between, known)[:, 1]
+        lowest, highest = np.minimum(between, bounds)[:, 0], np.maximum(between, bounds)[:, 1]
         between = np.column_stack([lowest, highest])
     stored = {
         "resonance_range": quantity(
@@ -170,9 +170,11 @@ def basis_errors(modes: xr.Dataset) -> dict[str, xr.Variable]:
         contact-adapted basis among its attributes.
     """
     return {
-        f"basis_{what}_error": quantity((), float(modes.attrs[known]), "1", "of a peak, relative")
+        f"basis_{what}_error": quantity(
+            (), float(modes.attrs[attribute]), "1", "of a peak, relative"
+        )
         for what in ("frequency", "amplitude")
-        if (known := f"estimated_{what}_error") in modes.attrs
+        if (attribute := f"estimated_{what}_error") in modes.attrs
     }
 
 
@@ -191,17 +193,17 @@ def model_errors(stored: xr.Dataset) -> xr.Dataset:
         ``weights_amplitude_error``: not a number where nothing is estimated; those of the weights
         are 0 of a joint without.
     """
-    found = {}
+    errors = {}
     for what in ("frequency", "amplitude"):
         none = np.nan if "weight" in stored else 0.0
-        known = {
+        estimates = {
             "basis": stored.get(f"basis_{what}_error", np.nan),
             "weights": stored.get(f"estimated_{what}_error", none),
         }
         for of, words in _ESTIMATED.items():
             meaning = f"estimated error {words} in peak_{what}, relative"
-            found[f"{of}_{what}_error"] = quantity((), float(known[of]), "1", meaning)
-    return xr.Dataset(found)
+            errors[f"{of}_{what}_error"] = quantity((), float(estimates[of]), "1", meaning)
+    return xr.Dataset(errors)
 
 
 def free_mode_quantities(
@@ -342,16 +344,16 @@ def _stored_places(stored: xr.Dataset) -> SurfacePlaces | None:
 
 def optional_fields(name: str, stored: xr.Dataset) -> dict[str, Any]:
     """Fields of a joint with a default that a dataset of this name holds."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     if "excitation_mode_cos" in stored:
         mode = checks.variable(name, stored, "excitation_mode_cos", ("mode",))
-        found["excitation_mode_cos"] = mode
+        fields["excitation_mode_cos"] = mode
     if "sensor_mode" in stored:
-        found["sensor_mode"] = checks.variable(name, stored, "sensor_mode", ("sensor", "mode"))
-        found["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
+        fields["sensor_mode"] = checks.variable(name, stored, "sensor_mode", ("sensor", "mode"))
+        fields["sensor_name"] = tuple(stored["sensor"].to_numpy().astype(str).tolist())
     if "level_units" in stored["excitation_mode"].attrs:
-        found["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
+        fields["excitation_unit"] = stored["excitation_mode"].attrs["level_units"]
     if "free_participation" in stored:
         dims = {"free_frequency": ("free_mode",), "free_participation": ("free_mode", "mode")}
-        found |= {each: checks.variable(name, stored, each, dims[each]) for each in dims}
-    return found
+        fields |= {field: checks.variable(name, stored, field, dims[field]) for field in dims}
+    return fields

@@ -382,8 +382,10 @@ def count_alike(joint: Joint) -> Array:
     """
     law = joint.law
     described = [B[law.point_of_element] for B in joint.rows]
-    described += [each[:, None] for each in law.features]
-    features = np.hstack([each / max(abs(each).max(), np.finfo(float).tiny) for each in described])
+    described += [feature[:, None] for feature in law.features]
+    features = np.hstack(
+        [feature / max(abs(feature).max(), np.finfo(float).tiny) for feature in described]
+    )
     # alike elements are next to each other in the order of any sum of what describes them
     order = np.argsort(features @ np.cos(np.arange(features.shape[1])))
     changes = abs(np.diff(features[order], axis=0)).max(axis=1) > _ALIKE

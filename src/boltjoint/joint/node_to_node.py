@@ -93,8 +93,8 @@ def connect_pairs(
         surface, it has a key that is not given for all, or none that its own law needs.
     """
     position, other = (
-        checks.variable(name, each, "position", ("pair", "axis"))
-        for name, each in (("modes", modes), ("preload", preload))
+        checks.variable(name, dataset, "position", ("pair", "axis"))
+        for name, dataset in (("modes", modes), ("preload", preload))
     )
     if not np.array_equal(position, other):
         raise ValueError("modes and preload were found on different contact pairs")

@@ -138,8 +138,8 @@ def region_error(
     ValueError
         If the two differ in their number of elements, or there are fewer modes than resonances.
     """
-    for name, each in (("joint", joint), ("regions", regions)):
-        checks.instance(name, each, Joint)
+    for name, argument in (("joint", joint), ("regions", regions)):
+        checks.instance(name, argument, Joint)
     if regions.law.point_of_element.size != joint.law.point_of_element.size:
         raise ValueError("regions must have the elements of the joint they are compared with")
     return _largest_error(find_slip_states(joint, resonances, options), joint, regions)
@@ -288,7 +288,7 @@ def _on_lines(joint: Joint, region: Labels) -> Joint:
 
     def on_lines(B: Array) -> Array:
         moved = np.empty_like(B)
-        for mine in (region == each for each in range(region.max() + 1)):
+        for mine in (region == label for label in range(region.max() + 1)):
             x = joint.surface_places.place[mine, 0]
             line = np.column_stack([np.ones(x.size), x - x.mean()])
             moved[mine] = line @ np.linalg.lstsq(line, B[mine], rcond=None)[0]

@@ -152,7 +152,7 @@ def fit_dataset(
         ),
         "loop_force_of_fit": (loop, force_of_fit, "N", "force of the fitted elements"),
     }
-    variables = {name: quantity(*each) for name, each in stored.items()}
+    variables = {name: quantity(*row) for name, row in stored.items()}
     return xr.Dataset(variables, attrs={"options": options.stored()})
 
 

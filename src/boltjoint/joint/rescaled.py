@@ -85,7 +85,11 @@ def _two_pairs(surface: str, ratio: float) -> ContactPairs:
 
 def _keys_on(surface: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     """The keys of all surfaces, and those of one."""
-    own = {name: each for name, each in keys.get("surfaces", {}).items() if name == surface}
+    own = {
+        name: keys_of_surface
+        for name, keys_of_surface in keys.get("surfaces", {}).items()
+        if name == surface
+    }
     return {**keys, "surfaces": own}
 
 

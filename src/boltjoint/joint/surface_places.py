@@ -81,8 +81,8 @@ class SurfacePlaces:
             Name of the surface of each point, shape (points,).
         """
         place = np.empty((len(position), 2))
-        for each in np.unique(name):
-            mine = name == each
+        for surface in np.unique(name):
+            mine = name == surface
             along, across = (position[mine] @ t for t in _mean_tangents(frame[mine]))
             place[mine] = np.column_stack([along, across - (across.min() + across.max()) / 2])
         return cls(name, place)
@@ -96,8 +96,8 @@ class SurfacePlaces:
     def from_middle(self) -> Array:
         """Places along the first tangent from the middle of each surface [m], shape (points,)."""
         x, middle = self.place[:, 0], np.empty(len(self.place))
-        for each in np.unique(self.name):
-            mine = self.name == each
+        for surface in np.unique(self.name):
+            mine = self.name == surface
             middle[mine] = (x[mine].min() + x[mine].max()) / 2
         return x - middle
 
@@ -134,8 +134,8 @@ def surfaces_of(name: str, stored: xr.Dataset, of: str) -> NDArray[np.str_]:
     if "surface" not in stored:
         return np.full(stored.sizes[of], SURFACE)
     if stored["surface"].dims != (of,):
-        found = ", ".join(map(str, stored["surface"].dims))
-        raise ValueError(f"surface of {name} is over ({found}), expected ({of})")
+        dims = ", ".join(map(str, stored["surface"].dims))
+        raise ValueError(f"surface of {name} is over ({dims}), expected ({of})")
     return stored["surface"].to_numpy().astype(str)
 
 

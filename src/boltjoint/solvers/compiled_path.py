@@ -61,7 +61,7 @@ class Path(NamedTuple):
 
     def branch(self) -> SolutionBranch:
         """The path as ``arc_length.trace`` gives it."""
-        rows = (each[: self.count].tolist() for each in (self.p, self.iterations, self.located))
+        rows = (column[: self.count].tolist() for column in (self.p, self.iterations, self.located))
         solutions = [
             Solution(x, p, iterations, True, located)
             for x, p, iterations, located in zip(self.x[: self.count], *rows, strict=True)
@@ -76,18 +76,18 @@ def _reach(
     distance: float,
     limits: Limits,
     work: Work,
-    found: Place,
+    place: Place,
 ) -> int:
     """Solve at a distance from a place, and settle there in its distances; as ``correct``."""
     iterations = correct(system, here, distance, limits, work)
     if iterations >= 0:
         p, size, scale = here.numbers[P], here.numbers[SIZE], here.numbers[SCALE]
         for j in range(work.x.size):
-            found.arrival[j] = work.offset[j] * size
-        found.arrival[-1] = work.offset[-1] * scale
-        p += found.arrival[-1]
+            place.arrival[j] = work.offset[j] * size
+        place.arrival[-1] = work.offset[-1] * scale
+        p += place.arrival[-1]
         call(system.form_jacobian, system.arrays, work.x, p, work.jacobian)
-        settle(system, p, size, scale, work, found)
+        settle(system, p, size, scale, work, place)
     return iterations
 
 
@@ -98,7 +98,7 @@ def _locate(
     length: float,
     limits: Limits,
     work: Work,
-    found: Place,
+    place: Place,
 ) -> int:
     """Settle where the slope is zero within a step, by Brent's method as ``scipy.optimize.brentq``.
 
@@ -109,10 +109,10 @@ def _locate(
     f_before, f_at, f_other = here.numbers[SLOPE], 0.0, 0.0
     last, move = 0.0, 0.0
     for evaluation in range(_MOST_ITERATIONS):
-        iterations = _reach(system, here, at, limits, work, found)
+        iterations = _reach(system, here, at, limits, work, place)
         if iterations < 0:
             return -1
-        f_at = found.numbers[SLOPE]
+        f_at = place.numbers[SLOPE]
         if evaluation == 0 and f_at > 0.0:
             return -1
         if f_before != 0.0 and f_at != 0.0 and (f_before < 0.0) != (f_at < 0.0):
@@ -127,7 +127,7 @@ def _locate(
         if f_at == 0.0 or abs(bisection) < delta:
             if not swapped:
                 return iterations
-            return _reach(system, here, at, limits, work, found) if at > 0.0 else -1
+            return _reach(system, here, at, limits, work, place) if at > 0.0 else -1
         attempt = np.inf
         if abs(last) > delta and abs(f_at) < abs(f_before):
             if before == other:

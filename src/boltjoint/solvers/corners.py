@@ -85,7 +85,7 @@ def continuations(
                 continue
             if not any(secant @ other > _EQUAL_COSINE for other, _ in steps):
                 steps.append((secant, step))
-    steps.sort(key=lambda each: -each[0] @ predictor.tangent)
+    steps.sort(key=lambda secant_and_step: -secant_and_step[0] @ predictor.tangent)
     return [step for _, step in steps]
 
 

@@ -205,7 +205,7 @@ def _polish_maxima(
     """
     solutions, polished = branch.solutions, set()
     while True:
-        values = [quantity.value(each.x) for each in solutions]
+        values = [quantity.value(solution.x) for solution in solutions]
         highs = [
             i for i in range(1, len(values) - 1) if values[i] >= max(values[i - 1], values[i + 1])
         ]

@@ -64,7 +64,7 @@ class Maxima:
         """Compare the last solution of the branch, at the end of a step, with those before it."""
         index = len(self.branch.solutions) - 1
         last = _Sample(index, self._value(index), origin, length)
-        self._samples = [*(each for each in self._samples if each.index < index), last][-3:]
+        self._samples = [*(sample for sample in self._samples if sample.index < index), last][-3:]
         if len(self._samples) == 3:
             self._refine(*self._samples)
 
@@ -96,7 +96,7 @@ class Maxima:
             return
         solutions.insert(at, highest.solution._replace(located=True))
         self._samples = [
-            each._replace(index=each.index + (each.index >= at)) for each in self._samples
+            sample._replace(index=sample.index + (sample.index >= at)) for sample in self._samples
         ]
 
     def _value(self, index: int) -> float:

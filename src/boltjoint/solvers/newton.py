@@ -207,15 +207,15 @@ class KeptFactors:
             None where the matrix is singular or not finite.
         """
         if self._factors is not None:
-            found = self._precondition(along, right, tolerance)
-            if found is not None:
-                return found
+            solution = self._precondition(along, right, tolerance)
+            if solution is not None:
+                return solution
         try:
             self._factors = lu_factor(matrix(), overwrite_a=True)
         except (LinAlgError, ValueError):
             return None
-        found = lu_solve(self._factors, right)
-        return found if np.all(np.isfinite(found)) else None
+        solution = lu_solve(self._factors, right)
+        return solution if np.all(np.isfinite(solution)) else None
 
     def _precondition(
         self, along: Callable[[Vector], Vector], right: Vector, tolerance: float
@@ -228,5 +228,5 @@ class KeptFactors:
         n = right.size
         most = max(_ITERATIONS, round(_ITERATIONS_BY_UNKNOWNS * n))
         operator = LinearOperator((n, n), lambda y: along(earlier(y)), dtype=float)
-        found, failed = gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)
-        return None if failed else earlier(found)
+        preconditioned, failed = gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)
+        return None if failed else earlier(preconditioned)

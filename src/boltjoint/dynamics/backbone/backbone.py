@@ -195,15 +195,15 @@ def trace_backbone(
     for steps, first in product(controls, np.log(_FIRST_AMPLITUDES)):
         # the stuck mode is an initial guess where little slips
         window = (low + first, high)
-        found = _trace(equations, equations.start(), window, steps)
-        if not found.solutions[0].converged:
-            found = _trace(equations, equations.damped_start(), window, steps)
-        if not branch.solutions or found.complete or len(branch.solutions) < 2:
-            branch = found
+        attempt = _trace(equations, equations.start(), window, steps)
+        if not attempt.solutions[0].converged:
+            attempt = _trace(equations, equations.damped_start(), window, steps)
+        if not branch.solutions or attempt.complete or len(branch.solutions) < 2:
+            branch = attempt
         if branch.complete:
             break
     solutions = (solution for solution in branch.solutions if solution.converged)
-    states = tuple(ModalState(equations, each.x, each.p) for each in solutions)
+    states = tuple(ModalState(equations, x, p) for x, p, *_ in solutions)
     return Backbone(equations, states, control, branch.complete, branch.reason)
 
 

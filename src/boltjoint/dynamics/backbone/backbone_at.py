@@ -65,11 +65,11 @@ def backbone_at(
     bounds = wanted[0] / _BEYOND / per_modal, wanted[-1] * _BEYOND / per_modal
     backbone = trace_backbone(equations, bounds, control)
     sizes = [size(state) for state in backbone.states]
-    found = np.full((2, wanted.size), np.nan)
+    curves = np.full((2, wanted.size), np.nan)
     for place, target in enumerate(np.log(wanted)):
-        after = next((n for n, each in enumerate(sizes) if each >= target), 0)
+        after = next((n for n, size_of_state in enumerate(sizes) if size_of_state >= target), 0)
         if after:
             first, second = backbone.states[after - 1 : after + 1]
             state = backbone.solve_root(lambda at, to=target: size(at) - to, first, second, 1.0)
-            found[:, place] = state.frequency, state.damping_ratio
-    return found[0], found[1]
+            curves[:, place] = state.frequency, state.damping_ratio
+    return curves[0], curves[1]

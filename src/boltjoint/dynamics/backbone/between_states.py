@@ -179,9 +179,9 @@ def _root_of_interpolation(
     function: Callable[[ModalState], float], between: BetweenStates, values: tuple[float, float]
 ) -> float:
     """Share of the way at which a function of the interpolation is zero."""
-    known = {0.0: values[0], 1.0: values[1]}
+    ends = {0.0: values[0], 1.0: values[1]}
 
     def value_at(share: float) -> float:
-        return known[share] if share in known else function(between.interpolation(share))
+        return ends[share] if share in ends else function(between.interpolation(share))
 
     return float(brentq(value_at, 0.0, 1.0, xtol=1e-15))

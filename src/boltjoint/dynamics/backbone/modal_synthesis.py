@@ -176,12 +176,12 @@ class _ResponseCurve:
         """States at phases from the peak, by the known one that they follow, which are apart."""
         states: dict[int, list[ModalState]] = {}
         p = np.array([state.log_amplitude for state in self.states])
-        known = np.arccos(np.minimum(np.exp(p - p[-1]), 1.0))
+        phases = np.arccos(np.minimum(np.exp(p - p[-1]), 1.0))
         spacings = np.diff(_PHASES, prepend=0.0)
         for phase, spacing in zip(_PHASES[::-1], spacings[::-1], strict=True):
             # the last interval that holds the phase
-            at = np.flatnonzero((known[:-1] >= phase) & (phase >= known[1:]))
-            if at.size and known[at[-1]] - known[at[-1] + 1] > spacing:
+            at = np.flatnonzero((phases[:-1] >= phase) & (phase >= phases[1:]))
+            if at.size and phases[at[-1]] - phases[at[-1] + 1] > spacing:
                 place = int(at[-1])
                 share = (p[-1] + np.log(np.cos(phase)) - p[place]) / (p[place + 1] - p[place])
                 state = self.backbone.solve_between(*self.states[place : place + 2], share)
@@ -194,10 +194,10 @@ class _ResponseCurve:
         for before, (point, after) in enumerate(pairwise(points), start=1):
             if point.squared <= end <= after.squared:
                 side = point.side or after.side
-                squared = {id(each.state): each.squared for each in (point, after)}
+                squared = {id(end_point.state): end_point.squared for end_point in (point, after)}
 
-                def beyond(state: ModalState, side: int = side, known: dict = squared) -> float:
-                    return known.get(id(state), self._point(state, side).squared) - end
+                def beyond(state: ModalState, side: int = side, squares: dict = squared) -> float:
+                    return squares.get(id(state), self._point(state, side).squared) - end
 
                 state = self.backbone.solve_root(beyond, point.state, after.state, end)
                 return before, _Point(state, side, end)
@@ -225,7 +225,7 @@ class _ResponseCurve:
         # the tolerance is relative to the variable, and so to the step if that is near 1
         step = phases[2] - phases[0]
         variables = [1 + (phase - phases[1]) / step for phase in phases]
-        known = dict(zip(variables, -amplitude[highest - 1 : highest + 2], strict=True))
+        negatives = dict(zip(variables, -amplitude[highest - 1 : highest + 2], strict=True))
 
         def point_at(variable: float) -> _Point | None:
             phase = phases[1] + step * (variable - 1)
@@ -245,10 +245,10 @@ class _ResponseCurve:
             return None if state is None else self._point(state, side)
 
         def negative_amplitude(variable: float) -> float:
-            if variable not in known:
+            if variable not in negatives:
                 point = point_at(variable)
-                known[variable] = 0.0 if point is None else -self.output_amplitude([point])[0]
-            return known[variable]
+                negatives[variable] = 0.0 if point is None else -self.output_amplitude([point])[0]
+            return negatives[variable]
 
         located = minimize_scalar(
             negative_amplitude,

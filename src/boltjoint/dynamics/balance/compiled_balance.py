@@ -70,7 +70,7 @@ def balance_arrays(balance: HarmonicBalance, scale: float = 1.0) -> BalanceArray
     if law.kernel is None:
         return None
     add_forces, elements = law.kernel
-    rows = np.ascontiguousarray(np.stack([each.T for each in balance.contact.rows]))
+    rows = np.ascontiguousarray(np.stack([along.T for along in balance.contact.rows]))
     directions, modes, points = rows.shape
     parts = len(balance.components)
     columns = directions * parts
@@ -256,8 +256,8 @@ def _add_products(
                     a, b = d * parts + i, e * parts + j
                     none = True
                     for s in range(count):
-                        known = stuck[some[s], a] if a == b else 0.0
-                        column[s] = tangent[some[s], a, b] - known
+                        at_stick = stuck[some[s], a] if a == b else 0.0
+                        column[s] = tangent[some[s], a, b] - at_stick
                         none &= column[s] == 0.0
                     if e > 0 and none:  # tangential motion never changes the normal force
                         continue

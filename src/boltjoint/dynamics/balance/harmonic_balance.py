@@ -76,8 +76,8 @@ class HarmonicBalance:
     def in_basis(self, basis: NDArray[np.float64]) -> "HarmonicBalance":
         """The same balance in another basis of the right shape, which is not checked."""
         updated = object.__new__(type(self))
-        given = {each.name: getattr(self, each.name) for each in fields(self)}
-        vars(updated).update(given, basis=basis)
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        vars(updated).update(values, basis=basis)
         return updated
 
     @cached_property

@@ -191,7 +191,7 @@ class ModalContact:
         """Modal stiffness of springs at the points, real or complex, k (points, directions)."""
         if np.iscomplexobj(k):  # products of real matrices take a quarter of the time
             return self.spring_stiffness(k.real) + 1j * self.spring_stiffness(k.imag)
-        return sum(B.T @ (each[:, None] * B) for B, each in zip(self.rows, k.T, strict=True))
+        return sum(B.T @ (springs[:, None] * B) for B, springs in zip(self.rows, k.T, strict=True))
 
     def spring_force_derivative(
         self, shape: NDArray[np.float64], dk: NDArray[np.float64]

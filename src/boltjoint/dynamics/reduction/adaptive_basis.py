@@ -150,11 +150,11 @@ def find_pod_modes(
         (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]
     of_pairs = candidates.area, candidates.surface
-    of_conditions = [each.tangential_stiffness(*of_pairs) for each in conditions]
+    of_conditions = [at.tangential_stiffness(*of_pairs) for at in conditions]
     stiffness = np.max(of_conditions, axis=0)
     try:
-        found = _adapted(candidates, connections, stiffness, options, pod_options)
-        trials = _error_by_vectors(candidates, connections, found.vector, options)
+        basis = _adapted(candidates, connections, stiffness, options, pod_options)
+        trials = _error_by_vectors(candidates, connections, basis.vector, options)
     except (ArpackError, ValueError) as error:
         # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
         raise RuntimeError(
@@ -164,7 +164,7 @@ def find_pod_modes(
     vectors, errors = np.array([count for count, _ in trials]), np.array([e for _, e in trials])
     within = np.all(errors <= _tolerances(options), axis=1)
     automatic = int(vectors[np.argmax(within)] if within.any() else vectors[-1])
-    motion = candidates.vector @ (candidates.coordinate @ found.vector)
+    motion = candidates.vector @ (candidates.coordinate @ basis.vector)
     relative_error = "largest relative error of peak {} on the backbones it is made for"
     reached = "are within" if within.any() else "are the most, and not within"
     logger.info("contact-adapted basis: %d vectors %s the tolerances", automatic, reached)
@@ -178,7 +178,7 @@ def find_pod_modes(
             ),
             "energy_share": quantity(
                 "pod_mode",
-                found.energy_share,
+                basis.energy_share,
                 "1",
                 "strain energy of the snapshots along it, over all of it",
             ),
@@ -192,7 +192,7 @@ def find_pod_modes(
             "position": structure.contact.variables()["position"],
             **free_mode_quantities(
                 candidates.free_frequency,
-                candidates.free_participation @ found.vector,
+                candidates.free_participation @ basis.vector,
                 of="pod_mode",
                 unit="s",
             ),
@@ -235,7 +235,7 @@ def _adapted(
             for snapshot, error in _snapshots(traced, tolerances, options.states, adaptation):
                 snapshots.append(snapshot)
                 errors.append(abs(error))
-        found = balanced_pod_modes(
+        basis = balanced_pod_modes(
             candidates,
             [*patterns, *before, *snapshots],
             options.balanced_vectors,
@@ -249,7 +249,7 @@ def _adapted(
             "frequency and %.1e in amplitude",
             *(adaptation + 1, len(snapshots), vectors.shape[1], *largest),
         )
-        vectors = found.vector
+        vectors = basis.vector
         if np.all(largest <= tolerances):
             break
     else:
@@ -258,7 +258,7 @@ def _adapted(
             "residuals are not within the tolerances after %d adaptations",
             options.adaptations,
         )
-    return found
+    return basis
 
 
 def _trace(mode: CandidateBackbone, options: "ContactAdaptedBasis") -> TracedBackbone:
@@ -283,9 +283,12 @@ def _snapshots(
     spacing = last / max(number - 1, 1)
     at = spacing * (np.arange(number) + (adaptation % 2) / 2)
     for index in np.unique(np.minimum(at, last).round().astype(int)):
-        found = traced.mode.correct(traced.states[index], traced.sensitivities[index])
-        adjoints = zip(found.adjoints, tolerances, strict=True)
-        yield Snapshot(found.motion, tuple(z / limit for z, limit in adjoints)), found.errors
+        correction = traced.mode.correct(traced.states[index], traced.sensitivities[index])
+        adjoints = zip(correction.adjoints, tolerances, strict=True)
+        yield (
+            Snapshot(correction.motion, tuple(z / limit for z, limit in adjoints)),
+            correction.errors,
+        )
 
 
 def _error_by_vectors(
@@ -307,9 +310,9 @@ def _error_by_vectors(
     for count in [*range(min(FEWEST_AUTOMATIC, most), most, options.trial_step), most]:
         errors = [
             _largest_errors(
-                each, CandidateBackbone(candidates, vectors[:, :count], connect, damping)
+                backbone, CandidateBackbone(candidates, vectors[:, :count], connect, damping)
             )
-            for each, (connect, damping) in zip(traced, connections, strict=True)
+            for backbone, (connect, damping) in zip(traced, connections, strict=True)
         ]
         trials.append((count, np.max(errors, axis=0)))
         logger.info("%d vectors: errors of peaks %.1e and %.1e", count, *trials[-1][1])
@@ -328,12 +331,12 @@ def _largest_errors(reference: TracedBackbone, mode: CandidateBackbone) -> Array
     for state, sensitivity in zip(reference.states, reference.sensitivities, strict=True):
         projected = transferred(state)
         # a state lacks about what the one before lacks
-        found = mode.solve_near(projected + difference, state.log_amplitude)
-        if found is None:
+        solution = mode.solve_near(projected + difference, state.log_amplitude)
+        if solution is None:
             continue
         found_states += 1
-        difference = found.unknown - projected
-        change = found.eigenvalue - state.eigenvalue
+        difference = solution.unknown - projected
+        change = solution.eigenvalue - state.eigenvalue
         error = sensitivity.gradient @ [change.real, change.imag]
         largest = np.maximum(largest, abs(error))
     return largest if found_states >= 0.9 * len(reference.states) else np.full(2, np.inf)

@@ -159,13 +159,13 @@ class CandidateBackbone:
         solved = np.linalg.solve(jacobian.T, by_eigenvalue @ sensitivity.gradient.T).T
         inertia = self.candidates.mass @ motion[:, -2:]
         adjoints, errors = [], []
-        for each in solved:
-            adjoint = self.modes @ each[:-2].reshape(count, -1).T
+        for dual in solved:
+            adjoint = self.modes @ dual[:-2].reshape(count, -1).T
             residual = self._linear(adjoint, state.eigenvalue, adjoint=True)
             through = np.einsum("pij,pi->pj", tangent, self._relative(adjoint))
             residual += self._project(through, count)
             # conditions of unit modal mass and of the phase
-            residual[:, -2:] += scale * (2 * each[-2] * inertia + each[-1] * inertia[:, ::-1])
+            residual[:, -2:] += scale * (2 * dual[-2] * inertia + dual[-1] * inertia[:, ::-1])
             adjoints.append(adjoint - lacking(residual))
             errors.append(np.sum(residual * motion_lacking))
         return Correction(motion + motion_lacking, tuple(adjoints), np.array(errors))
@@ -213,14 +213,14 @@ class CandidateBackbone:
     def _linear(self, motion: Array, eigenvalue: complex, adjoint: bool = False) -> Array:
         """Structure with damping, less lambda times the mass, on bias, sine and cosine parts."""
         sign = -1.0 if adjoint else 1.0
-        found = motion.copy()
+        product = motion.copy()
         inertia = self.candidates.mass @ motion[:, -2:]
         turned = np.column_stack([-motion[:, -1], motion[:, -2]])
         turned_inertia = np.column_stack([-inertia[:, 1], inertia[:, 0]])
         # what the basis lacks is damped as the stuck mode is: whatever the model, that is little
-        found[:, -2:] += sign * self.equations.loss * turned
-        found[:, -2:] -= eigenvalue.real * inertia + sign * eigenvalue.imag * turned_inertia
-        return found
+        product[:, -2:] += sign * self.equations.loss * turned
+        product[:, -2:] -= eigenvalue.real * inertia + sign * eigenvalue.imag * turned_inertia
+        return product
 
     def _static_responses(self, tangent: Array, count: int) -> Callable[[Array], Array]:
         """Static responses with springs that are the mean tangent of the points.

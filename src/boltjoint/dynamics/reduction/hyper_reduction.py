@@ -163,17 +163,17 @@ def weigh_pairs(
     if not traced:
         raise ValueError("windows are empty: pairs are weighted for the peaks of a resonance")
     search = _Weights(
-        row for each in traced for row in each.rows(tolerances, options.force_tolerance)
+        row for backbone in traced for row in backbone.rows(tolerances, options.force_tolerance)
     )
     trial = float(options.first_trial if count is None else count)
     while True:
-        found = search.grow(round(trial))
+        is_within = search.grow(round(trial))
         kept = keep_elements(joint, search.weight[on])
-        errors = options.safety * np.max([each.errors(kept) for each in traced], axis=0)
+        errors = options.safety * np.max([backbone.errors(kept) for backbone in traced], axis=0)
         logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
         if count is not None or np.all(errors <= tolerances):
             break
-        if not found:
+        if not is_within:
             raise RuntimeError(
                 f"{kept.points} pairs hold the forces as well as all {joint.points}, but peaks "
                 f"still have errors of {errors[0]:.2g} and {errors[1]:.2g}: allow larger ones"
@@ -232,26 +232,26 @@ class _TracedBackbone:
 
         Infinite where more than a tenth of the states are not found.
         """
-        known = self.equations
-        equations = EPMCEquations(joint, known.balance.damping, known.resonance)
+        whole = self.equations
+        equations = EPMCEquations(joint, whole.balance.damping, whole.resonance)
         control = StepControl(
             tolerance=self.options.corrector_tolerance,
             maximum_iterations=self.options.corrector_iterations,
         )
-        scale = np.append(np.ones(equations.start().size - 2), [known.scale / equations.scale] * 2)
+        scale = np.append(np.ones(equations.start().size - 2), [whole.scale / equations.scale] * 2)
         largest, missing = np.zeros(2), 0
         difference = np.zeros(scale.size)
         for state, sensitivity in zip(self.states, self.sensitivities, strict=True):
             guess = scale * state.unknown
             # a state differs about as much as the one before
-            found = newton(
+            solution = newton(
                 equations, guess + difference, state.log_amplitude, control, chords=True
             )[0]
-            if not found.converged:
+            if not solution.converged:
                 missing += 1
                 continue
-            difference = found.x - guess
-            change = ModalState(equations, found.x, state.log_amplitude).eigenvalue
+            difference = solution.x - guess
+            change = ModalState(equations, solution.x, state.log_amplitude).eigenvalue
             change -= state.eigenvalue
             error = sensitivity.gradient @ [change.real, change.imag]
             largest = np.maximum(largest, abs(error))
@@ -331,15 +331,15 @@ class _Weights:
             product = self._product[np.ix_(active, active)]
             product = product + self._smallest * np.eye(active.size)
             solution = np.linalg.solve(product, self._target[active])
-            known = self.weight[active]
+            weight = self.weight[active]
             negative = solution <= 0
             if not negative.any():
                 self.weight[active] = solution
                 return
-            step = np.min(known[negative] / (known[negative] - solution[negative]))
-            known = known + step * (solution - known)
-            removed = negative & (known <= np.finfo(float).eps * known.max())
+            step = np.min(weight[negative] / (weight[negative] - solution[negative]))
+            weight = weight + step * (solution - weight)
+            removed = negative & (weight <= np.finfo(float).eps * weight.max())
             # at least one column reaches zero, whatever rounding says
-            removed[np.flatnonzero(negative)[np.argmin(known[negative])]] = True
-            self.weight[active] = np.where(removed, 0.0, known)
+            removed[np.flatnonzero(negative)[np.argmin(weight[negative])]] = True
+            self.weight[active] = np.where(removed, 0.0, weight)
             self._active[active[removed]] = False

@@ -264,20 +264,20 @@ def to_dataset(
     dimensions = ("solution", "mode", "component")
     modal_coordinate = (dimensions, values, "kg^1/2 m", "amplitude of the linear modes")
 
-    def each(name: str) -> list:
+    def by_branch(name: str) -> list:
         return [getattr(branch, name) for branch in branches]
 
     def along(name: str) -> NDArray:
-        return np.concatenate(each(name))
+        return np.concatenate(by_branch(name))
 
     def at_peak(name: str) -> list[float]:
-        peaks = zip(each(name), each("peak"), strict=True)
+        peaks = zip(by_branch(name), by_branch("peak"), strict=True)
         return [np.nan if peak is None else values[peak] for values, peak in peaks]
 
     def flags(values: NDArray | list) -> NDArray[np.int8]:
         return np.array(values).astype(np.int8)
 
-    force = each("force")
+    force = by_branch("force")
     excitation = np.repeat(force, [branch.frequency.size for branch in branches])
     amplitude = along("amplitude")
     error_estimate = np.concatenate([error.of_solutions for error in errors])
@@ -287,9 +287,9 @@ def to_dataset(
     turning_points = np.array([fold.turning_points for fold in folds])
     peak_error, largest = zip(*((error.of_peak, error.largest) for error in errors), strict=True)
     wrong = [error.exceeds(limits) for error in errors]
-    isolated = [-1 if found is None else found for found in each("has_isolated")]
+    isolated = [-1 if value is None else value for value in by_branch("has_isolated")]
     isolated = np.array(isolated, dtype=np.int8)
-    larger = [-1 if found is None else found for found in each("larger_resonance")]
+    larger = [-1 if value is None else value for value in by_branch("larger_resonance")]
     of_solutions = (
         ("excitation_force", excitation, joint.excitation.unit, "excitation amplitude"),
         ("frequency", along("frequency"), "Hz", "excitation frequency"),
@@ -315,9 +315,14 @@ def to_dataset(
         ("isolated_branch", isolated, "1", "1 with an isolated branch, 0 without, -1 if not known"),
         ("larger_resonance", larger, "1", "resonance of a larger peak, 0 none, -1 if not known"),
         ("wrong", flags(wrong), "1", "1 where estimated errors are larger than allowed"),
-        ("fell_back", flags(each("fell_back")), "1", "1 where solved in linear modes instead"),
-        ("complete", flags(each("complete")), "1", "1 where the branch crosses the whole window"),
-        ("reason", each("reason"), "1", "why the branch ends before, or has no peak"),
+        ("fell_back", flags(by_branch("fell_back")), "1", "1 where solved in linear modes instead"),
+        (
+            "complete",
+            flags(by_branch("complete")),
+            "1",
+            "1 where the branch crosses the whole window",
+        ),
+        ("reason", by_branch("reason"), "1", "why the branch ends before, or has no peak"),
     )
     return xr.Dataset(
         {name: quantity("solution", *row) for name, *row in of_solutions}
@@ -384,6 +389,6 @@ def _modal_coordinates(
     components = [*_COMPONENTS, *(name for name in of_law if name not in _COMPONENTS)]
     shape = -1, len(of_law), modes
     x = np.concatenate([branch.modal_coordinate.reshape(shape) for branch in branches])
-    found = np.zeros((len(x), modes, len(components)))
-    found[:, :, [components.index(name) for name in of_law]] = x.transpose(0, 2, 1)
-    return components, found
+    coordinates = np.zeros((len(x), modes, len(components)))
+    coordinates[:, :, [components.index(name) for name in of_law]] = x.transpose(0, 2, 1)
+    return components, coordinates

@@ -137,11 +137,11 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
         derivative = -2.0 * p * (self._phi.T @ q)
         if self.balance.damping_matrix.varying is not None:
             derivative += 1j * (self._phi.T @ (self.balance.damping_matrix.derivative(p) @ q))
-        found = np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
+        total = np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
         of_contact = self.balance.joint.law.frequency_derivative(self._motion(x), p)
         if of_contact is not None:
-            found += of_contact.ravel() @ self._from_points.reshape(of_contact.size, -1)
-        return found
+            total += of_contact.ravel() @ self._from_points.reshape(of_contact.size, -1)
+        return total
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """Update the modes by the describing function at amplitudes of the linear modes."""

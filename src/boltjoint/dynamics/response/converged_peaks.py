@@ -346,23 +346,23 @@ def solve_converged_response(
         )
     most = max(harmonics.harmonics)
     highest = peaks["peak_harmonics"].fillna(most).to_numpy().astype(int)
-    found = []
+    responses = []
     for force, number in zip(forces, highest, strict=True):
         logger.info("%g N: response with %d harmonics", force, number)
         law = AlternatingFrequencyTime(joint.law, **harmonics.sampling(int(number)))
-        found.append(solve_response(replace(joint, law=law), [force], method, **how))
-    response = _concatenate(found)
+        responses.append(solve_response(replace(joint, law=law), [force], method, **how))
+    response = _concatenate(responses)
     numbers = quantity("force", highest, "1", "highest harmonic of the response")
     return add_converged_peaks(response.assign(response_harmonics=numbers), peaks)
 
 
 def _concatenate(responses: Sequence[xr.Dataset]) -> xr.Dataset:
     """Responses to single forces as one dataset, with the components of all."""
-    components = max((each["component"].to_numpy() for each in responses), key=len)
-    whole = [each.reindex(component=components, fill_value=0.0) for each in responses]
+    components = max((response["component"].to_numpy() for response in responses), key=len)
+    whole = [response.reindex(component=components, fill_value=0.0) for response in responses]
     parts = []
     for dimension in ("solution", "force", "fold"):
         names = [name for name, values in whole[0].items() if dimension in values.dims]
-        rows = [each[names] for each in whole]
+        rows = [response[names] for response in whole]
         parts.append(xr.concat(rows, dimension, combine_attrs="override"))
     return xr.merge(parts).assign_attrs(whole[0].attrs)

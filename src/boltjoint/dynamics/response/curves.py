@@ -47,10 +47,10 @@ def by_force(response: xr.Dataset, joint: Joint | None = None) -> xr.Dataset:
     arranged = {name: response[name] for name in response if "solution" not in response[name].dims}
 
     def along(values: np.ndarray) -> np.ndarray:
-        found = np.full((levels.size, longest, *values.shape[1:]), np.nan, values.dtype)
-        for row, place in zip(found, places, strict=True):
+        rows = np.full((levels.size, longest, *values.shape[1:]), np.nan, values.dtype)
+        for row, place in zip(rows, places, strict=True):
             row[: place.size] = values[place]
-        return found
+        return rows
 
     for name in _OF_SOLUTIONS:
         if name in response:
@@ -113,11 +113,11 @@ def amplitude_on_grid(frequency: Array, amplitude: Array, grid: Array) -> Array:
     grid = checks.array("grid", grid, ("frequencies",))
     if np.any(np.diff(grid) <= 0):
         raise ValueError("grid must ascend")
-    found = np.full(grid.size, np.nan)
+    largest = np.full(grid.size, np.nan)
     path = np.column_stack([frequency, amplitude])
     path = path[np.insert(np.any(np.diff(path, axis=0) != 0, axis=1), 0, True)]
     if len(path) < 2:
-        return found
+        return largest
     if len(path) > 2:
         path = _refined(path)
     (left, below), (right, above) = path[:-1].T, path[1:].T
@@ -131,8 +131,8 @@ def amplitude_on_grid(frequency: Array, amplitude: Array, grid: Array) -> Array:
     at = np.arange(piece.size) - np.repeat(np.cumsum(count) - count, count) + first[piece]
     run = (right - left)[piece]
     share = np.divide(grid[at] - left[piece], run, out=np.ones(run.size), where=run != 0)
-    np.fmax.at(found, at, below[piece] + share * (above - below)[piece])
-    return found
+    np.fmax.at(largest, at, below[piece] + share * (above - below)[piece])
+    return largest
 
 
 def _refined(path: Array) -> Array:

@@ -200,15 +200,15 @@ class FoldedBranch:
         if self._with_all_harmonics(self._x[0]).size > _LARGE:
             return parts
         for ends in self._ends(folds):
-            found = []
+            traces = []
             for begin, end in (ends, ends[::-1]):
                 if not begin.converged:
                     continue
-                found.append(self._trace(begin, end.p))
-                if found[-1].complete and _are_equal(found[-1].solutions[-1], end):
-                    self._whole = found[-1]
-                    return found[-1:]
-            parts = found or parts
+                traces.append(self._trace(begin, end.p))
+                if traces[-1].complete and _are_equal(traces[-1].solutions[-1], end):
+                    self._whole = traces[-1]
+                    return traces[-1:]
+            parts = traces or parts
             if self._evaluations > _OF_BRANCH:
                 break
         return parts
@@ -217,15 +217,15 @@ class FoldedBranch:
         """Motions on both sides of the part, farther and farther away from it."""
         low, high = folds.frequency_range
         first_turn, last_turn = folds.at[0], folds.at[-1]
-        known: set[tuple[int, int]] = set()
+        pairs: set[tuple[int, int]] = set()
         for margin in _MARGINS:
             width = margin * (high - low)
             before = np.flatnonzero(self._frequency[:first_turn] < low - width)
             after = last_turn + np.flatnonzero(self._frequency[last_turn:] > high + width)
             first = before[-1] if before.size else 0
             last = after[0] if after.size else last_turn + self._frequency[last_turn:].argmax()
-            if (first, last) not in known:
-                known.add((first, last))
+            if (first, last) not in pairs:
+                pairs.add((first, last))
                 yield self._end(int(first)), self._end(int(last))
 
     def _end(self, place: int) -> Solution:
@@ -250,9 +250,9 @@ class FoldedBranch:
         """Motions at a frequency [rad/s] near guesses, without those that are not found."""
         coarse = [newton(self._guiding, guess, w, control)[0] for guess in guesses]
         solutions = [
-            newton(self._equations, each.x, w, _CONTROL)[0] for each in coarse if each.converged
+            newton(self._equations, guess.x, w, _CONTROL)[0] for guess in coarse if guess.converged
         ]
-        return [each.x for each in solutions if each.converged]
+        return [solution.x for solution in solutions if solution.converged]
 
     def _order(self, place: int) -> tuple[int, int]:
         """How often the branch of few harmonics passes the frequency of a solution before it.
@@ -268,7 +268,9 @@ class FoldedBranch:
         """Motions where the parts pass a frequency [rad/s], interpolated between solutions."""
         guesses = []
         for part in self._parts:
-            for one, other in pairwise(each for each in part.solutions if each.converged):
+            for one, other in pairwise(
+                solution for solution in part.solutions if solution.converged
+            ):
                 if one.p != other.p and (one.p - w) * (other.p - w) <= 0:
                     guesses.append(one.x + (w - one.p) / (other.p - one.p) * (other.x - one.x))
         return guesses

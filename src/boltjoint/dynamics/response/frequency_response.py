@@ -140,8 +140,8 @@ def solve_response(
             f"at {branch.frequency[branch.peak]:.2f} Hz",
             "complete" if branch.complete else branch.reason,
         )
-    known = errors if method.has_error else None
-    return to_dataset(joint, branches, problem.damping, known, method.limits).assign_attrs(
+    estimates = errors if method.has_error else None
+    return to_dataset(joint, branches, problem.damping, estimates, method.limits).assign_attrs(
         coordinates=method.name,
         resonance=problem.resonance,
         jacobian=method.jacobian,

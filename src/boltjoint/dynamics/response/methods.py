@@ -230,19 +230,19 @@ def _branch(
 ) -> Branch:
     """Branch from the solutions of a continuation."""
 
-    def each(name: str) -> NDArray:
+    def along(name: str) -> NDArray:
         return np.array([getattr(solution, name) for solution in path.solutions])
 
-    x = each("x")
+    x = along("x")
     return Branch(
         force=force,
-        frequency=each("p") / (2 * np.pi),
+        frequency=along("p") / (2 * np.pi),
         modal_coordinate=x,
         amplitude=output.amplitudes(x),
-        iterations=each("iterations"),
-        converged=each("converged"),
-        located=each("located"),
-        in_all_modes=equations.in_all_modes(each("reduced")),
+        iterations=along("iterations"),
+        converged=along("converged"),
+        located=along("located"),
+        in_all_modes=equations.in_all_modes(along("reduced")),
         complete=path.complete,
         reason=path.reason,
     )

@@ -249,12 +249,12 @@ def converge_peak(
     """
     checks.instance("options", options, HarmonicConvergence)
     tolerances = options.frequency_tolerance, options.amplitude_tolerance
-    known = motion.components.highest
+    first = motion.components.highest
     amplitude = abs(motion.amplitude(joint.response_mode))
-    given = HarmonicPeak(known, frequency, amplitude, motion)
-    sequence, resonances = PeakSequence((given,)), []
+    start = HarmonicPeak(first, frequency, amplitude, motion)
+    sequence, resonances = PeakSequence((start,)), []
     for highest in options.harmonics:
-        if highest <= known:
+        if highest <= first:
             continue
         last, fewer = sequence.peaks[-1], resonances[-1] if resonances else None
         law = AlternatingFrequencyTime(joint.law, **options.sampling(highest))

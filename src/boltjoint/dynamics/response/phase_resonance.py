@@ -309,10 +309,10 @@ class PhaseResonance:
         Amplitudes that are concave lie below their chords: where a peak is a corner, two chords
         meet above it.
         """
-        known = np.array(sorted(self._solutions))
-        values = np.array([self._log_amplitude(one) for one in known])
-        slopes = np.diff(values) / np.diff(known)
-        at = int(np.searchsorted(known, phase))
+        phases = np.array(sorted(self._solutions))
+        values = np.array([self._log_amplitude(one) for one in phases])
+        slopes = np.diff(values) / np.diff(phases)
+        at = int(np.searchsorted(phases, phase))
         near = slopes[max(at - 1, 0) : at + 1]
         rises = [0.0]
         # between the phase and its neighbour on either side
@@ -321,7 +321,7 @@ class PhaseResonance:
                 continue
             turn = slopes[own] - slopes[beyond]
             if turn:
-                missing = values[other] - slopes[beyond] * (known[other] - phase) - values[at]
+                missing = values[other] - slopes[beyond] * (phases[other] - phase) - values[at]
                 rises.append(slopes[own] * missing / turn)
         return float(min(max(rises), abs(near).max(initial=0.0) * distance))
 
@@ -338,11 +338,11 @@ class PhaseResonance:
 
     def _solve(self, phase: float) -> Array:
         for guess in self._guesses(phase):
-            found = self._solver.solve(guess, phase)
-            moved = abs(self._equations.log_frequency(found.x - self._start))
+            solution = self._solver.solve(guess, phase)
+            moved = abs(self._equations.log_frequency(solution.x - self._start))
             # other resonances have the same phases
-            if found.converged and moved <= self._search.largest_distance:
-                return found.x
+            if solution.converged and moved <= self._search.largest_distance:
+                return solution.x
         nearest = self._nearest(phase)
         if not nearest or abs(phase - nearest[0]) < self._search.smallest_step:
             raise _NotConverged

@@ -187,17 +187,17 @@ def find_stability(
     elements = by_samples(balance.joint.law, options.samples).elements
     has_delay = elements.at_samples.in_modes(balance.contact.rows, 0.0) is not None
     if folds.turning_points and has_delay:
-        known = np.flatnonzero(np.isfinite(x).all(axis=1))
+        finite = np.flatnonzero(np.isfinite(x).all(axis=1))
         of_few = balance.components.highest
         finer = None
-        if of_few < options.harmonics and known.size == frequency.size:
+        if of_few < options.harmonics and finite.size == frequency.size:
             finer = FoldedBranch(balance, frequency, x, folds, options.harmonics, options.samples)
             several = finer.frequency_range
         low, high = np.fmin(low, several[0]), np.fmax(high, several[1])
         missing = 0
         inside = np.flatnonzero((frequency >= low) & (frequency <= high))
         around = np.arange(-options.further_solutions, options.further_solutions + 1)
-        for i in np.intersect1d(inside[:, None] + around, known):
+        for i in np.intersect1d(inside[:, None] + around, finite):
             w, motion = 2 * np.pi * frequency[i], None
             if finer is not None and missing < _GIVEN_UP:
                 motion = finer.motion_of(int(i))
@@ -239,7 +239,7 @@ def _exponent_problem(
     if balance.basis is None and rigid.any():
         # rigid-body motion stays where it is, and nothing depends on it
         kept = np.flatnonzero(np.tile(~rigid, len(balance.components)))
-        jacobian, rate = (each[np.ix_(kept, kept)] for each in (jacobian, rate))
+        jacobian, rate = (matrix[np.ix_(kept, kept)] for matrix in (jacobian, rate))
     return jacobian, rate
 
 
@@ -282,11 +282,11 @@ def _exponents_within(
     operator, start = LinearOperator((2 * n, 2 * n), inverse, dtype=float), np.ones(2 * n)
     while count < n // 4:
         try:
-            found = eigs(operator, count, v0=start, return_eigenvectors=False)
+            inverses = eigs(operator, count, v0=start, return_eigenvectors=False)
         except ArpackError:
             return None
-        if abs(found).min() < 1:
-            return limit / found
+        if abs(inverses).min() < 1:
+            return limit / inverses
         count *= 2
     return None
 
@@ -295,15 +295,15 @@ def _rate_derivative(balance: HarmonicBalance, x: Array, w: float, samples: int)
     """D + G: derivative by the exponent of the balance of a growing change [rad/s], (n, n)."""
     components, modes = balance.components, len(balance.stiffness)
     count = len(components)
-    found = np.zeros((count, modes, count, modes))
+    derivative = np.zeros((count, modes, count, modes))
     mass = np.eye(modes)
     for place, number in enumerate(components.number):
         # damping is viscous at each harmonic; the mean has that of the excitation frequency
         at = max(int(number), 1) * w
-        found[place, :, place, :] += balance.damping_matrix.at(at) / at
+        derivative[place, :, place, :] += balance.damping_matrix.at(at) / at
     for h, s, c in components.harmonics:
-        found[s, :, c, :] -= 2 * h * w * mass
-        found[c, :, s, :] += 2 * h * w * mass
+        derivative[s, :, c, :] -= 2 * h * w * mass
+        derivative[c, :, s, :] += 2 * h * w * mass
     law = by_samples(balance.joint.law, samples)
     delay = law.modal_slider_delay(balance.contact.rows, x.reshape(count, modes), w)
-    return (found + 2 * np.pi / w * delay).reshape(x.size, x.size)
+    return (derivative + 2 * np.pi / w * delay).reshape(x.size, x.size)

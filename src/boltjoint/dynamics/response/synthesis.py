@@ -60,7 +60,7 @@ class OtherResonances:
                 balance.joint.check_excitation(number)
             except ValueError:
                 continue  # not excited: it has no peak
-            known = trace_for_forces(
+            backbone = trace_for_forces(
                 balance.joint,
                 self._forces,
                 damping=balance.damping,
@@ -68,7 +68,7 @@ class OtherResonances:
                 resonance=number,
                 control=self._backbone.control,
             )
-            backbones.append(known)
+            backbones.append(backbone)
         return backbones
 
     def larger_than(self, branch: Branch) -> int:
@@ -79,8 +79,8 @@ class OtherResonances:
         largest, number = branch.peak_amplitude * (1 + _SAME), 0
         of_joint = self._backbone.equations.balance
         balance = HarmonicBalance(of_joint.joint, of_joint.damping, branch.force)
-        for known in self._backbones:
-            response = synthesise_response(known, branch.force, self._window)
+        for backbone in self._backbones:
+            response = synthesise_response(backbone, branch.force, self._window)
             if response.peak is None:
                 continue
             x, w = (
@@ -91,7 +91,7 @@ class OtherResonances:
             if amplitude <= largest:
                 continue
             if estimate_solution_error(balance, x, w) <= ErrorLimits.of_peak:
-                largest, number = amplitude, known.equations.resonance
+                largest, number = amplitude, backbone.equations.resonance
         return number
 
 

@@ -120,14 +120,14 @@ def _range(joint: Joint, resonance: int) -> Array:
     """
     with np.errstate(invalid="ignore"):
         ranges = joint.resonance_range()
-    found, highest = ranges[resonance - 1], ranges[-1, 1]
-    rounding = np.finfo(float).eps * (highest / found[1]) ** 2
-    if not (rounding < _LARGEST_ROUNDING and found[1] < _LARGEST_RATIO * found[0]):
+    frequencies, highest = ranges[resonance - 1], ranges[-1, 1]
+    rounding = np.finfo(float).eps * (highest / frequencies[1]) ** 2
+    if not (rounding < _LARGEST_ROUNDING and frequencies[1] < _LARGEST_RATIO * frequencies[0]):
         raise ValueError(
-            f"the contact is too stiff: it raises resonance {resonance} from {found[0]:.5g} to "
-            f"{found[1]:.3g} Hz, and the last one to {highest:.3g} Hz"
+            f"the contact is too stiff: it raises resonance {resonance} from {frequencies[0]:.5g} "
+            f"to {frequencies[1]:.3g} Hz, and the last one to {highest:.3g} Hz"
         )
-    return found
+    return frequencies
 
 
 def window_around(
