@@ -12,32 +12,27 @@ R. Seydel: Practical Bifurcation and Stability Analysis. Springer, third edition
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from boltjoint.solvers import corners
+from boltjoint.solvers.corners import CORNER_STEP, Alternative, continuations, is_same_exit
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
 from boltjoint.solvers.equations import (
     Equations,
     Quantity,
+    Solution,
     SolutionBranch,
     StepControl,
     Vector,
 )
 from boltjoint.solvers.linear_solvers import linear_solver
 from boltjoint.solvers.maxima import Maxima
+from boltjoint.solvers.tracer import Tracer
 
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
 #: is as short as this: then the branch has a corner there; peaks are the same with half or twice
 CORNER = 1e-3
 
-#: longest step with which the branch is continued beyond a corner; likewise
-CORNER_STEP = 1e-4
-
-
-#: cosine above which two directions from a corner are the same
-_SAME_LINE = 0.9999
 
 #: solutions on other continuations from corners of a complete branch, or as many as it has
 _MOST_OTHERS = 300
@@ -90,35 +85,14 @@ def trace(
     if maximise is not None:
         arc = partial(corrector.arc, maximise)
         maxima = Maxima(branch, maximise, lambda at, _: arc(at), control.peak_tolerance)
-    tracer = Tracer(corrector, window, branch, maxima)
-    if tracer.start(start, begin):
-        while tracer.advance():
-            pass
-        tracer.follow_others()
+    tracer = CornerTracer(corrector, window, branch, maxima)
+    tracer.follow(start, begin)
+    tracer.follow_others()
     return branch
 
 
-def _is_same(one: Predictor, other: Predictor) -> bool:
-    """Whether two solutions beyond a corner lie on the same line from it."""
-    apart = np.append(one.x - other.x, one.p - other.p) * one.weights
-    cosine = one.tangent @ (other.tangent / other.weights * one.weights)
-    cosine /= np.linalg.norm(other.tangent / other.weights * one.weights)
-    return bool(np.linalg.norm(apart) < 4 * CORNER_STEP and cosine > _SAME_LINE)
-
-
-class _Alternative(NamedTuple):
-    """A continuation from a corner kept in reserve, and the state of the run at the corner."""
-
-    branch: SolutionBranch
-    step: Step
-    length: float
-    state: object
-    orientation: float
-    exits: list[Predictor]
-
-
-class Tracer:
-    """Continuation of one branch, step by step.
+class CornerTracer(Tracer):
+    """Continuation past turning points and corners.
 
     Where a corner has several continuations, that of the smallest turn is followed first; where
     it does not reach the end of the window, the run returns to the last such corner and follows the
@@ -129,10 +103,8 @@ class Tracer:
     ----------
     corrector
         Corrector of the branch.
-    window
-        As for ``trace``.
-    branch
-        To which solutions are added.
+    window, branch
+        As for ``Tracer``.
     maxima
         Location of maxima, whose origins are predictors.
     """
@@ -144,27 +116,36 @@ class Tracer:
         branch: SolutionBranch,
         maxima: Maxima | None = None,
     ) -> None:
-        self.corrector, self.window, self.branch, self.maxima = corrector, window, branch, maxima
-        self.step_length = min(corrector.control.first_step, corrector.control.largest_step)
-        self.predictor: Predictor | None = None
+        super().__init__(corrector.control, window, branch, maxima)
+        self.corrector = corrector
+        self._predictor: Predictor
         self._secant: Vector | None = None
         #: of the branch in the sense of travel; 0 before the first step
         self._orientation = 0.0
-        self._sense = float(np.sign(window[1] - window[0]))
-        self._alternatives: list[_Alternative] = []
+        self._alternatives: list[Alternative] = []
         self._first_branch: SolutionBranch | None = None
         self._count = 0
         #: solutions beyond corners, with the tangent there, and whether the last is one before
         self._exits: list[Predictor] = []
         self._is_closed = False
 
+    @property
+    def predictor(self) -> Predictor:
+        """Predictor at the last solution."""
+        return self._predictor
+
+    @property
+    def count(self) -> int:
+        """Number of accepted solutions, on all continuations from corners."""
+        return self._count
+
     def start(self, x: Vector, p: float) -> bool:
         """Solve at the start by Newton's method; whether it converged."""
         solution, jacobian = self.corrector.linear.newton(x, p)
         if not solution.converged:
             self.branch.solutions.append(solution)
-            return self._stop("no solution found at the start of the window")
-        self.accept(Step(solution, jacobian, np.append(np.zeros_like(x), self._sense)), 0.0)
+            return self.stop("no solution found at the start of the window")
+        self.accept(Step(solution, jacobian, np.append(np.zeros_like(x), self.sense)), 0.0)
         return True
 
     def accept(self, step: Step, length: float) -> None:
@@ -178,34 +159,21 @@ class Tracer:
 
     def resume(self, step: Step) -> None:
         """Continue from the solution of a step in its direction."""
-        self.predictor = self._at_end(step)
+        self._predictor = self._at_end(step)
         self.corrector.equations.accept(step.solution.x)
 
-    def advance(self) -> bool:
-        """Add the next solution to the branch; whether the continuation has not ended there."""
-        control = self.corrector.control
-        if self._count >= control.maximum_solutions:
-            return self._stop("the branch has more solutions than allowed")
+    def next_step(self) -> tuple[Step | None, str]:
+        """The next step, unless the branch is closed by it; else the reason why none is."""
         step = self._next()
         if step is None:
-            return self._return_to_corner("no solution found near the last one")
+            return None, "no solution found near the last one"
         if self._is_closed:
-            return self._return_to_corner("the branch closes before the end of the window")
-        solution, (begin, end) = step.solution, self.window
-        if (solution.p - begin) * self._sense < 0:
-            return self._return_to_corner("the branch returned to the start of the window")
-        self._locate_maximum(step)
-        if (solution.p - end) * self._sense >= 0:
-            return self._finish(step)
-        effort = (control.target_iterations + 1) / (solution.iterations + 1)
-        length = self.step_length
-        self.step_length = min(length * float(np.clip(effort, 0.5, 2.0)), control.largest_step)
-        self.accept(step, length)
-        return True
+            return None, "the branch closes before the end of the window"
+        return step, ""
 
     def _next(self) -> Step | None:
         """The next step, halved until the corrector converges."""
-        control, updated = self.corrector.control, False
+        control, updated = self.control, False
         # at least one length is below each limit, whatever the smallest step
         corner, corner_step = (
             max(length, 2 * control.smallest_step) for length in (CORNER, CORNER_STEP)
@@ -213,7 +181,7 @@ class Tracer:
         while self.step_length >= control.smallest_step:
             step = self.corrector.correct(self.predictor, self.step_length)
             if step is None and not updated:
-                self.predictor = self.corrector.with_tangent_at_solution(self.predictor)
+                self._predictor = self.corrector.with_tangent_at_solution(self.predictor)
                 updated = True
                 continue
             if step is None and self.step_length <= corner_step:
@@ -246,7 +214,7 @@ class Tracer:
 
         Beyond a crossing of two branches the orientation is the opposite one.
         """
-        self.predictor = self.corrector.with_tangent_at_solution(self.predictor)
+        self._predictor = self.corrector.with_tangent_at_solution(self.predictor)
         kept = self._pass_corner()
         if kept is None:
             self._orientation = -self._orientation
@@ -262,18 +230,16 @@ class Tracer:
 
     def _pass_corner(self) -> Step | None:
         """The step of the smallest turn beyond a corner; others are kept in reserve."""
-        steps = corners.continuations(
-            self.corrector, self.predictor, self.step_length, self._orientation
-        )
+        steps = continuations(self.corrector, self.predictor, self.step_length, self._orientation)
         branch, state = SolutionBranch([*self.branch.solutions]), self.corrector.equations.state()
         at_corner = self.step_length, state, self._orientation, self._exits
         self._alternatives += [
-            _Alternative(branch, step, *at_corner) for step in reversed(steps[1:])
+            Alternative(branch, step, *at_corner) for step in reversed(steps[1:])
         ]
         if not steps:
             return None
         leaving = self._at_end(steps[0])
-        self._is_closed = any(_is_same(leaving, before) for before in self._exits)
+        self._is_closed = any(is_same_exit(leaving, before) for before in self._exits)
         self._exits = [*self._exits, leaving]
         return steps[0]
 
@@ -282,10 +248,10 @@ class Tracer:
         (x, p, *_), jacobian, direction = step
         return self.corrector.predictor(x, p, jacobian, direction)
 
-    def _return_to_corner(self, reason: str) -> bool:
+    def return_from_dead_end(self, reason: str) -> bool:
         """Follow the next continuation from the last corner that has one; else stop."""
         if not self._alternatives:
-            return self._stop(reason)
+            return self.stop(reason)
         if self._first_branch is None:
             self._first_branch = SolutionBranch([*self.branch.solutions], reason=reason)
         self._follow_alternative()
@@ -293,12 +259,12 @@ class Tracer:
 
     def _follow_alternative(self) -> None:
         """Return to the last corner with another continuation, and take its first step."""
-        branch, step, self.step_length, state, *of_corner = self._alternatives.pop()
-        self._orientation, exits = of_corner
-        self._exits, self._is_closed = [*exits, self._at_end(step)], False
-        self.corrector.equations.restore(state)
-        self.branch.solutions[:] = branch.solutions
-        self.accept(step, self.step_length)
+        corner = self._alternatives.pop()
+        self.step_length, self._orientation = corner.length, corner.orientation
+        self._exits, self._is_closed = [*corner.exits, self._at_end(corner.step)], False
+        self.corrector.equations.restore(corner.state)
+        self.branch.solutions[:] = corner.branch.solutions
+        self.accept(corner.step, self.step_length)
 
     def follow_others(self) -> None:
         """Follow the other continuations of a complete branch, and keep the highest maximum.
@@ -308,46 +274,46 @@ class Tracer:
         """
         if self.maxima is None or not self.branch.complete:
             return
-        highest, best = self._highest(), [*self.branch.solutions]
+        quantity = self.maxima.quantity
+        highest, best = self._highest(quantity), [*self.branch.solutions]
         limit = self._count + max(_MOST_OTHERS, len(best))
         while self._alternatives and self._count < limit:
             self.branch.complete = False
             self._follow_alternative()
             while self._count < limit and self.advance():
                 pass
-            if self.branch.complete and self._highest() > highest * (1 + _HIGHER):
-                highest, best = self._highest(), [*self.branch.solutions]
+            if self.branch.complete and self._highest(quantity) > highest * (1 + _HIGHER):
+                highest, best = self._highest(quantity), [*self.branch.solutions]
         self.branch.solutions[:] = best
         self.branch.complete, self.branch.reason = True, ""
 
-    def _highest(self) -> float:
+    def _highest(self, quantity: Quantity) -> float:
         """The highest located maximum."""
-        values = (self.maxima.quantity.value(s.x) for s in self.branch.solutions if s.located)
+        values = (quantity.value(s.x) for s in self.branch.solutions if s.located)
         return max(values, default=-np.inf)
 
-    def _finish(self, step: Step) -> bool:
-        """Solve exactly at the end of the window, which the last step passes."""
-        last, beyond, end = self.predictor, step.solution, self.window[1]
-        fraction = (end - last.p) / (beyond.p - last.p)
-        guess = last.x + fraction * (beyond.x - last.x)
-        solution, _ = self.corrector.linear.newton(guess, end)
-        self.branch.solutions.append(solution)
-        if not solution.converged:
-            return self._stop("no solution found at the end of the window")
-        if self.maxima is not None:
-            self.maxima.sample(last, fraction * self.step_length)
-        self.branch.complete = True
-        return False
+    def finish(self, step: Step) -> bool:
+        """As of ``Tracer``, with the maximum before the end of the window."""
+        self.locate_maximum(step)
+        return super().finish(step)
 
-    def _stop(self, reason: str) -> bool:
+    def solve_at(self, x: Vector, p: float) -> Solution:
+        """As of ``Tracer``."""
+        return self.corrector.linear.newton(x, p)[0]
+
+    def sample_end(self, solution: Solution, length: float) -> None:
+        """As of ``Tracer``."""
+        if self.maxima is not None:
+            self.maxima.sample(self.predictor, length)
+
+    def stop(self, reason: str) -> bool:
         """End the branch; of several, the first one followed is kept."""
         if self._first_branch is not None:
             self.branch.solutions[:] = self._first_branch.solutions
             reason = self._first_branch.reason
-        self.branch.reason = reason
-        return False
+        return super().stop(reason)
 
-    def _locate_maximum(self, step: Step) -> None:
+    def locate_maximum(self, step: Step) -> None:
         """Add the maximum within a step, if the slope falls through zero in it."""
         if self.maxima is None:
             return
@@ -358,5 +324,5 @@ class Tracer:
             return
         arc = self.corrector.arc(quantity, predictor)
         highest = self.maxima.locate(arc, slope, self.step_length)
-        if highest is not None and (highest.p - self.window[1]) * self._sense < 0:
+        if highest is not None and (highest.p - self.window[1]) * self.sense < 0:
             self.branch.solutions.append(highest)

@@ -15,10 +15,19 @@ References
 E. L. Allgower, K. Georg: Numerical Continuation Methods. Springer, 1990.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, orientation_of
-from boltjoint.solvers.equations import Matrix, Vector
+from boltjoint.solvers.equations import Matrix, SolutionBranch, Vector
+
+#: longest step with which the branch is continued beyond a corner; peaks are the same with half or
+#: twice
+CORNER_STEP = 1e-4
+
+#: cosine above which two directions from a corner are the same
+_SAME_LINE = 0.9999
 
 #: largest number of directions in which the branch is sought
 _MAXIMUM_DIRECTIONS = 60
@@ -28,6 +37,25 @@ _RANDOM_DIRECTIONS = 10
 
 #: cosine above which two directions are one
 _EQUAL_COSINE = 0.999999
+
+
+def is_same_exit(one: Predictor, other: Predictor) -> bool:
+    """Whether two solutions beyond a corner lie on the same line from it."""
+    apart = np.append(one.x - other.x, one.p - other.p) * one.weights
+    cosine = one.tangent @ (other.tangent / other.weights * one.weights)
+    cosine /= np.linalg.norm(other.tangent / other.weights * one.weights)
+    return bool(np.linalg.norm(apart) < 4 * CORNER_STEP and cosine > _SAME_LINE)
+
+
+class Alternative(NamedTuple):
+    """A continuation from a corner kept in reserve, and the state of the run at the corner."""
+
+    branch: SolutionBranch
+    step: Step
+    length: float
+    state: object
+    orientation: float
+    exits: list[Predictor]
 
 
 def continuations(

@@ -78,7 +78,9 @@ class Corrector:
         linear: LinearSolver[Any] | None = None,
     ) -> None:
         self.equations, self.control, self.scale = equations, control, scale
-        self.linear = DenseSolver(equations, control) if linear is None else linear
+        self.linear: LinearSolver[Any] = (
+            DenseSolver(equations, control) if linear is None else linear
+        )
         #: norm of the unknown along the branch so far
         self.largest_norm = 0.0
 

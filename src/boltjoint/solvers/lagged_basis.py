@@ -93,7 +93,7 @@ class LaggedCorrector:
         self.equations, self.control = equations, control
         self.corrector = Corrector(equations, control, scale)
         full = equations.full_equations
-        self.full = full and Corrector(full, control, scale)
+        self.full = None if full is None else Corrector(full, control, scale)
         #: response and parameter of the last basis update
         self._update_point: tuple[Vector, float]
 
@@ -230,10 +230,11 @@ class LaggedCorrector:
     ) -> Arc:
         """The branch from one solution towards the next, each point in the basis of its own."""
         if isinstance(begin, Predictor):
+            assert self.full is not None  # whose tracer alone passes predictors
             return self.full.arc(quantity, begin)
         q, p = end[0] - begin.q, end[1] - begin.p
         weights = self.predictor.weights
-        length = np.linalg.norm(np.append(q * weights[0], p * weights[-1]))
+        length = float(np.linalg.norm(np.append(q * weights[0], p * weights[-1])))
 
         def observation_at(distance: float) -> Observation | None:
             state = self.equations.state()

@@ -6,15 +6,24 @@ branch is continued in these until a step in the basis converges again.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from boltjoint.solvers.arc_length import Tracer
-from boltjoint.solvers.corrector import Step, projection
-from boltjoint.solvers.equations import Equations, Quantity, SolutionBranch, StepControl, Vector
+from boltjoint.solvers.arc_length import CornerTracer
+from boltjoint.solvers.corrector import Corrector, Predictor, Step, projection
+from boltjoint.solvers.equations import (
+    Equations,
+    Quantity,
+    Solution,
+    SolutionBranch,
+    StepControl,
+    Vector,
+)
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin
 from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.tracer import Tracer
 
 
 def trace(
@@ -45,59 +54,62 @@ def trace(
     """
     scale_at = scale if callable(scale) else lambda _: scale
     corrector = LaggedCorrector(equations, control, scale_at)
-    branch = _LaggedTracer(corrector, window, maximise).run(
-        start, window[0] if begin is None else begin
-    )
+    branch, maxima = SolutionBranch(), None
+    if maximise is not None:
+        arc = partial(corrector.arc_between, maximise)
+        maxima = Maxima(branch, maximise, arc, control.peak_tolerance)
+    tracer = LaggedTracer(corrector, window, branch, maxima)
+    tracer.follow(start, window[0] if begin is None else begin)
     if corrector.full is not None and maximise is not None:
-        _polish_maxima(branch, maximise, equations.full_equations, control)
+        _polish_maxima(branch, maximise, corrector.full.equations, control)
     return branch
 
 
-class _LaggedTracer:
-    """Continuation of one branch."""
+class LaggedTracer(Tracer):
+    """Continuation in a basis that depends on the response; where it fails, in the full equations.
+
+    Parameters
+    ----------
+    corrector
+        Corrector in the basis.
+    window, branch
+        As for ``Tracer``.
+    maxima
+        Location of maxima, whose origins are those of the corrector.
+    """
 
     def __init__(
-        self, corrector: LaggedCorrector, window: tuple[float, float], maximise: Quantity | None
+        self,
+        corrector: LaggedCorrector,
+        window: tuple[float, float],
+        branch: SolutionBranch,
+        maxima: Maxima | None = None,
     ) -> None:
-        self.corrector, self.control, self.window = corrector, corrector.control, window
-        self.branch, self.maxima = SolutionBranch(), None
-        if maximise is not None:
-            self.maxima = Maxima(
-                self.branch,
-                maximise,
-                lambda *ends: corrector.arc_between(maximise, *ends),
-                self.control.peak_tolerance,
-            )
-        self.sense = float(np.sign(window[1] - window[0]))
-        self.step_length = min(self.control.first_step, self.control.largest_step)
+        super().__init__(corrector.control, window, branch, maxima)
+        self.corrector = corrector
         self.full_steps = self.control.lagged.full_steps
         self.secant: Vector | None = None
         #: from the farthest solution back to the last one
         self.backtracking_distance = 0.0
 
-    def run(self, start: Vector, p: float) -> SolutionBranch:
-        """The branch from an initial guess at a parameter."""
-        first = self.corrector.start(start, p, self.sense)
+    @property
+    def count(self) -> int:
+        """Number of solutions, located maxima among them."""
+        return len(self.branch.solutions)
+
+    @property
+    def predictor(self) -> Predictor:
+        """Predictor at the last solution, in the present basis."""
+        return self.corrector.predictor
+
+    def start(self, x: Vector, p: float) -> bool:
+        """Solve at the start in a basis of the solution itself; whether it converged."""
+        first = self.corrector.start(x, p, self.sense)
         self.branch.solutions.append(first)
         self._sample(0.0)
-        if not first.converged:
-            return self._stop("no solution found at the start of the window")
-        while len(self.branch.solutions) < self.control.maximum_solutions:
-            step, reason = self._next()
-            if step is None:
-                if self.corrector.full is None:
-                    return self._stop(reason)
-                if not self._follow_full_equations():
-                    return self.branch
-            elif (step.solution.p - self.window[0]) * self.sense < 0:
-                return self._stop("the branch returned to the start of the window")
-            elif (step.solution.p - self.window[1]) * self.sense >= 0:
-                return self._finish(step)
-            else:
-                self._accept(step)
-        return self._stop("the branch has more solutions than allowed")
+        return first.converged or self.stop("no solution found at the start of the window")
 
-    def _next(self) -> tuple[Step | None, str]:
+    def next_step(self) -> tuple[Step | None, str]:
         """The next step, halved until it is accepted; else the reason why none is."""
         corrector, projected, reason = self.corrector, False, ""
         lagged = self.control.lagged
@@ -129,34 +141,38 @@ class _LaggedTracer:
         progress = float(secant @ self.secant) / float(np.linalg.norm(self.secant))
         return max(0.0, self.backtracking_distance - progress)
 
-    def _accept(self, step: Step) -> None:
+    def without_step(self, reason: str) -> bool:
+        """Continue in the full equations where there are any; else stop."""
+        full = self.corrector.full
+        return self.stop(reason) if full is None else self._follow_full_equations(full)
+
+    def locate_maximum(self, step: Step) -> None:
+        """As of ``Tracer``; a predictive basis moves within the step."""
+        if self.maxima is None or self.corrector.equations.predictive:
+            return
+        highest = self.corrector.locate_maximum(self.maxima, step, self.step_length)
+        self.branch.solutions += [highest] if highest is not None else []
+
+    def accept(self, step: Step, length: float) -> None:
         """Add the solution of a step to the branch, and update the basis for the next."""
-        control, solution = self.control, step.solution
         secant = self.corrector.secant(step)
         self.backtracking_distance = self._backtracking(secant)
         self.secant = secant if self.backtracking_distance == 0 else self.secant
-        if self.maxima is not None and not self.corrector.equations.predictive:
-            highest = self.corrector.locate_maximum(self.maxima, step, self.step_length)
-            self.branch.solutions += [highest] if highest is not None else []
-        effort = (control.target_iterations + 1) / (solution.iterations + 1)
-        length = self.step_length
-        self.step_length = min(length * float(np.clip(effort, 0.5, 2.0)), control.largest_step)
         origin = self.corrector.origin_of(step)
-        self.branch.solutions.append(solution._replace(x=origin.q, reduced=True))
+        self.branch.solutions.append(step.solution._replace(x=origin.q, reduced=True))
         self.corrector.advance(origin, self.step_length / length)
         self._sample(length)
-        self.full_steps = max(control.lagged.full_steps, self.full_steps // 2)
+        self.full_steps = max(self.control.lagged.full_steps, self.full_steps // 2)
 
-    def _follow_full_equations(self) -> bool:
+    def _follow_full_equations(self, full: Corrector) -> bool:
         """Take steps in the full equations; whether the continuation has not ended in these."""
-        full, origin = self.corrector.full, self.corrector.origin
+        origin = self.corrector.origin
         _, jacobian_at = full.equations.evaluate(origin.q, origin.p)
         predictor = full.predictor(origin.q, origin.p, jacobian_at(), origin.direction)
         projected = projection(full, predictor)
         if projected is None:
-            self._stop("no solution found near the last one")
-            return False
-        tracer = Tracer(full, self.window, self.branch, self.maxima)
+            return self.stop("no solution found near the last one")
+        tracer = CornerTracer(full, self.window, self.branch, self.maxima)
         tracer.step_length = self.step_length
         tracer.resume(Step(*projected, origin.direction))
         for _ in range(self.full_steps):
@@ -172,23 +188,14 @@ class _LaggedTracer:
         self.secant, self.backtracking_distance = None, 0.0
         return True
 
-    def _finish(self, step: Step) -> SolutionBranch:
-        """Solve exactly at the end of the window, which the last step passes."""
-        last, beyond, end = self.corrector.predictor, step.solution, self.window[1]
-        fraction = (end - last.p) / (beyond.p - last.p)
-        guess = last.x + fraction * (beyond.x - last.x)
-        solution = self.corrector.solution_at(guess, end)
-        self.branch.solutions.append(solution)
-        if not solution.converged:
-            return self._stop("no solution found at the end of the window")
-        self.corrector.origin = self.corrector.origin._replace(q=solution.x, p=end)
-        self._sample(fraction * self.step_length)
-        self.branch.complete = True
-        return self.branch
+    def solve_at(self, x: Vector, p: float) -> Solution:
+        """As of ``Tracer``, in the present basis."""
+        return self.corrector.solution_at(x, p)
 
-    def _stop(self, reason: str) -> SolutionBranch:
-        self.branch.reason = reason
-        return self.branch
+    def sample_end(self, solution: Solution, length: float) -> None:
+        """As of ``Tracer``."""
+        self.corrector.origin = self.corrector.origin._replace(q=solution.x, p=solution.p)
+        self._sample(length)
 
     def _sample(self, length: float) -> None:
         if self.maxima is not None:
@@ -203,7 +210,8 @@ def _polish_maxima(
     The error of a solution must not make it higher than the maximum located beside it. What is
     still higher than both neighbours then is a maximum.
     """
-    solutions, polished = branch.solutions, set()
+    solutions = branch.solutions
+    polished: set[int] = set()
     while True:
         values = [quantity.value(solution.x) for solution in solutions]
         highs = [

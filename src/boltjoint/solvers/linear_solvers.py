@@ -5,7 +5,7 @@ derivative of the residual by unknown and parameter, bordered by a row.
 """
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, cast
 
 import numpy as np
 
@@ -37,7 +37,7 @@ _TOLERANCE = 1e-5
 Linearised = Matrix | Derivative
 """What the linear equations at a solution are made of: its Jacobian, or products with it."""
 
-Linearisation = TypeVar("Linearisation", Matrix, Derivative)
+Linearisation = TypeVar("Linearisation", bound=Linearised)
 
 
 class LinearSolver(ABC, Generic[Linearisation]):
@@ -161,11 +161,11 @@ class KrylovSolver(LinearSolver[Derivative]):
     def newton(self, x: Vector, p: float) -> tuple[Solution, Derivative]:
         """Solution at a fixed parameter, and the derivative there."""
         solution = NewtonKrylov(self.equations, self.control).solve(x, p)
-        return solution, self.equations.evaluate(solution.x, p)[1]
+        return solution, self.linearise(self.equations.evaluate(solution.x, p)[1])
 
-    def linearise(self, derivative: Derivative) -> Derivative:
+    def linearise(self, derivative: LazyJacobian) -> Derivative:
         """The derivative itself."""
-        return derivative
+        return cast(Derivative, derivative)
 
     def jacobian(self, linearisation: Derivative) -> Matrix:
         """The Jacobian, evaluated."""

@@ -64,7 +64,7 @@ class Maxima:
         """Compare the last solution of the branch, at the end of a step, with those before it."""
         index = len(self.branch.solutions) - 1
         last = _Sample(index, self._value(index), origin, length)
-        self._samples = [*(sample for sample in self._samples if sample.index < index), last][-3:]
+        self._samples = [*(sample for sample in self._samples if sample.place < index), last][-3:]
         if len(self._samples) == 3:
             self._refine(*self._samples)
 
@@ -73,30 +73,30 @@ class Maxima:
         if middle.value < max(first.value, last.value) or first.value == middle.value == last.value:
             return
         solutions = self.branch.solutions
-        between = range(first.index + 1, last.index)
+        between = range(first.place + 1, last.place)
         if any(solutions[i].located and self._value(i) >= middle.value for i in between):
             return
         steps = [
             (self._arc_between(begin.origin, end.origin), end)
             for begin, end in ((first, middle), (middle, last))
         ]
-        highest, at = None, middle.index
+        highest, at = None, middle.place
         for arc, end in steps:
             located = _highest(arc, end.length, self.tolerance * end.length)
             if located is not None and (highest is None or located.value > highest.value):
-                highest, at = located, end.index
+                highest, at = located, end.place
         for arc, end in steps:
             # a solution higher than the maximum beside it is less accurate: correct it
-            if highest is None or highest.value < self._value(end.index):
+            if highest is None or highest.value < self._value(end.place):
                 corrected = arc(end.length)
                 if corrected is not None:
-                    solutions[end.index] = corrected.solution
-        if highest is None or highest.value < self._value(middle.index):
-            solutions[middle.index] = solutions[middle.index]._replace(located=True)
+                    solutions[end.place] = corrected.solution
+        if highest is None or highest.value < self._value(middle.place):
+            solutions[middle.place] = solutions[middle.place]._replace(located=True)
             return
         solutions.insert(at, highest.solution._replace(located=True))
         self._samples = [
-            sample._replace(index=sample.index + (sample.index >= at)) for sample in self._samples
+            sample._replace(place=sample.place + (sample.place >= at)) for sample in self._samples
         ]
 
     def _value(self, index: int) -> float:
@@ -104,9 +104,9 @@ class Maxima:
 
 
 class _Sample(NamedTuple):
-    """A solution by its index on the branch, and the length of the step that ends there."""
+    """A solution by its place on the branch, and the length of the step that ends there."""
 
-    index: int
+    place: int
     value: float
     origin: Any
     length: float

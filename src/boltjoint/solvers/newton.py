@@ -14,6 +14,7 @@ applications. Journal of Computational Physics 193 (2004) 357-397.
 """
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
@@ -60,7 +61,7 @@ def newton(
         where there was none, at the solution.
     """
     residual, jacobian_at = equations.evaluate(x, p)
-    size, jacobian = np.linalg.norm(residual), jacobian_at()
+    size, jacobian = float(np.linalg.norm(residual)), jacobian_at()
     kept = True
     for iteration in range(control.maximum_iterations):
         limit = smallest_residual(equations, control, x, jacobian)
@@ -70,7 +71,7 @@ def newton(
         if correction is None:
             return Solution(x, p, iteration, bool(size <= limit)), jacobian
         x, residual, jacobian_at = corrected(equations, x, p, correction, size)
-        before, size = size, np.linalg.norm(residual)
+        before, size = size, float(np.linalg.norm(residual))
         kept = chords and size <= _CHORD_REDUCTION * before
     limit = smallest_residual(equations, control, x, jacobian)
     return Solution(x, p, control.maximum_iterations, bool(size <= limit)), jacobian
@@ -109,7 +110,7 @@ def rounding(jacobian: Matrix, x: Vector) -> float:
 def solve(matrix: Matrix, right: Vector) -> Vector | None:
     """Solution of a linear system; None where it is singular or overflows."""
     try:
-        solution = np.linalg.solve(matrix, right)
+        solution = cast(Vector, np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
         return None
     return solution if np.all(np.isfinite(solution)) else None
@@ -149,10 +150,10 @@ class NewtonKrylov:
         """
         residual, derivative = self._equations.evaluate(x, p)
         for iteration in range(self._control.maximum_iterations):
-            size = np.linalg.norm(residual)
+            size = float(np.linalg.norm(residual))
             if size <= self._limit:
                 return Solution(x, p, iteration, converged=True)
-            correction = self._solve(x, derivative, residual, _CORRECTION)
+            correction = self._solve(x, cast(Derivative, derivative), residual, _CORRECTION)
             if correction is None:
                 return Solution(x, p, iteration, converged=False)
             x, residual, derivative = corrected(self._equations, x, p, correction, size)

@@ -26,7 +26,7 @@ from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
-from boltjoint.solvers.arc_length import Tracer
+from boltjoint.solvers.arc_length import CornerTracer
 from boltjoint.solvers.corrector import Corrector
 from boltjoint.solvers.equations import LazyJacobian, Solution, SolutionBranch, StepControl
 from boltjoint.solvers.newton import newton
@@ -240,7 +240,7 @@ class FoldedBranch:
             self._guiding, _CONTROL, lambda w: min(largest_scale, _CONTROL.parameter_scale * w)
         )
         branch, most = SolutionBranch(), self._evaluations + _OF_BRANCH
-        tracer = Tracer(corrector, (begin.p, end), branch)
+        tracer = CornerTracer(corrector, (begin.p, end), branch)
         if tracer.start(begin.x, begin.p):
             while tracer.advance() and self._evaluations <= most:
                 pass
