@@ -13,6 +13,7 @@ ROOMS = (
     *(
         "__main__",
         "command",
+        "reproduction",
         "report",
         "study",
         "calibration",
@@ -149,6 +150,29 @@ def test_each_exception_to_that_is_needed():
             if path.relative_to(root).as_posix().startswith(room)
         ]
         assert any(OF_HALF_LAP.search(path.read_text(encoding="utf-8")) for path in files), room
+
+
+#: words of the thesis that a study may be compared with, beside the names of its methods
+OF_THESIS = re.compile(
+    r"publish|[Tt]hesis|in_source|in the source|source's|source_table|printed_by"
+)
+#: what asks of it, and where it is known which case of a study has a counterpart
+DOORS_TO_THESIS = (
+    "report/comparison.py",
+    *(f"study/{name}.py" for name in ("display", "response_list", "results")),
+)
+
+
+def test_words_of_the_thesis_stand_in_its_room():
+    files = [path for room in ("report", "study") for path in (PACKAGE / room).rglob("*.*")]
+    elsewhere = {
+        name: words
+        for path in files
+        if path.suffix in (".py", ".j2")
+        if (name := path.relative_to(PACKAGE).as_posix()) not in DOORS_TO_THESIS
+        if (words := OF_THESIS.findall(path.read_text(encoding="utf-8")))
+    }
+    assert elsewhere == {}
 
 
 def test_machine_code_is_kept_in_one_way():

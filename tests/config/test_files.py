@@ -13,8 +13,8 @@ from test_strict_yaml import HOSTILE
 from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
+from boltjoint.reproduction.case_studies import CASE_STUDIES, INDEX, name_case_studies
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
-from boltjoint.study.case_studies import CASE_STUDIES, INDEX, name_case_studies
 
 CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY = FILES = (
     "config/config.yaml",

@@ -13,7 +13,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.study.published import BASIS
+from boltjoint.reproduction.published import BASIS
 
 CONFIG = "config/config.yaml"
 CASE = "config/cases/three_bolt_constant.yaml"

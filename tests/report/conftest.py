@@ -18,8 +18,8 @@ from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
+from boltjoint.reproduction.published import Published
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 
 HEIGHT = 0.01
 

@@ -12,8 +12,8 @@ from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
+from boltjoint.reproduction.comparison import comparison
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 
 ROOT = Path(__file__).parents[2]
@@ -55,6 +55,11 @@ CASE = {
 NODES = Artefact("joint", case="mine", basis=Basis("free-4"), joint=REFERENCE[0])
 
 
+def source_of(case=None):
+    """The thesis, of a case study or of none."""
+    return comparison(map(str, SOURCE.iterdir()), case)
+
+
 def save(artefact, frame=None):
     """Write a table, or a drawing as a figure."""
     path = Path(artefact.path)
@@ -68,9 +73,9 @@ def results_of(artefacts):
 
 
 def write(artefacts, solver=None, **changed):
-    case, source = Case.model_validate(CASE | changed), Published(SOURCE, CASE["published"])
+    case, source = Case.model_validate(CASE | changed), source_of(CASE["published"])
     if "published" in changed:
-        source = Published(SOURCE, case.published)
+        source = source_of(case.published)
     results = results_of(artefacts)
     return case_page("mine", case, solver or Solver(), artefacts, results, source, ["mine"])
 
@@ -104,7 +109,7 @@ def overview_of(artefacts, **changed):
     case = Case.model_validate(CASE | changed)
     study = load_study(ROOT).model_copy(update={"cases": {"mine": case}})
     results = results_of(artefacts)
-    page = overview_page(study, artefacts, artefacts, results, Published(SOURCE))
+    page = overview_page(study, artefacts, artefacts, results, source_of())
     assert not repeated_ids(page)
     return rows_of(page, "The cases")
 
@@ -112,7 +117,7 @@ def overview_of(artefacts, **changed):
 def reduced_models_of(artefacts, **changed):
     """The same of the table of reduced models."""
     case = Case.model_validate(CASE | changed)
-    page = accuracy_page(artefacts, results_of(artefacts), Published(SOURCE), {"mine": case})
+    page = accuracy_page(artefacts, results_of(artefacts), source_of(), {"mine": case})
     return rows_of(page, "Errors of reduced models and time saved")
 
 

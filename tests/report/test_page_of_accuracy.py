@@ -2,18 +2,17 @@ import re
 
 import pandas as pd
 import pytest
-from page_examples import CASE, SOURCE, plain, repeated_ids, results_of, save
+from page_examples import CASE, plain, repeated_ids, results_of, save, source_of
 
 from boltjoint.config.case import Case
 from boltjoint.names import Basis
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 
 
 def accuracy_of(artefacts):
     cases = dict.fromkeys(("mine", "other"), Case.model_validate(CASE))
-    return accuracy_page(artefacts, results_of(artefacts), Published(SOURCE), cases)
+    return accuracy_page(artefacts, results_of(artefacts), source_of(), cases)
 
 
 def test_how_far_one_harmonic_is_off_stands_first(tmp_path, monkeypatch):

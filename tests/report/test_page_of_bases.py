@@ -3,14 +3,13 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from page_examples import CASE, ROOT, SOURCE, figure, repeated_ids, results_of, save, write
+from page_examples import CASE, ROOT, figure, repeated_ids, results_of, save, source_of, write
 
 from boltjoint.config.case import Case
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 
 OTHER_JOINTS = ("regions=6/table", "clusters=auto", "clusters=auto/harmonic=3")
 
@@ -128,6 +127,6 @@ def test_only_the_basis_of_the_source_is_numbered_as_in_the_source(artefacts):
     study = load_study(ROOT)
     case = Case.model_validate(CASE | {"modes": ["free-8"]})
     alone = study.model_copy(update={"cases": {"mine": case}})
-    overview = overview_page(alone, [], others, results_of([]), Published(SOURCE))
+    overview = overview_page(alone, [], others, results_of([]), source_of())
     assert "mine.html#table-3" not in overview
     assert "mine.html#response" not in overview

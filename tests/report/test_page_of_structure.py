@@ -1,6 +1,6 @@
 import numpy as np
 import pandas as pd
-from page_examples import ROOT, SOURCE, figure, repeated_ids, results_of, save
+from page_examples import ROOT, figure, repeated_ids, results_of, save, source_of
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import load_study
@@ -8,7 +8,6 @@ from boltjoint.names import Basis, Preload
 from boltjoint.report.pages.references import anchor_of
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 
 
 def structure_of(names, artefacts=()):
@@ -17,7 +16,7 @@ def structure_of(names, artefacts=()):
     mine = assemblies["three_bolt"].model_copy(update={"material": other})
     assemblies = {name: assemblies.get(name, mine) for name in names}
     results = results_of(artefacts)
-    return structure_page(assemblies, artefacts, results, Published(SOURCE), ["mine"])
+    return structure_page(assemblies, artefacts, results, source_of(), ["mine"])
 
 
 def test_material_of_the_source_stands_beside_its_assemblies():
@@ -38,7 +37,7 @@ def test_washers_and_other_materials_are_told():
     own["bolts"]["washer"] = {"thickness_mm": 1.6, "diameter_mm": 16, "under": ["nut"]}
     told = []
     for assemblies in (plain, {"mine": Assembly.model_validate(own)}):
-        page = structure_page(assemblies, [], results_of([]), Published(SOURCE), ["mine"])
+        page = structure_page(assemblies, [], results_of([]), source_of(), ["mine"])
         told.append(figure(page, "dimensions-table").replace("&#39;", "'"))
     assert "washer" not in told[0] and "of the bolts" not in told[0]
     assert "washers under nut" in told[1]

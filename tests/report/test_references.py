@@ -7,11 +7,11 @@ from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.references import (
     address_of,
     anchor_of,
-    figures_in_source,
     page_of,
 )
+from boltjoint.reproduction.published import Published
+from boltjoint.reproduction.words import numbers_of_figures
 from boltjoint.study.artefact_list import Artefact, Contents
-from boltjoint.study.published import Published
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +67,6 @@ def test_the_study_has_every_figure_of_the_source_that_can_be_made(study, figure
     for artefact in figures_and_tables:
         case = study.cases.get(artefact.case)
         of_case = Published(SOURCE, case.published if case else None)
-        found.update(figures_in_source(artefact, of_case))
+        found.update(numbers_of_figures(artefact, of_case))
     index = Published(SOURCE).figures()
     assert found == set(index.loc[index["not_made"] == "", "figure"])

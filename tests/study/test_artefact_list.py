@@ -44,13 +44,13 @@ def test_files_lie_where_the_contract_says(contents):
 def test_whatever_a_reduced_joint_is_made_from_is_made(contents):
     for artefact in contents.select("joint"):
         if artefact.joint.reduction is not None:
-            which = artefact.which | {"joint": artefact.joint.regions}
+            which = artefact.fields | {"joint": artefact.joint.regions}
             assert contents.select("joint", **which)
 
 
 def test_data_are_found_by_the_wildcards_of_their_kind(contents):
     for artefact in contents.select(form="data"):
-        assert artefact.path == layout.PATHS[artefact.kind].format(**artefact.which)
+        assert artefact.path == layout.PATHS[artefact.kind].format(**artefact.fields)
 
 
 def test_every_table_has_a_title_and_every_figure_a_page(contents):

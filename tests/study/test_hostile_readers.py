@@ -15,11 +15,11 @@ from boltjoint.config import backbone_table, csv_table, gap_map, strict_yaml
 from boltjoint.config.distributions import Linear
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Saltelli
+from boltjoint.reproduction.case_studies import name_case_studies, name_tables
+from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.structure.makers.half_lap import blocks, plan
-from boltjoint.study.case_studies import name_case_studies, name_tables
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.published import Published
 from boltjoint.study.tables import calibration, files, harmonics, measures, meshes, sensors, sweeps
 
 TEXTS = {

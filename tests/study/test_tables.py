@@ -13,7 +13,8 @@ from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
-from boltjoint.study.published import Published
+from boltjoint.reproduction import beside
+from boltjoint.reproduction.published import Published
 from boltjoint.study.tables import files as tables
 from boltjoint.study.tables.accuracy import tabulate_accuracy, tabulate_models
 from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
@@ -284,7 +285,7 @@ def test_times_stand_beside_the_published_ones(study):
         for name, one in found.items()
         for coordinates in ("linear", "rdnm-1")
     }
-    table = tabulate_times(timings, Published(SOURCE, "three_bolt_constant"))
+    table = beside.times(tabulate_times(timings), Published(SOURCE, "three_bolt_constant"))
     table = table.set_index(["joint", "coordinates", "force_N"])
     assert len(table) == 6 * len(FORCES)
     assert table.loc[("node-to-node", "linear", 1.0), "published_s"] == 695.3
@@ -309,8 +310,8 @@ def test_times_stand_beside_the_published_ones(study):
 def test_elements_stand_beside_the_published_ones_in_order_of_slip(study):
     found, _ = study
     dataset = joint_to_dataset(found["regions=6/elements=4"])
-    table = tabulate_elements(
-        dataset, "regions=6/elements=4", Published(SOURCE, "three_bolt_constant")
+    table = beside.elements(
+        tabulate_elements(dataset), "regions=6/elements=4", Published(SOURCE, "three_bolt_constant")
     )
     assert len(table) == 24
     assert table["published_slip_force_N"].sum() == pytest.approx(11392.8)
@@ -324,7 +325,7 @@ def test_joint_that_was_not_published_stands_alone(study):
     found, _ = study
     dataset = joint_to_dataset(found["regions=6/elements=4"])
     for published in (Published(SOURCE), Published(SOURCE, "four_bolt_constant")):
-        table = tabulate_elements(dataset, "regions=6/elements=4", published)
+        table = beside.elements(tabulate_elements(dataset), "regions=6/elements=4", published)
         assert "published_k_kN_per_mm" not in table
 
 
@@ -368,7 +369,7 @@ def test_regions_table_tells_open_elements_from_loaded_ones(variable):
 
 def test_elements_under_variable_load_have_normal_stiffnesses(variable):
     name = "regions=4/elements=2"
-    table = tabulate_elements(joint_to_dataset(variable[name]), name, Published(SOURCE))
+    table = tabulate_elements(joint_to_dataset(variable[name]))
     law = variable[name].law
     assert len(table) == 8
     np.testing.assert_allclose(table["normal_k_kN_per_mm"], 2 * table["k_kN_per_mm"])
@@ -385,7 +386,8 @@ def test_elements_under_variable_load_stand_beside_the_published_ones(case, regi
     of_regions = partition_regions(nodes, make_preload(nodes), regions)
     reduced, _ = fit_reduced_joint(of_regions, 4, starts=1)
     name = f"regions={regions}/elements=4"
-    table = tabulate_elements(joint_to_dataset(reduced), name, Published(SOURCE, case))
+    table = tabulate_elements(joint_to_dataset(reduced))
+    table = beside.elements(table, name, Published(SOURCE, case))
     assert len(table) == 4 * regions
     assert table[["k_ratio", "slip_force_ratio"]].notna().all(axis=None)
     assert set(table["source_table"]) == {tables}
@@ -444,7 +446,7 @@ def test_a_time_that_was_not_printed_leaves_its_row_alone(case, joint, table):
         ]
     )
     solved = [("node-to-node", "linear", 1), (joint, "linear", 1), (joint, "rdnm-1", 1)]
-    times = tabulate_times(dict.fromkeys(solved, timing), Published(SOURCE, case))
+    times = beside.times(tabulate_times(dict.fromkeys(solved, timing)), Published(SOURCE, case))
     assert len(times) == 6
     times = times.set_index(["joint", "coordinates", "force_N"])
     assert times.loc[(joint, "linear"), "published_reduction_percent"].notna().all()
@@ -470,7 +472,7 @@ def test_where_no_forward_differences_were_timed_their_columns_are_empty():
         ("node-to-node", "rdnm-1", 1): timing(analytic=2.0, forward_difference=5.0),
         ("node-to-node", "backbone", 1): timing(analytic=1.0),
     }
-    table = tabulate_times(timings, Published(SOURCE)).set_index("coordinates")
+    table = tabulate_times(timings).set_index("coordinates")
     assert table["reduction_percent"].to_list() == [0.0, 50.0, 75.0]
     by_differences = table["reduction_forward_difference_percent"]
     assert by_differences["rdnm-1"] == 75.0
@@ -524,7 +526,8 @@ def test_times_of_a_case_that_was_not_published_stand_alone(study):
     found, _ = study
     methods = [LinearModes(jacobian=jacobian) for jacobian in JACOBIANS]
     times = time_solver(found["node-to-node"], [1.0], methods, repeats=1, damping=0.01)
-    table = tabulate_times({("node-to-node", "linear", 1): times}, Published(SOURCE))
+    table = tabulate_times({("node-to-node", "linear", 1): times})
+    table = beside.times(table, Published(SOURCE))
     assert not [name for name in table if "published" in name or "source" in name]
     assert table["cpu_s"].item() > 0
 

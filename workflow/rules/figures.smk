@@ -19,5 +19,6 @@ for job in DISPLAYS.jobs(contents, "figure"):
             library=library("draw_figures.py", job.modules),
             artefacts=job.artefacts,
             options=job.options,
+            counterparts=job.counterparts,
         script:
             "../scripts/draw_figures.py"

@@ -20,9 +20,9 @@ from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.provenance import environment
 from boltjoint.provenance.code_dependencies import source_hash
 from boltjoint.report.displays import DISPLAYS
+from boltjoint.reproduction.case_studies import INDEX, name_case_studies, name_tables
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.case_studies import INDEX, name_case_studies, name_tables
 from boltjoint.study.trusted_bases import headline_basis
 
 RULES = workflow.current_basedir

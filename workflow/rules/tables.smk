@@ -22,5 +22,6 @@ for job in DISPLAYS.jobs(contents, "table"):
             library=library("tabulate.py", job.modules),
             artefacts=job.artefacts,
             options=job.options,
+            counterparts=job.counterparts,
         script:
             "../scripts/tabulate.py"

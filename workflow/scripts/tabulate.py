@@ -2,12 +2,15 @@
 
 from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
+from boltjoint.reproduction.comparison import comparison
 from boltjoint.study.results import Results
 from boltjoint.study.tables import files as tables
 
 logs.write_to(snakemake.log[0])
 results, params = Results(snakemake.input), snakemake.params
-for artefact, options in zip(params.artefacts, params.options, strict=True):
+tabulated = zip(params.artefacts, params.options, params.counterparts, strict=True)
+for artefact, options, counterpart in tabulated:
     display = DISPLAYS.of(artefact)
-    found = display.make(artefact, results, **options)
-    tables.write(found, *artefact.paths[:2], display.heading_of(artefact))
+    source = comparison(snakemake.input, counterpart)
+    table = display.content(artefact, results, options, source)
+    tables.write(table, *artefact.paths[:2], display.heading_of(artefact))

@@ -184,8 +184,8 @@ class Assembly(Described):
     def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:
         """What is wrong with the map of the initial gap; ``gap_maps`` by their files."""
         if self.gap_file in gap_maps:
-            found = gap_maps[self.gap_file].conflicts(self.bar.lap_mm, self.bar.width_mm)
-            yield from ((("contact", "gap_um"), sentence) for sentence in found)
+            conflicts = gap_maps[self.gap_file].conflicts(self.bar.lap_mm, self.bar.width_mm)
+            yield from ((("contact", "gap_um"), sentence) for sentence in conflicts)
 
     @property
     def default_point(self) -> Point:
@@ -278,7 +278,7 @@ class Assembly(Described):
                 ("mesh", "rings_head_to_cell_edge"),
                 "must be at least 2 with a washer that is wider than the head",
             )
-        elif (given := mesh.rings_head_to_washer_edge) is not None and given >= rings:
+        elif (chosen := mesh.rings_head_to_washer_edge) is not None and chosen >= rings:
             sentence = f"must be less than rings_head_to_cell_edge, which is {rings}"
             yield ("mesh", "rings_head_to_washer_edge"), sentence
 

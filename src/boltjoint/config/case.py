@@ -163,17 +163,17 @@ class Case(EntryWithLaterKeys):
     def points(self) -> dict[KeyPath, Point]:
         """Points of the excitation and the sensors, by their key path."""
         of_excitation = getattr(self.excitation, "points", ())
-        return {("excitation", "points", i): each for i, each in enumerate(of_excitation)} | {
-            ("sensors", i): each for i, each in enumerate(self.sensors)
+        return {("excitation", "points", i): point for i, point in enumerate(of_excitation)} | {
+            ("sensors", i): point for i, point in enumerate(self.sensors)
         }
 
     @property
     def named_places(self) -> dict[KeyPath, str]:
         """Names of inputs and outputs of the assembly, by their key path."""
         inputs = getattr(self.excitation, "inputs", ())
-        return {("excitation", "inputs", i, "name"): each.name for i, each in enumerate(inputs)} | {
-            ("outputs", i): name for i, name in enumerate(self.outputs)
-        }
+        return {
+            ("excitation", "inputs", i, "name"): entry.name for i, entry in enumerate(inputs)
+        } | {("outputs", i): name for i, name in enumerate(self.outputs)}
 
     @property
     def blocks(self) -> tuple[SolveBlock, ...]:
@@ -193,11 +193,15 @@ class Case(EntryWithLaterKeys):
 
     def joints(self, basis: str) -> tuple[JointName, ...]:
         """All joints that are solved in a modal basis, each once, in the order of the file."""
-        return tuple(dict.fromkeys(each[1] for each in self.responses if each[0] == basis))
+        return tuple(
+            dict.fromkeys(response[1] for response in self.responses if response[0] == basis)
+        )
 
     def resonances(self, basis: str) -> tuple[int, ...]:
         """The resonances that are solved in a modal basis, each once, in the order of the file."""
-        return tuple(dict.fromkeys(each[3] for each in self.responses if each[0] == basis))
+        return tuple(
+            dict.fromkeys(response[3] for response in self.responses if response[0] == basis)
+        )
 
     @cached_property
     def responses(self) -> tuple[tuple[Basis, JointName, Coordinates, int], ...]:
@@ -228,8 +232,8 @@ class Case(EntryWithLaterKeys):
 
     def window_around(self, resonance: int) -> tuple[float, float] | None:
         """The frequencies [Hz] given for a resonance, or None if they are to be chosen."""
-        given = (block.window_Hz for block in self.solve if block.resonance == resonance)
-        return next(filter(None, given), None)
+        windows = (block.window_Hz for block in self.solve if block.resonance == resonance)
+        return next(filter(None, windows), None)
 
     def conflicts(self) -> Problems:
         if self.damping is not None and self.loss_factor is not None:
@@ -273,7 +277,7 @@ class Case(EntryWithLaterKeys):
             yield (level,), f"is missing: amplitudes of the excitation{kind}"
         if getattr(self, other) is not None:
             yield (other,), f"must not be given with this excitation: its levels are {level}"
-        there = ", ".join(f"{each:g}" for each in self.levels[:_SHOWN])
+        there = ", ".join(f"{chosen:g}" for chosen in self.levels[:_SHOWN])
         there += f" and {more} more" if (more := len(self.levels) - _SHOWN) > 0 else ""
         law = self.contact.declaration
         if self.verification_forces_N and not law.has_closed_form:

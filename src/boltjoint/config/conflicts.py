@@ -64,18 +64,18 @@ def conflicts_of_places(case: Case, assembly: Described | None) -> Problems:
     for path, point in case.points.items():
         yield from ((path + inner, line) for inner, line in assembly.conflicts_of_point(point))
     for path, name in case.named_places.items():
-        known = assembly.output_names if path[0] == "outputs" else assembly.input_names
-        if name not in known:
+        names = assembly.output_names if path[0] == "outputs" else assembly.input_names
+        if name not in names:
             what = "output" if path[0] == "outputs" else "input"
-            yield path, f"is no {what} of {case.assembly}{choice(name, known)}"
+            yield path, f"is no {what} of {case.assembly}{choice(name, names)}"
     excitation = case.excitation
     if excitation is None and not assembly.input_names:
         yield ("excitation",), f"is missing: {case.assembly} names no inputs"
     elif case.is_base_excited and not assembly.has_support:
         yield ("excitation", "kind"), f"must not be base: nothing is said to hold {case.assembly}"
     elif excitation is not None and excitation.kind == "distributed":
-        if excitation.surface not in (known := assembly.LOADED_SURFACES):
-            sentence = f"is no surface of {case.assembly}{choice(excitation.surface, known)}"
+        if excitation.surface not in (names := assembly.LOADED_SURFACES):
+            sentence = f"is no surface of {case.assembly}{choice(excitation.surface, names)}"
             yield ("excitation", "surface"), sentence
     if not (case.sensors or case.outputs or assembly.output_names):
         yield ("sensors",), f"is missing: {case.assembly} names no outputs"
@@ -117,11 +117,11 @@ def conflicts_of_sweep(
 
 def conflicts_when_solved(solved: SolvedCase, assembly: Described, settings: Settings) -> Problems:
     """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
-    found = solved.problems
+    conflicts = solved.problems
     if solved.case is not None:
-        found = conflicts_of_case(solved.case, assembly, settings, None)
+        conflicts = conflicts_of_case(solved.case, assembly, settings, None)
     keys = {"joints": "joint", "modes": "basis", "resonance": "resonance"}
-    for path, sentence in found:
+    for path, sentence in conflicts:
         key = next((keys[part] for part in path if part in keys), None)
         yield path if key is None else (key,), sentence
 
@@ -196,7 +196,7 @@ def other_preloads(
     an assembly with an initial gap they are not. ``compared`` are the bases of the convergence
     study.
     """
-    gapped = {name for name, each in assemblies.items() if each.has_initial_gap}
+    gapped = {name for name, description in assemblies.items() if description.has_initial_gap}
     enriched = {
         case.assembly
         for case in cases.values()

@@ -28,7 +28,7 @@ from boltjoint.friction.declarations import (
 #: laws of this package that a case can give its contact pairs
 _OF_PAIRS = [law for law in OWN_DECLARATIONS.values() if law.keys is not None]
 
-*_BEFORE, _LAST = [each.label for each in _OF_PAIRS]
+*_BEFORE, _LAST = [item.label for item in _OF_PAIRS]
 _LAW = f"The friction law: {', '.join(_BEFORE)} or {_LAST}."
 
 _SURFACES = (
@@ -85,7 +85,7 @@ class ContactEntry(Entry):
     @property
     def declaration(self) -> LawDeclaration:
         """What is known of the law, or of those of all surfaces."""
-        return combined([self._of_all, *(self._law_on(each) for each in self.surfaces)])
+        return combined([self._of_all, *(self._law_on(item) for item in self.surfaces)])
 
     @property
     def _of_all(self) -> LawDeclaration:
@@ -104,17 +104,17 @@ class ContactEntry(Entry):
     @property
     def options(self) -> dict[str, Any]:
         """The law's name, and the quantities as ``connect_pairs`` takes them."""
-        found = {"law": self.law, **_options(self, self.quantities)}
+        options = {"law": self.law, **_options(self, self.quantities)}
         if self.surfaces:
-            found["surfaces"] = {each.name: each.options for each in self.surfaces}
-        return found
+            options["surfaces"] = {item.name: item.options for item in self.surfaces}
+        return options
 
     def conflicts(self) -> Problems:
-        for each in self._of_all.keys:
-            if all(getattr(self, form.key) is None for form in each.forms):
-                yield (each.key,), f"is missing: or give {each.per_area.key}"
+        for item in self._of_all.keys:
+            if all(getattr(self, form.key) is None for form in item.forms):
+                yield (item.key,), f"is missing: or give {item.per_area.key}"
         yield from _given_twice(self, self._of_all.keys)
-        names = [each.name for each in self.surfaces]
+        names = [item.name for item in self.surfaces]
         for index, surface in enumerate(self.surfaces):
             if surface.name in names[:index]:
                 yield ("surfaces", index, "name"), "must not appear twice"
@@ -126,20 +126,20 @@ class ContactEntry(Entry):
         law = self._law_on(surface)
         if surface.law == self.law:
             yield "law", "is that of all surfaces: leave it out"
-        own = [form.key for each in law.keys for form in each.forms]
-        for each in surface.quantities:
-            if each.key not in own:
-                yield each.key, f"must not be given with law: {law.name}{choice(each.key, own)}"
-        of_all = {each.name for each in self._of_all.keys}
-        for each in law.keys:
-            if each.name not in of_all and not _quantities(surface, [each]):
-                yield each.key, f"is missing, which law: {law.name} needs"
+        own = [form.key for item in law.keys for form in item.forms]
+        for item in surface.quantities:
+            if item.key not in own:
+                yield item.key, f"must not be given with law: {law.name}{choice(item.key, own)}"
+        of_all = {item.name for item in self._of_all.keys}
+        for item in law.keys:
+            if item.name not in of_all and not _quantities(surface, [item]):
+                yield item.key, f"is missing, which law: {law.name} needs"
 
     def conflicts_of_surfaces(self, assembly: str, names: Collection[str]) -> Problems:
         """Surfaces that an assembly, whose surfaces have these names, does not have."""
-        for index, each in enumerate(self.surfaces):
-            if each.name not in names:
-                sentence = f"is no surface of {assembly}{choice(each.name, tuple(names))}"
+        for index, item in enumerate(self.surfaces):
+            if item.name not in names:
+                sentence = f"is no surface of {assembly}{choice(item.name, tuple(names))}"
                 yield ("contact", "surfaces", index, "name"), sentence
 
     @model_serializer(mode="wrap")
@@ -150,20 +150,20 @@ class ContactEntry(Entry):
 
 def _quantities(entry: Entry, keys: Collection[ContactKey]) -> tuple[ContactKey, ...]:
     """What an entry gives of these keys, each in its form."""
-    forms = (form for each in keys for form in each.forms)
-    return tuple(each for each in forms if getattr(entry, each.key) is not None)
+    forms = (form for item in keys for form in item.forms)
+    return tuple(item for item in forms if getattr(entry, item.key) is not None)
 
 
 def _options(entry: Entry, quantities: Collection[ContactKey]) -> dict[str, float]:
-    return {each.name: getattr(entry, each.key) for each in quantities}
+    return {item.name: getattr(entry, item.key) for item in quantities}
 
 
 def _given_twice(entry: Entry, keys: Collection[ContactKey]) -> Problems:
     """Quantities that an entry gives of each pair and per area."""
-    for each in keys:
-        given = _quantities(entry, [each])
-        if len(given) > 1:
-            yield (given[1].key,), f"must not stand beside {given[0].key}"
+    for item in keys:
+        forms = _quantities(entry, [item])
+        if len(forms) > 1:
+            yield (forms[1].key,), f"must not stand beside {forms[0].key}"
 
 
 def _surface_entry(laws: Sequence[LawDeclaration]) -> type[SurfaceEntry]:
@@ -193,8 +193,8 @@ def _surface_entry(laws: Sequence[LawDeclaration]) -> type[SurfaceEntry]:
 def _entry(law: LawDeclaration, surface: type[SurfaceEntry]) -> type[ContactEntry]:
     """The entry of a law, with that of surfaces."""
     fields = {}
-    for each in law.keys:
-        for form, other in zip(each.forms, reversed(each.forms), strict=True):
+    for item in law.keys:
+        for form, other in zip(item.forms, reversed(item.forms), strict=True):
             value, meaning = Annotated[Number, Field(**form.limits)], form.meaning
             if form is other:
                 fields[form.key] = value, Field(description=meaning)
@@ -202,7 +202,7 @@ def _entry(law: LawDeclaration, surface: type[SurfaceEntry]) -> type[ContactEntr
                 meaning = f"{meaning} Or give ``{other.key}``."
                 fields[form.key] = value | None, Field(None, description=meaning)
     either = [
-        {"oneOf": [_has(form.key) for form in each.forms]} for each in law.keys if each.per_area
+        {"oneOf": [_has(form.key) for form in item.forms]} for item in law.keys if item.per_area
     ]
     return create_model(
         f"{''.join(part.capitalize() for part in law.name.split('-'))}Contact",

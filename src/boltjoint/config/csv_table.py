@@ -148,8 +148,8 @@ class CsvTable:
                 return numbers.reshape(-1, len(self.keys))
             first, kind = int(np.argmin(is_limited)), LIMITS
         row, column = divmod(first, len(self.keys))
-        line, given = rows[row]
-        self._refuse(line, f"{self.keys[column]}: {as_text(given[column])} must be {kind}")
+        line, texts = rows[row]
+        self._refuse(line, f"{self.keys[column]}: {as_text(texts[column])} must be {kind}")
 
     def _refuse(self, line: int, sentence: str) -> NoReturn:
         raise TableError(f"{self.file}:{line}: {sentence}")

@@ -258,7 +258,7 @@ class Deck(Described):
     @property
     def input_names(self) -> tuple[str, ...]:
         """Names of ``points``."""
-        return tuple(each.name for each in self.points)
+        return tuple(point.name for point in self.points)
 
     @property
     def output_names(self) -> tuple[str, ...]:
@@ -285,12 +285,12 @@ class Deck(Described):
     @property
     def surface_names(self) -> tuple[str, ...]:
         """Names of the surfaces in contact."""
-        return tuple(each.name for each in self.contact)
+        return tuple(surface.name for surface in self.contact)
 
     @property
     def kinds(self) -> dict[str, str]:
         """Kinds of elements that are read as others."""
-        return {each.kind: each.read_as for each in self.elements}
+        return {elements.kind: elements.read_as for elements in self.elements}
 
     def conflicts_of_files(self) -> Problems:
         """What the deck does not hold."""
@@ -318,8 +318,8 @@ class Deck(Described):
             sentence = "must be closed with base: closed, whose points are so at any preload"
             yield ("initial_gap",), sentence
         seen: dict[frozenset[str], int] = {}
-        for index, each in enumerate(self.contact):
-            pair = frozenset(name.upper() for name in each.surfaces)
+        for index, surface in enumerate(self.contact):
+            pair = frozenset(name.upper() for name in surface.surfaces)
             if pair in seen:
                 yield ("contact", index, "surfaces"), "must not be given twice, or the other way"
             seen[pair] = index

@@ -47,7 +47,10 @@ class Layers:
     def origin(self, path: KeyPath) -> str:
         """Origin of the value under a key path, or else of what that would be a part of."""
         paths = (path[:length] for length in range(len(path), 0, -1))
-        return next((self._origins[each] for each in paths if each in self._origins), CONFIG_FILE)
+        return next(
+            (self._origins[candidate] for candidate in paths if candidate in self._origins),
+            CONFIG_FILE,
+        )
 
 
 def _merge(content: Any, changes: Any) -> Any:  # noqa: ANN401 - YAML
@@ -102,8 +105,8 @@ class StudyFiles:
                 self.note(COMMAND_LINE, [(("study",), problem)])
             elif (content := self.read(file, anywhere=True)) is not None:
                 layers.add(as_word(file), content)
-        given = {key: value for key, value in changes.items() if key != "study"}
-        content, problems = resolve_types(given)
+        settings = {key: value for key, value in changes.items() if key != "study"}
+        content, problems = resolve_types(settings)
         self.note(COMMAND_LINE, problems)
         layers.add(COMMAND_LINE, content)
         return layers

@@ -30,12 +30,12 @@ class GapShape(Entry):
     ``waviness_um``."""
 
     def conflicts(self) -> Problems:
-        given = self.model_fields_set
-        if not given & {"flatness_um", "waviness_um"}:
+        keys = self.model_fields_set
+        if not keys & {"flatness_um", "waviness_um"}:
             yield ("flatness_um",), "is missing: or give waviness_um and wavelength_mm"
-        elif "waviness_um" in given and self.wavelength_mm is None and self.waviness_um:
+        elif "waviness_um" in keys and self.wavelength_mm is None and self.waviness_um:
             yield ("wavelength_mm",), "is missing: length of a wave along the bar"
-        elif self.wavelength_mm is not None and "waviness_um" not in given:
+        elif self.wavelength_mm is not None and "waviness_um" not in keys:
             yield ("waviness_um",), "is missing: amplitude of the wave"
 
 

@@ -36,14 +36,14 @@ def owners(model: type[BaseModel], location: KeyPath) -> list[type[BaseModel]]:
     refs, schema = _root(model)
     schemas = [schema]
     for part in location[:-1]:
-        schemas = [inner for each in schemas for inner in _within(each, part, refs)]
-    return [each["cls"] for each in _members(schemas, refs) if each["type"] == "model"]
+        schemas = [inner for member in schemas for inner in _within(member, part, refs)]
+    return [member["cls"] for member in _members(schemas, refs) if member["type"] == "model"]
 
 
 def _root(model: type[BaseModel]) -> tuple[Mapping[str, _Schema], _Schema]:
     """The definitions that a model's core schema refers to, and that schema."""
     schema = model.__pydantic_core_schema__
-    return {each["ref"]: each for each in schema.get("definitions", ())}, schema
+    return {definition["ref"]: definition for definition in schema.get("definitions", ())}, schema
 
 
 def _unwrapped(schema: _Schema, refs: Mapping[str, _Schema]) -> _Schema:
@@ -55,8 +55,8 @@ def _unwrapped(schema: _Schema, refs: Mapping[str, _Schema]) -> _Schema:
 
 def _members(schemas: Iterable[_Schema], refs: Mapping[str, _Schema]) -> Iterator[_Schema]:
     """The schemas with the members in place of unions."""
-    for each in schemas:
-        schema = _unwrapped(each, refs)
+    for outer in schemas:
+        schema = _unwrapped(outer, refs)
         if schema["type"] == "tagged-union":
             yield from _members(schema["choices"].values(), refs)
         else:
@@ -70,8 +70,8 @@ def _within(schema: _Schema, part: str | int, refs: Mapping[str, _Schema]) -> It
         case "tagged-union" if part in schema["choices"]:
             yield schema["choices"][part]
         case "tagged-union":
-            for each in _members([schema], refs):
-                yield from _within(each, part, refs)
+            for member in _members([schema], refs):
+                yield from _within(member, part, refs)
         case "model":
             fields = _unwrapped(schema["schema"], refs)["fields"]
             if part in fields:

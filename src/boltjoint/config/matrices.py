@@ -260,12 +260,12 @@ class Matrices(Described):
     @property
     def input_names(self) -> tuple[str, ...]:
         """Names of ``inputs``."""
-        return tuple(each.name for each in self.inputs)
+        return tuple(point.name for point in self.inputs)
 
     @property
     def output_names(self) -> tuple[str, ...]:
         """Names of ``outputs``."""
-        return tuple(each.name for each in self.outputs)
+        return tuple(point.name for point in self.outputs)
 
     @property
     def has_support(self) -> bool:
@@ -284,9 +284,9 @@ class Matrices(Described):
 
     def in_folder(self, folder: Path) -> Self:
         """The same description, whose files lie in a folder."""
-        found = self.model_copy()
-        found._folder = folder
-        return found
+        copied = self.model_copy()
+        copied._folder = folder
+        return copied
 
     @property
     def size(self) -> MeshSize:
@@ -303,12 +303,12 @@ class Matrices(Described):
     @property
     def shank(self) -> tuple[float, float] | None:
         """Cross-section [m2] and Young's modulus [Pa] of the thinnest shank that is known."""
-        known = (
+        values = (
             (pi / 4 * (1e-3 * bolt.shank_diameter_mm) ** 2, 1e9 * bolt.youngs_modulus_GPa)
             for bolt in self.bolts
             if bolt.shank_diameter_mm is not None and bolt.youngs_modulus_GPa is not None
         )
-        return min(known, default=None)
+        return min(values, default=None)
 
     def conflicts_of_files(self) -> Problems:
         """What the heads of the files do not hold."""
@@ -327,22 +327,22 @@ class Matrices(Described):
             yield ("file",), "is missing: the file that holds the matrices, or files"
             return
         yield from _twice(("files",), "variable", self.files)
-        own = {each.variable for each in self.files}
+        own = {entry.variable for entry in self.files}
         for path, name in () if self.file is not None else self.variables.items():
             if name not in own:
                 yield path, "has no file: add it to files, or give file"
         for key in ("bolts", "inputs", "outputs"):
             yield from _twice((key,), "name", getattr(self, key))
-            for index, each in enumerate(getattr(self, key)):
+            for index, entry in enumerate(getattr(self, key)):
                 for number in ("column", "locked", "dof"):
-                    if (given := getattr(each, number, None)) is not None:
-                        if given < self.numbered_from:
+                    if (column := getattr(entry, number, None)) is not None:
+                        if column < self.numbered_from:
                             yield (key, index, number), "must be at least 1, with numbered_from: 1"
 
     @property
     def surface_names(self) -> tuple[str, ...]:
         """Names of the surfaces in contact; one that is not told apart is called contact."""
-        return tuple(each.name for each in self.contact.surfaces) or ("contact",)
+        return tuple(surface.name for surface in self.contact.surfaces) or ("contact",)
 
     @property
     def variables(self) -> Mapping[KeyPath, str]:
@@ -357,7 +357,7 @@ class Matrices(Described):
 
     def file_of(self, variable: str) -> str:
         """File that holds a variable."""
-        own = {each.variable: each.file for each in self.files}
+        own = {entry.variable: entry.file for entry in self.files}
         return own.get(variable) or str(self.file)
 
 

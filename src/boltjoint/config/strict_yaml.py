@@ -94,9 +94,11 @@ def parse_mapping(text: str) -> dict[str, Any]:
         a tag, anchor, alias or second document.
     """
     checks.instance("text", text, str)
-    if found := _NO_TEXT.search(text):
-        before = text[: found.start()]
-        raise TextError(f"{as_text(found[0])} is no character of a text", *_line_and_column(before))
+    if no_text := _NO_TEXT.search(text):
+        before = text[: no_text.start()]
+        raise TextError(
+            f"{as_text(no_text[0])} is no character of a text", *_line_and_column(before)
+        )
     try:
         content = _document(yaml.parse(text, Loader=yaml.SafeLoader))
     except yaml.MarkedYAMLError as error:
@@ -170,8 +172,8 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], path: KeyPath = ()
     if event.tag is not None:
         _refuse(place, f"the tag {as_text(event.tag)} is not allowed: tags (!) mean nothing here")
     if isinstance(event, yaml.ScalarEvent):
-        if found := _NO_TEXT.search(event.value):
-            _refuse(place, f"{as_text(found[0])} is no character of a text")
+        if no_text := _NO_TEXT.search(event.value):
+            _refuse(place, f"{as_text(no_text[0])} is no character of a text")
         try:
             return _resolve_type(event.value) if event.style is None else event.value
         except ValueError as error:

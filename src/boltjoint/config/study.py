@@ -50,9 +50,9 @@ from boltjoint.config.varied_case import (
 from boltjoint.config.varied_keys import Quantity, keys_that_vary
 
 
-def _as_description(given: object) -> object:
+def _as_description(value: object) -> object:
     """A description, or that of the content of its file."""
-    return description_of(given) if isinstance(given, Mapping) else given
+    return description_of(value) if isinstance(value, Mapping) else value
 
 
 _Description = Annotated[SerializeAsAny[InstanceOf[Described]], BeforeValidator(_as_description)]
@@ -79,24 +79,24 @@ class Study(Settings):
     @property
     def designs(self) -> dict[str, int]:
         """Number of designs of each sweep."""
-        return {name: each.number for name, each in self.swept.items()}
+        return {name: designs.number for name, designs in self.swept.items()}
 
     @property
     def variants(self) -> dict[str, tuple[Variant, ...]]:
         """Variants of the base case of each sweep, possible ones or not."""
-        return {name: each.variants for name, each in self.swept.items()}
+        return {name: designs.variants for name, designs in self.swept.items()}
 
     @cached_property
     def _variants_of_file(self) -> dict[tuple[str, str], list[Variant]]:
         """The variants of sweeps by a folder and the name of a file in it."""
-        found: dict[tuple[str, str], list[Variant]] = {}
-        for variant in (each for variants in self.variants.values() for each in variants):
-            for which in (
+        variants_of_file: dict[tuple[str, str], list[Variant]] = {}
+        for variant in (one for variants in self.variants.values() for one in variants):
+            for file in (
                 (CASE_FOLDER, variant.case_name),
                 (ASSEMBLY_FOLDER, variant.assembly_name),
             ):
-                found.setdefault(which, []).append(variant)
-        return found
+                variants_of_file.setdefault(file, []).append(variant)
+        return variants_of_file
 
     def variants_of(self, folder: str, name: str) -> Iterator[Variant]:
         """The possible variants of sweeps whose case or assembly has this name.
@@ -108,17 +108,17 @@ class Study(Settings):
         name
             Name of the case or the assembly.
         """
-        found = self._variants_of_file.get((folder, name), ())
-        return (each for each in found if not each.reason)
+        variants = self._variants_of_file.get((folder, name), ())
+        return (variant for variant in variants if not variant.reason)
 
     def case(self, name: str) -> Case:
         """The case of this name; a ``KeyError`` names the cases there are."""
-        known = self.cases | self.base_cases
-        if name in known:
-            return known[name]
+        cases = self.cases | self.base_cases
+        if name in cases:
+            return cases[name]
         for variant in self.variants_of(CASE_FOLDER, name):
             return variant.case
-        raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, known)}")
+        raise KeyError(f"{as_text(name)} is not a case of this study{choice(name, cases)}")
 
     def assembly(self, name: str) -> Described:
         """The assembly of this name, be it a file of the study or a variant in a sweep."""
@@ -128,8 +128,8 @@ class Study(Settings):
 
     def possible_variants(self, *sweeps: str) -> list[Variant]:
         """The variants of some sweeps, or of all, that can be solved."""
-        found = (self.swept[name].possible_variants for name in sweeps or self.swept)
-        return [variant for each in found for variant in each]
+        of_sweeps = (self.swept[name].possible_variants for name in sweeps or self.swept)
+        return [variant for of_sweep in of_sweeps for variant in of_sweep]
 
     def base_of_sweep(self, name: str, *, checking: bool = False) -> dict[str, Any]:
         """The base case as a sweep solves it, or as its check does."""
@@ -142,8 +142,8 @@ class Study(Settings):
     def quantities(self, name: str) -> dict[str, Quantity]:
         """What the keys that a sweep varies are called; of a table, all that may vary."""
         sweep, case = self.sweeps[name], self.case(self.sweeps[name].case)
-        found = keys_that_vary(case, self.assembly(case.assembly), sweep.joint)
-        return {key: found[key] for key in sweep.vary or found}
+        quantities = keys_that_vary(case, self.assembly(case.assembly), sweep.joint)
+        return {key: quantities[key] for key in sweep.vary or quantities}
 
     def contact_conditions(self, assembly: str) -> list[dict[str, Any]]:
         """Contact and damping that the bases of an assembly are made for, each once.
@@ -151,14 +151,14 @@ class Study(Settings):
         Those of the cases that use it, or of all cases where none does.
         """
         every = [*self.cases.values(), *self.base_cases.values()]
-        varied = (each.case for each in self.variants_of(ASSEMBLY_FOLDER, assembly))
+        varied = (variant.case for variant in self.variants_of(ASSEMBLY_FOLDER, assembly))
         own = [*(case for case in every if case.assembly == assembly), *varied]
-        found: list[dict[str, Any]] = []
+        conditions: list[dict[str, Any]] = []
         for case in own or every:
             condition = {"contact": case.contact.model_dump(), "damping": case.structural_damping}
-            if condition not in found:
-                found.append(condition)
-        return found
+            if condition not in conditions:
+                conditions.append(condition)
+        return conditions
 
     def stuck_stiffness(self, assembly: str) -> dict[str, float]:
         """Stiffness of pairs that stick where bases are compared: the largest of its cases.
@@ -166,14 +166,14 @@ class Study(Settings):
         As for ``contact_conditions``; ``stiffness`` of a pair [N/m] and ``stiffness_per_area``
         [N/m3] as for ``patterns.resonances``.
         """
-        found: dict[str, float] = {}
-        for each in self.contact_conditions(assembly):
+        stiffness: dict[str, float] = {}
+        for condition in self.contact_conditions(assembly):
             for name, key in (("stiffness", "N_per_m"), ("stiffness_per_area", "N_per_m3")):
-                for contact in (each["contact"], *each["contact"].get("surfaces", ())):
+                for contact in (condition["contact"], *condition["contact"].get("surfaces", ())):
                     value = contact.get(f"tangential_stiffness_{key}")
                     if value is not None:
-                        found[name] = max(value, found.get(name, value))
-        return found
+                        stiffness[name] = max(value, stiffness.get(name, value))
+        return stiffness
 
 
 def load_study(
@@ -241,9 +241,10 @@ def load_study(
     for name, assembly in assemblies.items():
         if assembly is not None and not before:
             with files.checking(_assembly_file(name)):
-                found = assembly.conflicts_of_gap(gap_maps())
+                problems = assembly.conflicts_of_gap(gap_maps())
                 content = assembly.model_dump()
-                files.note(_assembly_file(name), (with_value(content, *each) for each in found))
+                sentences = (with_value(content, *problem) for problem in problems)
+                files.note(_assembly_file(name), sentences)
 
     for name, case in cases.items():
         if case is not None:
@@ -260,10 +261,10 @@ def load_study(
                         *conflicts_of_surfaces(case, assembly),
                         *conflicts_of_places(case, assembly),
                     ]
-                found = (
+                sentences = (
                     with_value(contents[name], *problem) for problem in dict.fromkeys(problems)
                 )
-                files.note(_case_file(name), found)
+                files.note(_case_file(name), sentences)
     with files.checking(CONFIG_FILE):
         if all(cases.values()):
             if not files.problems:
@@ -296,14 +297,14 @@ def load_study(
                     problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
                 if not problems and not files.problems:
                     problems += designs.conflicts()
-                files.note(file, (with_value(contents[file], *each) for each in problems))
+                files.note(file, (with_value(contents[file], *problem) for problem in problems))
     with files.checking(CONFIG_FILE):
         if settings is not None:
             problems = conflicts_of_convergence(settings, cases.values(), assemblies)
             files.note(layers, (with_value(layers.content, *problem) for problem in problems))
 
     files.refuse_problems()
-    found = {
+    content = {
         "cases": {name: case for name, case in cases.items() if name in runs},
         "base_cases": {name: case for name, case in cases.items() if name not in runs},
         "assemblies": assemblies,
@@ -316,7 +317,7 @@ def load_study(
             if name in runs and case.measured is not None and not before
         },
     }
-    return Study.model_validate({**dict(settings), **found})
+    return Study.model_validate({**dict(settings), **content})
 
 
 def _case_file(name: str) -> str:

@@ -164,8 +164,8 @@ class Sweep(Entry):
             yield ("amplitudes",), "must be at least 2, the ends of the grid"
         if self.amplitudes_mm is not None and self.amplitudes_mm[0] >= self.amplitudes_mm[1]:
             yield ("amplitudes_mm",), "must ascend"
-        if self.levels is not None and (given := LEVEL_KEYS & set(self.vary)):
-            yield ("levels",), f"must not be given where {given.pop()} varies"
+        if self.levels is not None and (keys := LEVEL_KEYS & set(self.vary)):
+            yield ("levels",), f"must not be given where {keys.pop()} varies"
         for key, values in self.vary.items():
             is_list, is_range = isinstance(values, tuple), isinstance(values, Range)
             if isinstance(self.design, Grid) and not is_list:
@@ -202,7 +202,8 @@ class Sweep(Entry):
         return {
             "frequencies": self.frequencies if "responses" in self.observe else None,
             "amplitudes": self.amplitudes if "backbone" in self.observe else None,
-            "between": self.amplitudes_mm and tuple(1e-3 * each for each in self.amplitudes_mm),
+            "between": self.amplitudes_mm
+            and tuple(1e-3 * amplitude for amplitude in self.amplitudes_mm),
             "states": "contact-states" in self.observe,
             "converged": "converged-peaks" in self.observe,
         }

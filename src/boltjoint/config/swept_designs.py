@@ -75,11 +75,11 @@ class SweptDesigns:
     @cached_property
     def possible_variants(self) -> tuple[Variant, ...]:
         """The variants that can be solved."""
-        return tuple(each for each in self.variants if not each.reason)
+        return tuple(variant for variant in self.variants if not variant.reason)
 
     def has_several(self, number: int) -> bool:
         """Whether that many variants can be solved: no more of them are checked."""
-        possible = (each for each in self.variants if not each.reason)
+        possible = (variant for variant in self.variants if not variant.reason)
         return len(list(islice(possible, number))) == number
 
     def conflicts(self) -> Problems:
@@ -104,7 +104,7 @@ class SweptDesigns:
     @property
     def _impossible(self) -> str:
         """Why no design is possible; empty where one is, or none is met soon in a table."""
-        if all(each.reason for each in self.variants):
+        if all(variant.reason for variant in self.variants):
             return self.variants[0].reason
         base = self._base
         content = solved_alone(base.case, base.sweep)
@@ -117,7 +117,7 @@ class SweptDesigns:
                     return "; ".join(first)
         if self._read is None:
             return ""
-        by_values = {tuple(each.values.values()): each for each in self.variants}
+        by_values = {tuple(variant.values.values()): variant for variant in self.variants}
         others = next(iter(by_values.values())).values
         first = ""
         for row in islice(zip(*self.columns.values(), strict=True), _MOST_TRIED):

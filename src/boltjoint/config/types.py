@@ -66,7 +66,8 @@ def _one_line(text: str) -> str:
     """The text with escapes in place of what is no visible character, cut where it is long."""
     text = text if len(text) <= _LONGEST_LINE else f"{text[:_LONGEST_LINE]}..."
     return "".join(
-        each if each.isprintable() else each.encode("unicode_escape").decode() for each in text
+        character if character.isprintable() else character.encode("unicode_escape").decode()
+        for character in text
     )
 
 
@@ -102,9 +103,11 @@ def refuse(kind: str, problems: Iterable[tuple[KeyPath, str]]) -> None:
     kind
         ``rule`` for what a JSON schema can say, ``contradiction`` for what it cannot.
     """
-    if found := list(dict.fromkeys(problems)):
-        sentences = "; ".join(sentence for _, sentence in found)
-        raise PydanticCustomError(kind, "{sentences}", {"sentences": sentences, "problems": found})
+    if refused := list(dict.fromkeys(problems)):
+        sentences = "; ".join(sentence for _, sentence in refused)
+        raise PydanticCustomError(
+            kind, "{sentences}", {"sentences": sentences, "problems": refused}
+        )
 
 
 def _integral(value: object) -> object:
@@ -171,7 +174,7 @@ ComparedModalBasis = Annotated[
 ]
 Unknowns = Annotated[str, Field(pattern=Coordinates.PATTERN), AfterValidator(Coordinates)]
 #: the names of a grammar, by its pattern
-GRAMMARS = {each.PATTERN: each for each in (JointName, Basis, ComparedBasis, Coordinates)}
+GRAMMARS = {parsed.PATTERN: parsed for parsed in (JointName, Basis, ComparedBasis, Coordinates)}
 #: what each pattern asks for
 PATTERNS = {
     names.NAME: names.NAME_MEANING,

@@ -94,12 +94,12 @@ class BaseOfVariants:
             content = self._contents[1]
             for key, value in of_assembly.items():
                 content = with_value_at(content, path_of(key), value)
-            found, lines = read_content(content, type(assembly))
+            explained, lines = read_content(content, type(assembly))
             reasons += [f"{ASSEMBLY}{line}" for line in lines]
-            if found is not None:
-                assembly = found.in_folder(assembly.folder)
+            if explained is not None:
+                assembly = explained.in_folder(assembly.folder)
                 reasons += [f"{ASSEMBLY}{line}" for _, line in assembly.conflicts_of_files()]
-        own = tuple(each for each in of_case.items() if not each[0].startswith(ASSEMBLY))
+        own = tuple(item for item in of_case.items() if not item[0].startswith(ASSEMBLY))
         bolts = assembly.bolt_count
         case, lines = self._case(own, bolts)
         reasons += lines
@@ -108,11 +108,11 @@ class BaseOfVariants:
         except ValueError as error:
             reasons.append(f"{JOINT}{error}")
         if not reasons:
-            which = own, bolts, joint
-            if which not in self._solved:
+            parts = own, bolts, joint
+            if parts not in self._solved:
                 alone = self.sweep.model_copy(update={"joint": joint})
-                self._solved[which] = solve_alone(case, alone)
-            conflicts = self._conflicts(self._solved[which], assembly)
+                self._solved[parts] = solve_alone(case, alone)
+            conflicts = self._conflicts(self._solved[parts], assembly)
             reasons += [f"{key_of(path)}: {line}" for path, line in conflicts]
         return _Checked(case or self.case, assembly, joint, "; ".join(reasons))
 
@@ -227,10 +227,10 @@ def find_variants(
 
 def _until_too_many(rows: Iterable[tuple[float, ...]]) -> Iterable[tuple[float, ...]]:
     """The first of equal rows, until there are more than can be made."""
-    rows, known = iter(rows), set()
-    while len(known) <= MOST_JOBS and (some := list(islice(rows, MOST_JOBS))):
-        fresh = [row for row in dict.fromkeys(some) if row not in known]
-        known.update(fresh)
+    rows, seen = iter(rows), set()
+    while len(seen) <= MOST_JOBS and (some := list(islice(rows, MOST_JOBS))):
+        fresh = [row for row in dict.fromkeys(some) if row not in seen]
+        seen.update(fresh)
         yield from fresh
 
 

@@ -48,8 +48,8 @@ def read_content(
     try:
         return model.model_validate(content), []
     except ValidationError as error:
-        found = explain(error, model, content)
-        return None, [f"{key_of(path)}: {sentence}" for path, sentence in found]
+        explained = explain(error, model, content)
+        return None, [f"{key_of(path)}: {sentence}" for path, sentence in explained]
 
 
 def refused(content: Mapping[str, Any], model: type[Entry]) -> list[str]:
@@ -111,7 +111,7 @@ def solve_alone(case: Case, sweep: Sweep) -> SolvedCase:
     try:
         return SolvedCase(Case.model_validate(solved_alone(case, sweep)), [])
     except ValidationError as error:
-        problems = [each for problem in error.errors() for each in problem["ctx"]["problems"]]
+        problems = [listed for problem in error.errors() for listed in problem["ctx"]["problems"]]
         return SolvedCase(None, problems)
 
 

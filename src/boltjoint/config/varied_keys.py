@@ -35,24 +35,24 @@ class Quantity(NamedTuple):
 def rescaled_keys(case: Case) -> dict[str, Quantity]:
     """The keys that need no other joint than that of the base case, rescaled."""
     level, unit = ("accelerations_m_per_s2", "m/s2") if case.is_base_excited else ("forces_N", "N")
-    found = {
+    quantities = {
         "preload_N": Quantity("preload", "N", "preload of each bolt"),
         level: Quantity("force_level", unit, "excitation amplitude"),
     }
     if case.damping is None:
-        found["loss_factor"] = Quantity("loss_factor", "1", "structural loss factor")
+        quantities["loss_factor"] = Quantity("loss_factor", "1", "structural loss factor")
     else:
-        found |= _quantities("damping.", case.damping.model_dump(exclude={"model"}))
-    for each in case.contact.quantities:
-        sentence = _as_meaning(each.meaning)
-        found[f"contact.{each.key}"] = Quantity(each.name, each.unit, sentence)
+        quantities |= _quantities("damping.", case.damping.model_dump(exclude={"model"}))
+    for quantity in case.contact.quantities:
+        sentence = _as_meaning(quantity.meaning)
+        quantities[f"contact.{quantity.key}"] = Quantity(quantity.name, quantity.unit, sentence)
     for number, surface in enumerate(case.contact.surfaces):
-        for each in surface.quantities:
-            sentence = f"{_as_meaning(each.meaning)} of surface {surface.name}"
-            name = f"surface_{number}_{each.name}"
-            key = f"contact.surfaces[{number}].{each.key}"
-            found[key] = Quantity(name, each.unit, sentence)
-    return found
+        for quantity in surface.quantities:
+            sentence = f"{_as_meaning(quantity.meaning)} of surface {surface.name}"
+            name = f"surface_{number}_{quantity.name}"
+            key = f"contact.surfaces[{number}].{quantity.key}"
+            quantities[key] = Quantity(name, quantity.unit, sentence)
+    return quantities
 
 
 def keys_that_vary(case: Case, assembly: Described | None, joint: JointName) -> dict[str, Quantity]:
@@ -67,23 +67,23 @@ def keys_that_vary(case: Case, assembly: Described | None, joint: JointName) -> 
     joint
         The joint that is solved.
     """
-    found = rescaled_keys(case)
+    quantities = rescaled_keys(case)
     for part, _ in _parts(joint):
         sentence = f"number of {part}" if part != "hyper" else "number of weighted pairs"
-        found[f"{JOINT}{part}"] = Quantity(f"joint_{part}", "1", sentence)
+        quantities[f"{JOINT}{part}"] = Quantity(f"joint_{part}", "1", sentence)
     if assembly is not None:
         bolts = assembly.bolt_count
         for n in range(bolts):
             meaning = f"preload of bolt {n + 1} over that of all"
-            found[f"{RATIOS}{n}]"] = Quantity(f"preload_ratio_{n}", "1", meaning)
+            quantities[f"{RATIOS}{n}]"] = Quantity(f"preload_ratio_{n}", "1", meaning)
         of_assembly = _quantities(ASSEMBLY, assembly.model_dump(exclude={"preload_N"}))
-        found |= {
+        quantities |= {
             key: quantity
             for key, quantity in of_assembly.items()
             if path_of(key)[-1] not in assembly.NAMING_KEYS
         }
-    found |= _quantities("", case.model_dump(include=set(_OF_CASE)))
-    return found
+    quantities |= _quantities("", case.model_dump(include=set(_OF_CASE)))
+    return quantities
 
 
 def is_rescaled(key: str) -> bool:
@@ -95,7 +95,7 @@ def not_varied(key: str, keys: Mapping[str, Quantity]) -> str:
     """What is said of a key that is none that may vary."""
     close = difflib.get_close_matches(key, keys, n=1)
     meant = f"; did you mean {close[0]}?" if close else ";"
-    short = ", ".join(each for each in keys if is_rescaled(each) or each.startswith(JOINT))
+    short = ", ".join(shown for shown in keys if is_rescaled(shown) or shown.startswith(JOINT))
     return (
         f"is no key that varies{meant} there are: {short}, and other numbers of the case and its "
         "assembly by their paths, as preload_ratios[0] or assembly.bar.lap_mm"
@@ -162,14 +162,14 @@ def _parts(joint: JointName) -> list[tuple[str, str]]:
 
 def _quantities(before: str, content: object) -> dict[str, Quantity]:
     """The numbers of an entry by their keys."""
-    found = {}
+    quantities = {}
     for path in _paths_of_numbers(content):
         last = next(part for part in reversed(path) if isinstance(part, str))
         unit = unit_of(last)
         words = [without_unit(part) if isinstance(part, str) else str(part) for part in path]
         meaning = " ".join(words).replace("_", " ")
-        found[before + key_of(path)] = Quantity("_".join(words), unit.si, meaning, unit.factor)
-    return found
+        quantities[before + key_of(path)] = Quantity("_".join(words), unit.si, meaning, unit.factor)
+    return quantities
 
 
 def _paths_of_numbers(content: object) -> Iterator[tuple[str | int, ...]]:

@@ -6,11 +6,11 @@ from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import basis_of_measured
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE
+from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.case.calibration import calibration_answer
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.headline import summary
 from boltjoint.study import layout
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.study.trusted_bases import headline_basis
 
@@ -41,7 +41,7 @@ def answers(study: Study) -> str:
         results = Results([joint, table, *filter(lambda path: Path(path).exists(), [backbone])])
         accuracy = results.table("accuracy", **of_basis)
         if len(accuracy):
-            content = PageContent([], results, Published(None))
+            content = PageContent([], results, Comparison())
             said = " ".join(summary(name, case, accuracy, content).striptags().split())
             lines.append(f"{name} ({of_basis['basis']}): {said}")
     if Path(layout.OVERVIEW).exists():

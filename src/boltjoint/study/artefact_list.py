@@ -38,7 +38,7 @@ class Artefact:
     chunk: int | None = None
 
     @property
-    def which(self) -> dict[str, object]:
+    def fields(self) -> dict[str, object]:
         """What the file is of."""
         values = ((field.name, getattr(self, field.name)) for field in fields(self)[2:])
         return {name: value for name, value in values if value is not None}
@@ -47,16 +47,16 @@ class Artefact:
     def path(self) -> str:
         """The file; of a table the CSV, of a page that which stands by itself."""
         if self.form == "data":
-            return layout.path(self.kind, **self.which)
+            return layout.path(self.kind, **self.fields)
         if self.form == "page":
             return layout.page(self.kind)
-        return layout.shown(self.form, self.kind, **self.which)
+        return layout.shown(self.form, self.kind, **self.fields)
 
     @property
     def paths(self) -> tuple[str, ...]:
         """All files that are made together with it."""
         if self.form == "table":
-            html = layout.shown("html", self.kind, **self.which)
+            html = layout.shown("html", self.kind, **self.fields)
             return self.path, html, layout.beside(self.path)
         if self.form == "page":
             return self.path, layout.page(self.kind, packed=True)
@@ -89,10 +89,10 @@ def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
             if basis.is_contact_adapted:
                 yield Artefact("pod_modes", **of_assembly)
             for joint in joints:
-                which = {"case": variant.case_name, "basis": basis, "joint": joint}
-                yield Artefact("joint", **which)
+                fields = {"case": variant.case_name, "basis": basis, "joint": joint}
+                yield Artefact("joint", **fields)
                 if joint.reduction is not None:
-                    yield Artefact("fit_timing", **which)
+                    yield Artefact("fit_timing", **fields)
 
 
 class Listed(Protocol):
@@ -121,9 +121,9 @@ class Contents(Responses):
     def artefacts(self) -> tuple[Artefact, ...]:
         """Everything, with the joints of sweeps and what they are made from."""
         names = self.study.sweeps
-        chunks = [each for name in names for each in self._chunks(name)]
+        chunks = [artefact for name in names for artefact in self._chunks(name)]
         # a case's own results must not depend on the joints that a sweep adds to it
-        joints = [each for name in names for each in _joints_of_sweep(self.study, name)]
+        joints = [artefact for name in names for artefact in _joints_of_sweep(self.study, name)]
         return tuple(dict.fromkeys([*self._data(), *chunks, *self._displayed, *joints]))
 
     @cached_property
@@ -134,46 +134,48 @@ class Contents(Responses):
     @cached_property
     def _of_kind(self) -> defaultdict[str, list[Artefact]]:
         """The artefacts by kind, without the chunks of sweeps, which are counted when needed."""
-        found: defaultdict[str, list[Artefact]] = defaultdict(list)
+        artefacts: defaultdict[str, list[Artefact]] = defaultdict(list)
         for artefact in dict.fromkeys([*self._data(), *self._displayed]):
-            found[artefact.kind].append(artefact)
-        return found
+            artefacts[artefact.kind].append(artefact)
+        return artefacts
 
-    def select(self, *kinds: str, **which: object) -> list[Artefact]:
+    def select(self, *kinds: str, **fields: object) -> list[Artefact]:
         """The artefacts of these kinds, or of all, and with these values of their fields.
 
         Without the joints of sweeps, and what these are made from.
         """
         if kinds:
-            found = [each for kind in kinds for each in self._all_of(kind, which.get("sweep"))]
+            candidates = [
+                candidate for kind in kinds for candidate in self._all_of(kind, fields.get("sweep"))
+            ]
         else:
-            found = self._displayed if which.get("form", "data") != "data" else self.artefacts
+            candidates = self._displayed if fields.get("form", "data") != "data" else self.artefacts
         return [
             artefact
-            for artefact in found
-            if all(getattr(artefact, name) == value for name, value in which.items())
+            for artefact in candidates
+            if all(getattr(artefact, name) == value for name, value in fields.items())
         ]
 
     def first_response(self, case: str, form: str) -> list[Artefact]:
         """The response of a case around its first resonance in its most trusted basis."""
-        found = self.study.case(case)
-        basis = headline_basis(found)
+        configured = self.study.case(case)
+        basis = headline_basis(configured)
         joint, coordinates = REFERENCE
-        which = {"basis": basis, "joint": joint, "coordinates": coordinates}
-        resonance = found.resonances(basis)[0]
-        return self.select("response", form=form, case=case, resonance=resonance, **which)
+        fields = {"basis": basis, "joint": joint, "coordinates": coordinates}
+        resonance = configured.resonances(basis)[0]
+        return self.select("response", form=form, case=case, resonance=resonance, **fields)
 
     def _all_of(self, kind: str, sweep: object = None) -> Iterable[Artefact]:
         """The artefacts of a kind, at least those of a sweep if one is named."""
         if kind != "chunk":
             return self._of_kind[kind]
         names = self.study.sweeps if sweep is None else [sweep]
-        return [each for name in names for each in self._chunks(name)]
+        return [artefact for name in names for artefact in self._chunks(name)]
 
-    def files(self, *kinds: str, **which: object) -> list[str]:
+    def files(self, *kinds: str, **fields: object) -> list[str]:
         """The files of these kinds, with those made together with them; of no kind, all."""
-        found = self.select(*kinds, **which) if kinds or which else self.artefacts
-        return [path for artefact in found for path in artefact.paths]
+        artefacts = self.select(*kinds, **fields) if kinds or fields else self.artefacts
+        return [path for artefact in artefacts for path in artefact.paths]
 
     def _data(self) -> Iterator[Artefact]:
         yield Artefact("environment")
@@ -204,9 +206,9 @@ class Contents(Responses):
         yield Artefact("sweep", sweep=name)
         yield Artefact("sweep_page", sweep=name)
 
-    def has_mesh(self, which: Mapping[str, object]) -> bool:
+    def has_mesh(self, fields: Mapping[str, object]) -> bool:
         """Whether an assembly, or that of a case, has a mesh that figures show."""
-        name = which.get("assembly") or self.study.case(str(which["case"])).assembly
+        name = fields.get("assembly") or self.study.case(str(fields["case"])).assembly
         return self.study.assembly(str(name)).HAS_MESH
 
     def _chunks(self, name: str) -> Iterator[Artefact]:
@@ -222,8 +224,8 @@ class Contents(Responses):
         files = []
         for variant in self.study.possible_variants(name):
             basis, joints = _solved_of(self.study.sweeps[name], variant, checking=checking)
-            which = {"case": variant.case_name, "basis": basis}
-            files.append([layout.path("joint", **which, joint=joint) for joint in joints])
+            fields = {"case": variant.case_name, "basis": basis}
+            files.append([layout.path("joint", **fields, joint=joint) for joint in joints])
         return files
 
     def chunks(self, sweep: str) -> int:
@@ -252,14 +254,14 @@ class Contents(Responses):
                 yield Artefact(kind, **self.calibrated(case))
         checked = self.checked(case)
         for response in self.responses(case):
-            which = {"case": case, **response._asdict()}
-            yield Artefact("response", **which)
+            fields = {"case": case, **response._asdict()}
+            yield Artefact("response", **fields)
             if "timing" not in self.study.omit:
-                yield Artefact("timing", **which)
+                yield Artefact("timing", **fields)
             if response in checked:
-                yield Artefact("check", **which)
-            if which.pop("coordinates").kind == "backbone":
-                yield Artefact("backbone", **which)
+                yield Artefact("check", **fields)
+            if fields.pop("coordinates").kind == "backbone":
+                yield Artefact("backbone", **fields)
 
     def _shown(self) -> Iterator[Artefact]:
         for display in self._displays:

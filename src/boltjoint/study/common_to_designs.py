@@ -60,22 +60,24 @@ def common_window(
         }
         window = variants[number].window
         try:
-            windows.append(window({key: float(each.max()) for key, each in stiffnesses.items()}))
+            windows.append(
+                window({key: float(stiffness.max()) for key, stiffness in stiffnesses.items()})
+            )
             continue
         except IMPOSSIBLE:
             # not of all together, but perhaps of most
             combinations = np.column_stack([*stiffnesses.values(), rows])
         of_values: dict[tuple[float, ...], tuple[float, float] | str] = {}
         for *values, row in combinations.tolist():
-            which = tuple(values)
-            if which not in of_values:
+            conditions = tuple(values)
+            if conditions not in of_values:
                 try:
-                    of_values[which] = window(dict(zip(stiffnesses, which, strict=True)))
+                    of_values[conditions] = window(dict(zip(stiffnesses, conditions, strict=True)))
                 except IMPOSSIBLE as error:
-                    of_values[which] = str(error)
-            if isinstance(of_values[which], str):
-                reasons[int(row)] = of_values[which]
-        windows += [each for each in of_values.values() if not isinstance(each, str)]
+                    of_values[conditions] = str(error)
+            if isinstance(of_values[conditions], str):
+                reasons[int(row)] = of_values[conditions]
+        windows += [stiffness for stiffness in of_values.values() if not isinstance(stiffness, str)]
     if not windows:
         first = next(iter(reasons.values()), _first_reason(variants, designs))
         raise ValueError(f"no design is possible: {first}")
@@ -129,6 +131,6 @@ def _first_reason(variants: Sequence["SweptJoint | ImpossibleJoint"], designs: x
     """Why a design is impossible; empty where all are possible."""
     told = [
         *designs["reason"].to_numpy(),
-        *(str(each) for each in variants if isinstance(each, Exception)),
+        *(str(variant) for variant in variants if isinstance(variant, Exception)),
     ]
     return next(filter(None, told), "")

@@ -79,12 +79,12 @@ def tabulate_sampling(
 
 def _largest_motions(joint: Joint, response: xr.Dataset) -> dict[float, np.ndarray]:
     """Motion of the contact points where the response to each force is largest, by force."""
-    found = {}
+    motions = {}
     for force in response["force_level"].to_numpy():
         if largest := motion_at_peak(response, force):
             q = largest[1].in_components(joint.law.components).T
-            found[float(force)] = np.hstack([row @ q for row in joint.rows])
-    return found
+            motions[float(force)] = np.hstack([row @ q for row in joint.rows])
+    return motions
 
 
 def peaks_near(
@@ -312,10 +312,10 @@ def tabulate_patterns(modes: Mapping[str, xr.Dataset], patterns: xr.Dataset) -> 
     """
     rows = []
     for basis, of_basis in modes.items():
-        found = resonances_in(of_basis, patterns)
-        for pattern in found["pattern"].to_numpy():
-            for springs in found["springs"].to_numpy():
-                at = found.sel(pattern=pattern, springs=springs)
+        resonances = resonances_in(of_basis, patterns)
+        for pattern in resonances["pattern"].to_numpy():
+            for springs in resonances["springs"].to_numpy():
+                at = resonances.sel(pattern=pattern, springs=springs)
                 for i, (frequency, error) in enumerate(
                     zip(at["frequency"].to_numpy(), at["error"].to_numpy(), strict=True)
                 ):

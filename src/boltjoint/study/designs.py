@@ -80,14 +80,14 @@ def list_designs(
         columns = design_columns(vary, design)
     else:
         columns = read_table(read_file(table), str(table), quantities)
-    found = {}
+    columns_of_designs = {}
     for key, column in columns.items():
         name, unit, meaning, factor = quantities[key]
-        found[name] = quantity("design", factor * column, unit, meaning)
-        found[name].attrs["key"] = key
-    each = zip(*(column.tolist() for column in columns.values()), strict=True)
-    rows = [dict(zip(columns, row, strict=True)) for row in each]
-    by_values = {tuple(each["values"].values()): each["reason"] for each in variants}
+        columns_of_designs[name] = quantity("design", factor * column, unit, meaning)
+        columns_of_designs[name].attrs["key"] = key
+    entries = zip(*(column.tolist() for column in columns.values()), strict=True)
+    rows = [dict(zip(columns, row, strict=True)) for row in entries]
+    by_values = {tuple(one["values"].values()): one["reason"] for one in variants}
     possible = (values for values, reason in by_values.items() if not reason)
     numbers = {values: n for n, values in enumerate(possible)}
     own = [tuple(row[key] for key in variants[0]["values"]) for row in rows]
@@ -95,14 +95,14 @@ def list_designs(
         by_values[values] or "; ".join(refused(with_values(case, _rescaled(row)), Case))
         for values, row in zip(own, rows, strict=True)
     ]
-    found["reason"] = quantity("design", reasons, "1", "why the design is impossible")
+    columns_of_designs["reason"] = quantity("design", reasons, "1", "why the design is impossible")
     number = [numbers.get(values, -1) for values in own]
     meaning = "number of the joint that is rescaled, or -1 where there is none"
-    found["variant"] = quantity("design", number, "1", meaning)
+    columns_of_designs["variant"] = quantity("design", number, "1", meaning)
     attributes: dict[str, object] = {"varied": " ".join(quantities[key].name for key in columns)}
     if isinstance(design, Saltelli):
         attributes["saltelli_samples"] = design.number
-    return xr.Dataset(found, attrs=attributes)
+    return xr.Dataset(columns_of_designs, attrs=attributes)
 
 
 def values_of(designs: xr.Dataset) -> list[dict[str, float]]:

@@ -13,6 +13,7 @@ from boltjoint.study.artefact_list import Artefact
 
 if TYPE_CHECKING:
     from boltjoint.study.artefact_list import Contents
+    from boltjoint.study.results import Results
 
 #: a text, in which the fields of the artefact stand in braces, or a function of the artefact
 Words = str | Callable[[Artefact], str]
@@ -48,11 +49,10 @@ class Display:
     options
         Further arguments of the function: values of the configuration.
     is_compared
-        Whether it shows published values too, where a case asks for them.
+        Whether values of a source stand in it too, where a case is compared with one: the function
+        is then told of the source as ``comparison``.
     shows_mesh
         Whether it needs a mesh, which not all assemblies have.
-    printed_by
-        Fields by which the same figure is found among the published ones.
     stage
         Stage of its case by which memory and time are estimated (``estimate.Resources``); without
         one they are those of drawing and tabulating.
@@ -72,15 +72,37 @@ class Display:
     options: Callable[["Contents", Artefact], Mapping[str, object]] = lambda *_: {}
     is_compared: bool = False
     shows_mesh: bool = False
-    printed_by: tuple[str, ...] = ()
     stage: str = ""
 
     def artefacts(self, contents: "Contents") -> Iterator[Artefact]:
         """All of this kind that a study has."""
-        for which in self.of(contents):
-            if self.shows_mesh and not contents.has_mesh(which):
+        for fields in self.of(contents):
+            if self.shows_mesh and not contents.has_mesh(fields):
                 continue
-            yield Artefact(self.kind, self.form, **which)
+            yield Artefact(self.kind, self.form, **fields)
+
+    def content(
+        self,
+        artefact: Artefact,
+        results: "Results",
+        options: Mapping[str, object],
+        comparison: object,
+    ) -> Any:  # noqa: ANN401
+        """The figure or table.
+
+        Parameters
+        ----------
+        artefact
+            What it is of.
+        results
+            The files that it is made from.
+        options
+            Further arguments of its function.
+        comparison
+            The source that the study is compared with (``report.comparison``).
+        """
+        source = {"comparison": comparison} if self.is_compared else {}
+        return self.make(artefact, results, **options, **source)
 
     def title_of(self, artefact: Artefact) -> str:
         """First line of the caption."""
@@ -127,7 +149,7 @@ def assembly_of_case(contents: "Contents", artefact: Artefact) -> list[Artefact]
 
 def table_of_same(contents: "Contents", artefact: Artefact) -> list[Artefact]:
     """The table of the same kind and of the same."""
-    return contents.select(artefact.kind, form="table", **artefact.which)
+    return contents.select(artefact.kind, form="table", **artefact.fields)
 
 
 @dataclass(frozen=True)
@@ -145,7 +167,9 @@ class Job:
     modules
         The modules that declare what it makes.
     is_compared
-        Whether it reads the published tables.
+        Whether it reads values of a source.
+    counterparts
+        Cases of the source that the case of each is compared with, None where there is none.
     stage, subject
         By which memory and time are estimated.
     """
@@ -156,6 +180,7 @@ class Job:
     inputs: tuple[str, ...]
     modules: tuple[str, ...]
     is_compared: bool
+    counterparts: tuple[str | None, ...]
     stage: str
     subject: str
 
@@ -176,9 +201,9 @@ class Displays:
 
     def __init__(self, displays: Iterable[Display]) -> None:
         self._by_name: dict[tuple[str, str], Display] = {}
-        for each in displays:
-            if self._by_name.setdefault((each.form, each.kind), each) is not each:
-                raise ValueError(f"there are two {each.form}s called {each.kind!r}")
+        for display in displays:
+            if self._by_name.setdefault((display.form, display.kind), display) is not display:
+                raise ValueError(f"there are two {display.form}s called {display.kind!r}")
 
     def __iter__(self) -> Iterator[Display]:
         """All of them."""
@@ -201,7 +226,7 @@ class Displays:
         """The jobs that make all figures or all tables of a study."""
         by_name: dict[str, list[Artefact]] = {}
         for artefact in contents.select(form=form):
-            name = self.of(artefact).job.format(**artefact.which)
+            name = self.of(artefact).job.format(**artefact.fields)
             by_name.setdefault(name, []).append(artefact)
         return [self._job(name, made, contents) for name, made in by_name.items()]
 
@@ -209,10 +234,10 @@ class Displays:
         displays = [self.of(artefact) for artefact in made]
         pairs = list(zip(displays, made, strict=True))
         read = (
-            each.path
+            data.path
             for display, one in pairs
             for inputs in display.reads
-            for each in inputs(contents, one)
+            for data in inputs(contents, one)
         )
         return Job(
             name=name,
@@ -223,10 +248,13 @@ class Displays:
             is_compared=any(
                 display.is_compared and contents.is_compared(one.case) for display, one in pairs
             ),
+            counterparts=tuple(
+                contents.study.case(one.case).published if one.case else None for one in made
+            ),
             stage=next((display.stage for display in displays if display.stage), ""),
             subject=made[0].case or made[0].assembly or "",
         )
 
 
 def _in_words(words: Words, artefact: Artefact) -> str:
-    return words(artefact) if callable(words) else words.format(**artefact.which)
+    return words(artefact) if callable(words) else words.format(**artefact.fields)

@@ -78,9 +78,9 @@ def estimate(study: Study) -> Estimate:
         seconds=sum(job.seconds for job in jobs),
         responses=sum(len(case.responses) * len(case.levels) for case in study.cases.values()),
         designs=sum(study.designs.values()),
-        meshes=len({each.assembly_name for each in variants}),
-        tightenings=len({(each.assembly_name, each.case.preload) for each in variants}),
-        joints=len({(each.case_name, each.joint) for each in variants}),
+        meshes=len({variant.assembly_name for variant in variants}),
+        tightenings=len({(variant.assembly_name, variant.case.preload) for variant in variants}),
+        joints=len({(variant.case_name, variant.joint) for variant in variants}),
     )
 
 
@@ -124,19 +124,19 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
 
 def overstrained(study: Study) -> list[str]:
     """A line for each preload that strains the shanks of an assembly beyond yield."""
-    given = [
+    tightened = [
         (f"{CASE_FOLDER}/{name}.yaml", study.assemblies[case.assembly], case.preload_N)
         for name, case in study.cases.items()
     ]
     used = {case.assembly for case in study.cases.values()}
-    given += [
-        (f"{ASSEMBLY_FOLDER}/{name}.yaml", found, found.preload_N)
-        for name, found in study.assemblies.items()
-        if name not in used and found.preload_N is not None
+    tightened += [
+        (f"{ASSEMBLY_FOLDER}/{name}.yaml", described, described.preload_N)
+        for name, described in study.assemblies.items()
+        if name not in used and described.preload_N is not None
     ]
     lines = []
-    for file, found, preload in given:
-        if found.shank and (sentence := yield_warning(preload, *found.shank)):
+    for file, described, preload in tightened:
+        if described.shank and (sentence := yield_warning(preload, *described.shank)):
             lines.append(f"{file}: preload_N: {sentence}")
     return lines
 
@@ -168,5 +168,5 @@ class Resources:
 
     def of_any(self, stage: str) -> Mapping[str, int]:
         """The largest of a stage of any sweep."""
-        found = [self.of(stage, sweep) for sweep in self._contents.study.sweeps] or [self.SMALL]
-        return {key: max(each[key] for each in found) for key in self.SMALL}
+        resources = [self.of(stage, sweep) for sweep in self._contents.study.sweeps] or [self.SMALL]
+        return {key: max(resource[key] for resource in resources) for key in self.SMALL}

@@ -114,7 +114,7 @@ class EstimatedJob(NamedTuple):
 def all_jobs(contents: Contents) -> Iterator[EstimatedJob]:
     """Jobs of a study on its assemblies, cases and sweeps."""
     study = contents.study
-    varied = (each.assembly_name for each in study.possible_variants())
+    varied = (variant.assembly_name for variant in study.possible_variants())
     for folder, names in (
         (ASSEMBLY_FOLDER, dict.fromkeys([*study.assemblies, *varied])),
         (CASE_FOLDER, study.cases),
@@ -127,9 +127,11 @@ def all_jobs(contents: Contents) -> Iterator[EstimatedJob]:
 def jobs_on(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     """Jobs on what has this name: an assembly, a case, a sweep or several of them."""
     study = contents.study
-    known = name in study.cases or name in study.sweeps
+    is_of_study = name in study.cases or name in study.sweeps
     # variants, which are made to be asked, have names of their own
-    if name in study.assemblies or (not known and any(study.variants_of(ASSEMBLY_FOLDER, name))):
+    if name in study.assemblies or (
+        not is_of_study and any(study.variants_of(ASSEMBLY_FOLDER, name))
+    ):
         yield from _jobs_on(contents, ASSEMBLY_FOLDER, name)
     if name in study.cases:
         yield from _jobs_on(contents, CASE_FOLDER, name)
@@ -151,14 +153,14 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     # what is told of half the nodes holds of all where nothing halves them
     whole = 1 if assembly.has_mirror_images else 2
     size = assembly.size
-    nodes, pairs = (min(whole * each, COUNTLESS) for each in (size.nodes, size.pairs))
+    nodes, pairs = (min(whole * factor, COUNTLESS) for factor in (size.nodes, size.pairs))
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill
-    preloads = {each.preload_N for each in contents.select("preload", assembly=name)}
-    bases = {each.basis for each in contents.select("modes", form="data", assembly=name)}
+    preloads = {factor.preload_N for factor in contents.select("preload", assembly=name)}
+    bases = {factor.basis for factor in contents.select("modes", form="data", assembly=name)}
     varied = list(study.variants_of(ASSEMBLY_FOLDER, name))
-    preloads |= {each.case.preload for each in varied}
-    bases = bases.union(*(each.bases for each in varied))
+    preloads |= {factor.case.preload for factor in varied}
+    bases = bases.union(*(factor.bases for factor in varied))
     if not assembly.HAS_MESH:
         # rigid-body motions are sought with factors
         memory = _PROCESS + _BESIDE_FACTORS + factors
@@ -281,7 +283,7 @@ def _solutions(solver: Solver) -> float:
 def _of_repeats(timing: Timing, seconds: float) -> float:
     """What repeats of a response that takes so long take more than they do by default [s]."""
     taken, by_default = (
-        min((each.repeats - 1) * seconds, each.time_budget_s) for each in (timing, Timing())
+        min((times.repeats - 1) * seconds, times.time_budget_s) for times in (timing, Timing())
     )
     return max(taken - by_default, 0.0)
 
@@ -309,17 +311,19 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     sweep, designs = study.sweeps[name], study.swept[name].number
     variants = study.swept[name].possible_variants
     key = f"{SWEEP_FOLDER}/{name}.yaml: design"
-    joints = {(each.case_name, each.joint) for each in variants}
+    joints = {(variant.case_name, variant.joint) for variant in variants}
     yield EstimatedJob("joints", name, _PROCESS, _PER_JOINT * len(joints), key, "to reduce a joint")
     for case_name, joint in joints:
         if joint.is_fitted:
             yield _of_fit(study, case_name, joint)
     case = study.case(sweep.case)
     levels = 1 if LEVEL_KEYS & set(sweep.vary) else len(sweep.levels or case.levels)
-    elements = max(_elements(each.joint, each.assembly.contact_pairs) for each in variants)
+    elements = max(_elements(variant.joint, variant.assembly.contact_pairs) for variant in variants)
     vectors = _vectors(study, sweep.basis)
     states = elements if "contact-states" in sweep.observe else 0
-    frequencies, amplitudes = (sweep.observed[each] or 0 for each in ("frequencies", "amplitudes"))
+    frequencies, amplitudes = (
+        sweep.observed[variant] or 0 for variant in ("frequencies", "amplitudes")
+    )
     stored = levels * (_NUMBER * (4 + frequencies) + states) + 2 * _NUMBER * amplitudes
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
     seconds = seconds * _solutions(study.solver) / _SOLUTIONS + _PER_AMPLITUDE * amplitudes
@@ -340,7 +344,9 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     yield EstimatedJob("sweep", name, memory, 0.0, key, f"to gather the designs of {name}")
     if sweep.check is not None:
         check = sweep.check
-        elements = max(_elements(check.joint, each.assembly.contact_pairs) for each in variants)
+        elements = max(
+            _elements(check.joint, variant.assembly.contact_pairs) for variant in variants
+        )
         vectors = _vectors(study, check.basis)
         number = min(check.designs, designs)
         of_design = _PER_DESIGN + _PER_ELEMENT * elements * vectors

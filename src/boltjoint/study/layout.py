@@ -46,7 +46,7 @@ PATHS = {
 _FOLDERS = {"figure": ("figures", "svg"), "table": ("tables", "csv"), "html": ("tables", "html")}
 
 
-def path(kind: str, **which: object) -> str:
+def path(kind: str, **fields: object) -> str:
     """The file of a kind of data.
 
     Parameters
@@ -57,10 +57,10 @@ def path(kind: str, **which: object) -> str:
         What the kind is named by: ``assembly``, ``preload_N`` (``names.Preload``), ``case``,
         ``basis``, ``joint``, ``coordinates``, ``resonance``, ``sweep``, and ``chunk`` from 0.
     """
-    return PATHS[kind].format(**which)
+    return PATHS[kind].format(**fields)
 
 
-def shown(form: str, kind: str, **which: object) -> str:
+def shown(form: str, kind: str, **fields: object) -> str:
     """The file of a figure or table, named by its kind and by whatever it is of.
 
     Parameters
@@ -74,7 +74,7 @@ def shown(form: str, kind: str, **which: object) -> str:
     """
     folder, suffix = _FOLDERS[form]
     parts = [kind]
-    for key, value in which.items():
+    for key, value in fields.items():
         if key == "joint":
             parts.append(value.file_name)
         elif key == "preload_N":

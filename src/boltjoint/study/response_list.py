@@ -46,12 +46,14 @@ class Responses:
     def responses(self, case: str, basis: str | None = None) -> list[Response]:
         """All responses of a case, or of those in one basis."""
         if case not in self._responses:
-            self._responses[case] = [Response(*each) for each in self.study.case(case).responses]
-        return [each for each in self._responses[case] if basis in (None, each.basis)]
+            self._responses[case] = [
+                Response(*response) for response in self.study.case(case).responses
+            ]
+        return [response for response in self._responses[case] if basis in (None, response.basis)]
 
     def references(self, case: str) -> list[Response]:
         """The responses of the node-to-node joint of a case in linear modes."""
-        return [each for each in self.responses(case) if each[1:3] == REFERENCE]
+        return [response for response in self.responses(case) if response[1:3] == REFERENCE]
 
     def joints(self, case: str, basis: str) -> list[JointName]:
         """The joints that are solved in a basis, and those of regions they are reduced from."""
@@ -70,8 +72,8 @@ class Responses:
         """The response whose peaks are checked by time integration: the first in free modes."""
         if "harmonics" in self.study.omit or not self.study.case(case).verification_forces_N:
             return None
-        found = self.lowest_references(case).values()
-        return next((one for one in found if not one.basis.is_contact_adapted), None)
+        references = self.lowest_references(case).values()
+        return next((one for one in references if not one.basis.is_contact_adapted), None)
 
     def integrated_levels(self, case: str) -> list[float]:
         """The forces of a case at which its converged peaks are integrated in time."""
@@ -83,14 +85,14 @@ class Responses:
         if not (self.integrated_levels(case) and (converged := self.converged(case))):
             return []
         own, last = converged.basis, self.study.convergence.bases[-1:]
-        return [own, *(each for each in last if each.fewest > own.most)]
+        return [own, *(basis for basis in last if basis.fewest > own.most)]
 
     def lowest_references(self, case: str) -> dict[str, Response]:
         """By basis, the response of the node-to-node joint of the lowest mode."""
-        found: dict[str, Response] = {}
+        lowest: dict[str, Response] = {}
         for response in sorted(self.references(case), key=lambda one: one.resonance):
-            found.setdefault(response.basis, response)
-        return found
+            lowest.setdefault(response.basis, response)
+        return lowest
 
     def converged(self, case: str) -> Response | None:
         """The response that comes closest to the structure: node-to-node, in the largest basis.
@@ -99,8 +101,8 @@ class Responses:
         Of contact-adapted bases, around the first resonance.
         """
         first = (one for one in self.references(case) if one.resonance == 1)
-        found = (one for one in first if one.basis.is_contact_adapted)
-        return max(found, key=lambda one: one.basis.most, default=None)
+        references = (one for one in first if one.basis.is_contact_adapted)
+        return max(references, key=lambda one: one.basis.most, default=None)
 
     def compared(self, case: str) -> list[Response]:
         """The responses of a case around the resonance of its converged one."""
@@ -110,17 +112,17 @@ class Responses:
     def is_compared(self, case: str | None = None) -> bool:
         """Whether a case, or any of them, is compared with a published one."""
         cases = self.study.cases.values() if case is None else [self.study.case(case)]
-        return any(each.published is not None for each in cases)
+        return any(one.published is not None for one in cases)
 
     def jacobians(self, case: str, response: Response) -> list[str]:
         """The Jacobians that are timed: forward differences too for what the source solves."""
-        in_source = (
+        is_of_source = (
             self.is_compared(case)
             and not response.basis.is_contact_adapted
             and response.joint.is_published
             and response.coordinates.kind in ("linear", "real")
         )
-        return ["analytic", *(["forward-difference"] if in_source else [])]
+        return ["analytic", *(["forward-difference"] if is_of_source else [])]
 
     def checked(self, case: str, basis: str | None = None) -> list[Response]:
         """The responses whose residual in time is found: all equations solved, forces analytic."""
@@ -140,9 +142,9 @@ class Responses:
         every = (self.study.cases | self.study.base_cases).values()
         used = [(case.assembly, case.preload) for case in every]
         nominal = [
-            (name, Preload.of(found.preload_N))
-            for name, found in self.study.assemblies.items()
-            if found.preload_N is not None and all(name != assembly for assembly, _ in used)
+            (name, Preload.of(described.preload_N))
+            for name, described in self.study.assemblies.items()
+            if described.preload_N is not None and all(name != assembly for assembly, _ in used)
         ]
         return list(dict.fromkeys(used + nominal))
 
@@ -161,11 +163,11 @@ class Responses:
 
     def compared_bases(self, case: str) -> list[Basis]:
         """The bases in which only the peaks of a case are found."""
-        found = list(self.study.convergence.bases)
+        bases = list(self.study.convergence.bases)
         converged = self.converged(case)
         if self.study.convergence.regions and converged:
-            found.append(converged.basis)
-        return found
+            bases.append(converged.basis)
+        return bases
 
     def backbones(self, case: str, basis: str, resonance: int) -> list[JointName]:
         """The joints of a case whose backbone of a resonance is traced."""

@@ -9,7 +9,6 @@ import xarray as xr
 
 from boltjoint import checksums, dataset
 from boltjoint.study import layout
-from boltjoint.study.published import Published
 from boltjoint.study.tables import files as tables
 
 
@@ -25,20 +24,20 @@ class Results:
     def __init__(self, paths: Iterable[str]) -> None:
         self._paths = frozenset(map(str, paths))
         self._load = cache(dataset.load)
-        # as text: tables 3.1 and 3.10 of the source are two
+        # as text: tables 3.1 and 3.10 are two
         self._read = cache(partial(tables.read, dtype={"source_table": str}))
 
-    def dataset(self, kind: str, **which: object) -> xr.Dataset:
+    def dataset(self, kind: str, **fields: object) -> xr.Dataset:
         """A netCDF file (``layout.path``)."""
-        return self._load(self._permitted(layout.path(kind, **which)))
+        return self._load(self._permitted(layout.path(kind, **fields)))
 
-    def data(self, kind: str, **which: object) -> pd.DataFrame:
+    def data(self, kind: str, **fields: object) -> pd.DataFrame:
         """A CSV file of data (``layout.path``)."""
-        return self._read(self._permitted(layout.path(kind, **which)))
+        return self._read(self._permitted(layout.path(kind, **fields)))
 
-    def record(self, kind: str, **which: object) -> dict[str, object]:
+    def record(self, kind: str, **fields: object) -> dict[str, object]:
         """A JSON file (``layout.path``)."""
-        path = self._permitted(layout.path(kind, **which))
+        path = self._permitted(layout.path(kind, **fields))
         try:
             record = json.loads(checksums.read_text(path))
         except json.JSONDecodeError as error:
@@ -47,17 +46,13 @@ class Results:
             raise checksums.DamagedFile(path, "cannot be read (it holds no keys with values)")
         return record
 
-    def table(self, kind: str, **which: object) -> pd.DataFrame:
+    def table(self, kind: str, **fields: object) -> pd.DataFrame:
         """A table (``layout.shown``)."""
-        return self._read(self._permitted(layout.shown("table", kind, **which)))
+        return self._read(self._permitted(layout.shown("table", kind, **fields)))
 
-    def published(self, case: str | None = None) -> Published:
-        """The published tables, of one case study or of none; empty if they may not be read."""
-        return Published.among(self._paths, case)
-
-    def has(self, kind: str, **which: object) -> bool:
+    def has(self, kind: str, **fields: object) -> bool:
         """Whether a file of data is among those that may be read."""
-        return layout.path(kind, **which) in self._paths
+        return layout.path(kind, **fields) in self._paths
 
     def _permitted(self, path: str) -> str:
         if path not in self._paths:

@@ -78,7 +78,7 @@ class CaseInBasis:
         """
         converged: dict[tuple[str, int], xr.Dataset] = {}
         for response, joint, how, stored in self._problems(responses):
-            given = {
+            parameters = {
                 "coordinates": str(response.coordinates),
                 **self._excitation(response),
                 **options,
@@ -94,19 +94,19 @@ class CaseInBasis:
                         model_errors(stored)
                     )
                 how["peaks"] = converged[peaks]
-                found = solve_converged_response(joint, self.forces, method, **how)
+                solved = solve_converged_response(joint, self.forces, method, **how)
             else:
-                found = solve_response(joint, self.forces, method, **how)
+                solved = solve_response(joint, self.forces, method, **how)
                 if harmonics is not None:
                     if peaks not in converged:
-                        converged[peaks] = converge_peaks(joint, found, harmonics).merge(
+                        converged[peaks] = converge_peaks(joint, solved, harmonics).merge(
                             model_errors(stored)
                         )
-                    found = add_converged_peaks(found, converged[peaks])
-            found = add_largest_displacement(found, stored)
+                    solved = add_converged_peaks(solved, converged[peaks])
+            solved = add_largest_displacement(solved, stored)
             if harmonics is not None:
-                found.attrs["harmonic_convergence"] = harmonics.stored()
-            yield found, self._parameters(response, given)
+                solved.attrs["harmonic_convergence"] = harmonics.stored()
+            yield solved, self._parameters(response, parameters)
 
     def time(
         self,
@@ -133,11 +133,11 @@ class CaseInBasis:
     ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
         for response, joint, how, _ in self._problems(responses):
-            given, resonance = self._excitation(response), how.pop("resonance")
+            excitation, resonance = self._excitation(response), how.pop("resonance")
             traced = find_backbone(
                 joint, self.forces, window=resonance.window, resonance=resonance.number, **how
             )
-            yield traced, self._parameters(response, given)
+            yield traced, self._parameters(response, excitation)
 
     def _problems(
         self, responses: "Sequence[Response]"
@@ -175,11 +175,13 @@ class CaseInBasis:
             "damping": self.damping,
         }
 
-    def _parameters(self, response: "Response", given: Mapping[str, object]) -> dict[str, object]:
+    def _parameters(
+        self, response: "Response", arguments: Mapping[str, object]
+    ) -> dict[str, object]:
         resonance = response.resonance
         return {
             "window": {"resonance": resonance, "given": self.windows[resonance]},
-            "options": given,
+            "options": arguments,
             "sampling": self.sampling,
             "steps": self.steps,
         }

@@ -92,7 +92,11 @@ def solve_designs(
             checks.whole(name, points, at_least=1)
     values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
     impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
-    joints = [each for each in variants if isinstance(each, SweptJoint)]
+    joints = [
+        joint_of_variant
+        for joint_of_variant in variants
+        if isinstance(joint_of_variant, SweptJoint)
+    ]
     if not joints:
         raise ValueError(f"no design is possible: {next(iter(variants), 'there is none')}")
     window = grid = sizes = None
@@ -103,7 +107,7 @@ def solve_designs(
     if amplitudes is not None:
         sizes = np.geomspace(*(between or common_amplitudes(variants, designs)), amplitudes)
     levels = 1 if "force_level" in designs else len(joints[0].base.levels)
-    elements = max(each.elements for each in joints)
+    elements = max(joint_of_variant.elements for joint_of_variant in joints)
     observed = ObservedDesigns(
         len(chunk), levels, grid, sizes, elements if states else None, converged=converged
     )
@@ -220,7 +224,9 @@ def gather_sweep(
     if "force_level" in names:
         whole = whole.squeeze("force")
     else:
-        level = next(each for each in rescaled_keys(base).values() if each.name == "force_level")
+        level = next(
+            rescaled for rescaled in rescaled_keys(base).values() if rescaled.name == "force_level"
+        )
         levels = quantity("force", list(base.levels), level.unit, level.meaning)
         whole = whole.assign_coords(force_level=levels)
     values = {name: designs[name].variable for name in names}
@@ -241,11 +247,11 @@ def _on_grid(whole: xr.Dataset, values: Mapping[str, xr.Variable], sizes: list[i
     axes = {
         name: xr.Variable(
             name,
-            np.moveaxis(spread(each).to_numpy(), place, 0).reshape(sizes[place], -1)[:, 0],
-            each.attrs,
+            np.moveaxis(spread(axis).to_numpy(), place, 0).reshape(sizes[place], -1)[:, 0],
+            axis.attrs,
         )
-        for place, (name, each) in enumerate(values.items())
+        for place, (name, axis) in enumerate(values.items())
     }
     return xr.Dataset(
-        {name: spread(each) for name, each in whole.variables.items()}, axes, whole.attrs
+        {name: spread(axis) for name, axis in whole.variables.items()}, axes, whole.attrs
     )

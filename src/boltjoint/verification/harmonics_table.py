@@ -145,7 +145,7 @@ def tabulate_steady_states(
         if (peak := motion_at_peak(response, force)) is None:
             continue
         last = converge_peak(joint, *peak, force, damping).peaks[-1]
-        numbers = [last.harmonics, *(each for each in harmonics if each > last.harmonics)]
+        numbers = [last.harmonics, *(number for number in harmonics if number > last.harmonics)]
         excitation = last.frequency, float(force), damping
         rows += _compared(
             joint,

@@ -96,7 +96,7 @@ class _ModalEquations:
         excitation = model.excitation.modes
         self.phi, self.phi_cos = excitation.real, excitation.imag
         # forces in time are those of the normal direction too, whether the law needs it or not
-        modes = (getattr(model, MODES[each]) for each in model.law.directions_in_time)
+        modes = (getattr(model, MODES[direction]) for direction in model.law.directions_in_time)
         self.rows = [np.zeros_like(model.rows[0]) if B is None else B for B in modes]
         self.law, self.damping = model.law, damping.matrix(model.structure())
 

@@ -259,7 +259,9 @@ class Integration:
         velocity = 2 * np.pi * self.frequency * np.fft.irfft(turned, self.steps, axis=0)
         X, V, _, _, normal_load, mu = self.elements
         sliders_along(motion, self.z, X, V, normal_load, mu)
-        self.q, self.v = (np.array([each[0], each[0] - each[-1]]) for each in (motion, velocity))
+        self.q, self.v = (
+            np.array([period[0], period[0] - period[-1]]) for period in (motion, velocity)
+        )
 
     def state(self) -> Array:
         """Displacements and velocities over w, their changes in the last step, and sliders."""
@@ -277,18 +279,18 @@ class Integration:
     def motion(self) -> Array:
         """All modes at the begin of each step of the last period, shape (steps, all modes)."""
         phase = 2j * np.pi * np.arange(self.steps) / self.steps
-        found = np.outer(np.exp(phase), self.rigid).imag
-        found[:, self.elastic] = self.history
-        return found
+        motion_of_body = np.outer(np.exp(phase), self.rigid).imag
+        motion_of_body[:, self.elastic] = self.history
+        return motion_of_body
 
     def coefficients(self, harmonics: int) -> NDArray[np.complex128]:
         """Sine + i cosine of the last period by harmonic from 0, (harmonics + 1, all modes)."""
         spectrum = np.fft.rfft(self.history, axis=0)[: harmonics + 1] / self.steps
-        found = np.zeros((harmonics + 1, self.elastic.size), dtype=complex)
-        found[0, self.elastic] = spectrum[0]
-        found[1] = self.rigid
-        found[1:, self.elastic] = 2j * spectrum[1:]
-        return found
+        values = np.zeros((harmonics + 1, self.elastic.size), dtype=complex)
+        values[0, self.elastic] = spectrum[0]
+        values[1] = self.rigid
+        values[1:, self.elastic] = 2j * spectrum[1:]
+        return values
 
 
 def _reach_steady_state(integration: Integration, tolerance: float, maximum_periods: int) -> float:

@@ -23,8 +23,8 @@ def _resonances(contents: Contents) -> Iterator[dict[str, object]]:
 
 def _responses(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """The responses that are made from the backbones."""
-    which = {**artefact.which, "coordinates": Coordinates("backbone")}
-    return contents.select("response", form="data", **which)
+    fields = {**artefact.fields, "coordinates": Coordinates("backbone")}
+    return contents.select("response", form="data", **fields)
 
 
 @figure(
@@ -49,13 +49,15 @@ def backbone(
     from boltjoint.report.figures.curves import response_curves
     from boltjoint.report.figures.responses import plot_backbones
 
-    found = {joint: results.dataset("backbone", **artefact.which, joint=joint) for joint in joints}
+    backbones = {
+        joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints
+    }
     limits = [
         curve.linear_limit * curve.level
         for joint in joints
-        for which in [{**artefact.which, "joint": joint, "coordinates": "backbone"}]
-        if results.has("response", **which)
-        for curve in response_curves(results.dataset("response", **which))
+        for fields in [{**artefact.fields, "joint": joint, "coordinates": "backbone"}]
+        if results.has("response", **fields)
+        for curve in response_curves(results.dataset("response", **fields))
     ]
-    known = [limit for limit in limits if math.isfinite(limit)]
-    return plot_backbones(found, forces, min(known, default=None))
+    finite = [limit for limit in limits if math.isfinite(limit)]
+    return plot_backbones(backbones, forces, min(finite, default=None))

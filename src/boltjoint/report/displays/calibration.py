@@ -32,7 +32,7 @@ _DECLARED = {
 
 
 def _of(artefact: Artefact, results: "Results") -> "xr.Dataset":
-    return results.dataset("calibration", **artefact.which)
+    return results.dataset("calibration", **artefact.fields)
 
 
 @figure(

@@ -31,7 +31,7 @@ def sampling(artefact: Artefact, results: "Results") -> "Figure":
     """Errors of forces by AFT over the number of samples."""
     from boltjoint.report.figures.convergence import plot_sampling
 
-    return plot_sampling(results.table("sampling", **artefact.which))
+    return plot_sampling(results.table("sampling", **artefact.fields))
 
 
 @figure(
@@ -50,7 +50,7 @@ def patterns(artefact: Artefact, results: "Results") -> "Figure":
     """Errors of resonances over the size of the basis."""
     from boltjoint.report.figures.convergence import plot_patterns
 
-    return plot_patterns(results.table("patterns", **artefact.which))
+    return plot_patterns(results.table("patterns", **artefact.fields))
 
 
 @figure(
@@ -67,7 +67,7 @@ def bases(artefact: Artefact, results: "Results") -> "Figure":
     """Errors of peaks over the size of the basis."""
     from boltjoint.report.figures.convergence import plot_bases
 
-    return plot_bases(results.table("bases", **artefact.which))
+    return plot_bases(results.table("bases", **artefact.fields))
 
 
 @figure(
@@ -86,7 +86,7 @@ def divisions(artefact: Artefact, results: "Results") -> "Figure":
     """Errors of peaks over the number of regions."""
     from boltjoint.report.figures.convergence import plot_divisions
 
-    return plot_divisions(results.table("divisions", **artefact.which))
+    return plot_divisions(results.table("divisions", **artefact.fields))
 
 
 @figure(
@@ -103,11 +103,11 @@ def divisions(artefact: Artefact, results: "Results") -> "Figure":
     "all pairs, and the tolerances of weighted pairs (auto).",
     options=lambda contents, _: {
         "cases": {
-            each["case"]: {
-                **each,
-                "law": contents.study.case(each["case"]).contact.declaration.name,
+            table["case"]: {
+                **table,
+                "law": contents.study.case(table["case"]).contact.declaration.name,
             }
-            for each in convergence_tables.reduced_cases(contents)
+            for table in convergence_tables.reduced_cases(contents)
         },
         "tolerances": contents.study.hyper_reduction.model_dump(),
     },
@@ -122,7 +122,7 @@ def reductions(
     from boltjoint.report.figures.convergence import plot_reductions
 
     tables = {
-        (each["law"], case): results.table("reductions", case=case, basis=each["basis"])
-        for case, each in cases.items()
+        (table["law"], case): results.table("reductions", case=case, basis=table["basis"])
+        for case, table in cases.items()
     }
     return plot_reductions(tables, tolerances)

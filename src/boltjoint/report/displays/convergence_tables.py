@@ -39,18 +39,18 @@ def divided_cases(contents: Contents) -> Iterator[dict[str, object]]:
 
 def _references(contents: Contents) -> dict[str, Response]:
     """By case with a closed form, the first response of the node-to-node joint in linear modes."""
-    found = {
+    references = {
         name: contents.references(name)
         for name, case in contents.study.cases.items()
         if case.contact.declaration.has_closed_form
     }
-    return {case: responses[0] for case, responses in found.items() if responses}
+    return {case: responses[0] for case, responses in references.items() if responses}
 
 
 def _joints_and_responses(contents: Contents, _: Artefact) -> Iterator[Artefact]:
-    for case, each in _references(contents).items():
-        yield from contents.select("joint", case=case, basis=each.basis, joint=each.joint)
-        yield from contents.select("response", form="data", case=case, **each._asdict())
+    for case, reference in _references(contents).items():
+        yield from contents.select("joint", case=case, basis=reference.basis, joint=reference.joint)
+        yield from contents.select("response", form="data", case=case, **reference._asdict())
 
 
 @table(
@@ -69,9 +69,9 @@ def sampling(_: Artefact, results: "Results", references: Mapping[str, Response]
     from boltjoint.study.convergence import tabulate_sampling
 
     solved = {}
-    for case, each in references.items():
-        joint = results.dataset("joint", case=case, basis=each.basis, joint=each.joint)
-        response = results.dataset("response", case=case, **each._asdict())
+    for case, reference in references.items():
+        joint = results.dataset("joint", case=case, basis=reference.basis, joint=reference.joint)
+        response = results.dataset("response", case=case, **reference._asdict())
         solved[case] = joint_from_dataset(joint), response
     return tabulate_sampling(solved)
 
@@ -81,9 +81,9 @@ def sampling(_: Artefact, results: "Results", references: Mapping[str, Response]
     of=compared_assemblies,
     reads=(
         lambda contents, artefact: [
-            found
+            data
             for basis in contents.study.convergence.bases
-            for found in contents.select(
+            for data in contents.select(
                 "modes", form="data", assembly=artefact.assembly, basis=basis
             )
         ],
@@ -99,8 +99,8 @@ def patterns(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> 
     """Errors of resonances by basis."""
     from boltjoint.study.convergence import tabulate_patterns
 
-    modes = {basis: results.dataset("modes", **artefact.which, basis=basis) for basis in bases}
-    return tabulate_patterns(modes, results.dataset("patterns", **artefact.which))
+    modes = {basis: results.dataset("modes", **artefact.fields, basis=basis) for basis in bases}
+    return tabulate_patterns(modes, results.dataset("patterns", **artefact.fields))
 
 
 @table(
@@ -108,9 +108,9 @@ def patterns(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> 
     of=cases_in_several_bases,
     reads=(
         lambda contents, artefact: [
-            found
+            data
             for basis in contents.study.convergence.bases
-            for found in contents.select("peaks", case=artefact.case, basis=basis)
+            for data in contents.select("peaks", case=artefact.case, basis=basis)
         ],
     ),
     job="bases_{case}",
@@ -123,9 +123,9 @@ def bases(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> "pd
     """Errors of peaks by basis."""
     from boltjoint.study.convergence import tabulate_basis_peaks
 
-    which = artefact.which | {"joint": REFERENCE[0]}
+    fields = artefact.fields | {"joint": REFERENCE[0]}
     return tabulate_basis_peaks(
-        {each: results.data("peaks", **which, basis=each) for each in bases}
+        {compared: results.data("peaks", **fields, basis=compared) for compared in bases}
     )
 
 
@@ -134,9 +134,9 @@ def bases(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> "pd
     of=divided_cases,
     reads=(
         lambda contents, artefact: [
-            found
+            data
             for kind in ("joint", "peaks")
-            for found in contents.select(kind, **artefact.which, joint=REFERENCE[0])
+            for data in contents.select(kind, **artefact.fields, joint=REFERENCE[0])
         ],
         lambda contents, artefact: contents.select("preload", **_preload_of(contents, artefact)),
     ),
@@ -164,11 +164,11 @@ def divisions(
     from boltjoint.solvers.equations import StepControl
     from boltjoint.study.convergence import tabulate_divisions
 
-    which = artefact.which | {"joint": REFERENCE[0]}
+    fields = artefact.fields | {"joint": REFERENCE[0]}
     return tabulate_divisions(
-        joint_from_dataset(results.dataset("joint", **which)),
+        joint_from_dataset(results.dataset("joint", **fields)),
         results.dataset("preload", **preload),
-        reference=results.data("peaks", **which),
+        reference=results.data("peaks", **fields),
         control=StepControl(**steps),
         **options,
     )
@@ -188,7 +188,7 @@ def any_reduced(contents: Contents) -> list[dict[str, object]]:
 
 def _reduced_joints(contents: Contents, artefact: Artefact) -> list[Artefact]:
     names = [REFERENCE[0], *contents.reduced(artefact.case)]
-    return [contents.select("joint", **artefact.which, joint=name)[0] for name in names]
+    return [contents.select("joint", **artefact.fields, joint=name)[0] for name in names]
 
 
 @table(
@@ -219,7 +219,7 @@ def reductions(
     from boltjoint.study.convergence import tabulate_reductions
 
     loaded = {
-        name: joint_from_dataset(results.dataset("joint", **artefact.which, joint=name))
+        name: joint_from_dataset(results.dataset("joint", **artefact.fields, joint=name))
         for name in joints
     }
     return tabulate_reductions(loaded, control=StepControl(**steps), **options)

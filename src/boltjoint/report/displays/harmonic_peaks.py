@@ -24,8 +24,8 @@ def _response(contents: Contents, artefact: Artefact) -> dict[str, object]:
 
 
 def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
-    which = _response(contents, artefact)
-    return contents.select("response", form="data", case=artefact.case, **which)
+    fields = _response(contents, artefact)
+    return contents.select("response", form="data", case=artefact.case, **fields)
 
 
 @table(

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from boltjoint.report.comparison import Comparison
     from boltjoint.study.results import Results
 
 _OF_BASIS = ("case", "basis")
@@ -46,14 +47,10 @@ def _with_fits(contents: Contents) -> Iterator[dict[str, object]]:
             yield {"case": case, "basis": basis}
 
 
-def _published_case(contents: Contents, artefact: Artefact) -> dict[str, object]:
-    return {"published": contents.study.case(artefact.case).published}
-
-
 def _regions_of(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """The joint of the same regions with all their elements."""
-    which = artefact.which | {"joint": artefact.joint.regions}
-    return contents.select("joint", form="data", **which)
+    fields = artefact.fields | {"joint": artefact.joint.regions}
+    return contents.select("joint", form="data", **fields)
 
 
 @figure(
@@ -66,14 +63,13 @@ def _regions_of(contents: Contents, artefact: Artefact) -> list[Artefact]:
     caption="With the number of elements and the share of the normal load of each. Grey pairs have "
     "no element.",
     options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
-    printed_by=("joint",),
 )
 def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     """The regions of a joint on the contact surface."""
     from boltjoint.report.figures.contact import plot_regions
 
     mesh = results.dataset("assembly", assembly=assembly)
-    return plot_regions(mesh, results.dataset("joint", **artefact.which))
+    return plot_regions(mesh, results.dataset("joint", **artefact.fields))
 
 
 @figure(
@@ -85,14 +81,13 @@ def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     title=lambda artefact: f"{artefact.joint.label.capitalize()} on the contact",
     caption="The weight is how many pairs each of them stands for. Grey pairs are left out.",
     options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
-    printed_by=("joint",),
 )
 def weighted_pairs(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     """The pairs of a hyper-reduced joint on the contact surface."""
     from boltjoint.report.figures.contact import plot_weighted_pairs
 
     mesh = results.dataset("assembly", assembly=assembly)
-    return plot_weighted_pairs(mesh, results.dataset("joint", **artefact.which))
+    return plot_weighted_pairs(mesh, results.dataset("joint", **artefact.fields))
 
 
 @figure(
@@ -108,19 +103,17 @@ def weighted_pairs(artefact: Artefact, results: "Results", assembly: str) -> "Fi
         f"leaves the broad one, the fitted elements do not represent all. Both have "
         "the same stiffness while nothing slips, and the same force in full slip."
     ),
-    options=_published_case,
     is_compared=True,
-    printed_by=("joint",),
 )
-def loops(artefact: Artefact, results: "Results", published: str | None) -> "Figure":
+def loops(artefact: Artefact, results: "Results", comparison: "Comparison") -> "Figure":
     """Hysteresis loops of a region with fitted elements and with all."""
     from boltjoint.report.figures.contact import plot_loops
 
-    every = artefact.which | {"joint": artefact.joint.regions}
+    every = artefact.fields | {"joint": artefact.joint.regions}
     return plot_loops(
-        results.dataset("joint", **artefact.which),
+        results.dataset("joint", **artefact.fields),
         results.dataset("joint", **every),
-        results.published(published).region_of_loops(artefact.joint),
+        comparison.region_of_loops(artefact.joint),
     )
 
 
@@ -136,7 +129,7 @@ def elements_of_regions(artefact: Artefact, results: "Results") -> "pd.DataFrame
     """Elements, load and stiffness of the regions of a joint."""
     from boltjoint.study.tables.joints import tabulate_regions
 
-    return tabulate_regions(results.dataset("joint", **artefact.which))
+    return tabulate_regions(results.dataset("joint", **artefact.fields))
 
 
 @table(
@@ -146,15 +139,14 @@ def elements_of_regions(artefact: Artefact, results: "Results") -> "pd.DataFrame
     job="basis_{case}_{basis}",
     section="elements",
     title="elements of {joint} in {basis}",
-    options=_published_case,
     is_compared=True,
 )
-def elements(artefact: Artefact, results: "Results", published: str | None) -> "pd.DataFrame":
-    """Fitted elements, beside the published ones."""
+def elements(artefact: Artefact, results: "Results", comparison: "Comparison") -> "pd.DataFrame":
+    """Fitted elements of a reduced joint."""
     from boltjoint.study.tables.joints import tabulate_elements
 
-    joint = results.dataset("joint", **artefact.which)
-    return tabulate_elements(joint, artefact.joint, results.published(published))
+    table = tabulate_elements(results.dataset("joint", **artefact.fields))
+    return comparison.beside(artefact, table)
 
 
 @table(
@@ -172,16 +164,16 @@ def fits(artefact: Artefact, results: "Results", responses: list[Response]) -> "
     """Cost and errors of fitted elements."""
     from boltjoint.study.tables.joints import tabulate_fits
 
-    which = artefact.which
-    linear = [each for each in responses if each[2:] == (REFERENCE[1], 1)]
-    joints = dict.fromkeys(each.joint for each in responses)
+    fields = artefact.fields
+    linear = [response for response in responses if response[2:] == (REFERENCE[1], 1)]
+    joints = dict.fromkeys(response.joint for response in responses)
     fitted = [joint for joint in joints if joint.is_fitted]
     return tabulate_fits(
-        {joint: results.dataset("joint", **which, joint=joint) for joint in fitted},
-        {joint: results.data("fit_timing", **which, joint=joint) for joint in fitted},
+        {joint: results.dataset("joint", **fields, joint=joint) for joint in fitted},
+        {joint: results.data("fit_timing", **fields, joint=joint) for joint in fitted},
         {
-            each.joint: results.dataset("response", case=artefact.case, **each._asdict())
-            for each in linear
+            response.joint: results.dataset("response", case=artefact.case, **response._asdict())
+            for response in linear
         },
     )
 

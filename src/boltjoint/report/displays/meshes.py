@@ -32,23 +32,23 @@ def _meshes(contents: Contents, artefact: Artefact) -> list[dict[str, Artefact]]
     """The assembly, the preload and the joint of each variant."""
     return [
         {
-            "assembly": Artefact("assembly", assembly=each.assembly_name),
+            "assembly": Artefact("assembly", assembly=variant.assembly_name),
             "preload": Artefact(
-                "preload", assembly=each.assembly_name, preload_N=each.case.preload
+                "preload", assembly=variant.assembly_name, preload_N=variant.case.preload
             ),
             "joint": Artefact(
                 "joint",
-                case=each.case_name,
+                case=variant.case_name,
                 basis=contents.study.sweeps[artefact.sweep].basis,
                 joint=REFERENCE[0],
             ),
         }
-        for each in contents.study.possible_variants(artefact.sweep)
+        for variant in contents.study.possible_variants(artefact.sweep)
     ]
 
 
 def _joints(contents: Contents, artefact: Artefact) -> list[Artefact]:
-    return [found for mesh in _meshes(contents, artefact) for found in mesh.values()]
+    return [joint for mesh in _meshes(contents, artefact) for joint in mesh.values()]
 
 
 _DECLARED = {
@@ -57,7 +57,7 @@ _DECLARED = {
     "section": "sweeps",
     "options": lambda contents, artefact: {
         "meshes": [
-            {kind: found.which for kind, found in mesh.items()}
+            {kind: data.fields for kind, data in mesh.items()}
             for mesh in _meshes(contents, artefact)
         ]
     },
@@ -110,6 +110,6 @@ def _load(results: "Results", meshes: Sequence[Mapping[str, object]]) -> "list[M
     from boltjoint.study.tables.meshes import Mesh
 
     return [
-        Mesh(**{kind: results.dataset(kind, **which) for kind, which in mesh.items()})
+        Mesh(**{kind: results.dataset(kind, **fields) for kind, fields in mesh.items()})
         for mesh in meshes
     ]

@@ -22,8 +22,8 @@ def _with_backbones(contents: Contents) -> Iterator[dict[str, object]]:
 
 
 def _joints(contents: Contents, artefact: Artefact) -> dict[str, list[JointName]]:
-    which = artefact.case, artefact.basis, artefact.resonance
-    return {"joints": contents.backbones(*which)}
+    place = artefact.case, artefact.basis, artefact.resonance
+    return {"joints": contents.backbones(*place)}
 
 
 def _responses(contents: Contents, artefact: Artefact) -> Iterator[Artefact]:
@@ -31,7 +31,7 @@ def _responses(contents: Contents, artefact: Artefact) -> Iterator[Artefact]:
     of_basis = {"case": artefact.case, "basis": artefact.basis}
     for joint in _joints(contents, artefact)["joints"]:
         yield from contents.select("joint", form="data", **of_basis, joint=joint)
-        solved = artefact.which | {"joint": joint, "coordinates": REFERENCE[1]}
+        solved = artefact.fields | {"joint": joint, "coordinates": REFERENCE[1]}
         yield from contents.select("response", form="data", **solved)
 
 
@@ -63,13 +63,15 @@ def microslip(artefact: Artefact, results: "Results", joints: Sequence[JointName
 
     peaks = {}
     for name in joints:
-        which = artefact.which | {"joint": name, "coordinates": REFERENCE[1]}
-        if results.has("response", **which):
-            of_joint = {key: which[key] for key in ("case", "basis", "joint")}
+        fields = artefact.fields | {"joint": name, "coordinates": REFERENCE[1]}
+        if results.has("response", **fields):
+            of_joint = {key: fields[key] for key in ("case", "basis", "joint")}
             joint = joint_from_dataset(results.dataset("joint", **of_joint))
-            peaks[name] = Peaks(*peak_dissipation(joint, results.dataset("response", **which)))
-    found = {name: results.dataset("backbone", **artefact.which, joint=name) for name in joints}
-    return plot_microslip(found, results.table("microslip", **artefact.which), peaks)
+            peaks[name] = Peaks(*peak_dissipation(joint, results.dataset("response", **fields)))
+    backbones = {
+        name: results.dataset("backbone", **artefact.fields, joint=name) for name in joints
+    }
+    return plot_microslip(backbones, results.table("microslip", **artefact.fields), peaks)
 
 
 @table(
@@ -89,5 +91,5 @@ def power_laws(
     from boltjoint.study.tables.microslip import tabulate_microslip
 
     return tabulate_microslip(
-        {joint: results.dataset("backbone", **artefact.which, joint=joint) for joint in joints}
+        {joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints}
     )

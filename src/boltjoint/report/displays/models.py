@@ -23,10 +23,10 @@ def _cases(contents: Contents) -> Iterator[dict[str, object]]:
 def _compared(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """Responses and times around the resonance of the converged response."""
     return [
-        found
+        data
         for kind in ("response", "timing")
-        for each in contents.compared(artefact.case)
-        for found in contents.select(kind, form="data", case=artefact.case, **each._asdict())
+        for response in contents.compared(artefact.case)
+        for data in contents.select(kind, form="data", case=artefact.case, **response._asdict())
     ]
 
 
@@ -45,7 +45,7 @@ def models(artefact: Artefact, results: "Results") -> "Figure":
     """Errors of all models beside their cost."""
     from boltjoint.report.figures.convergence import plot_models
 
-    return plot_models(results.table("models", **artefact.which))
+    return plot_models(results.table("models", **artefact.fields))
 
 
 @table(
@@ -67,9 +67,11 @@ def errors_and_costs(
     """Errors and costs of all models."""
     from boltjoint.study.tables.accuracy import tabulate_models
 
-    which = {tuple(each): {"case": artefact.case, **each._asdict()} for each in compared}
+    fields = {
+        tuple(response): {"case": artefact.case, **response._asdict()} for response in compared
+    }
     return tabulate_models(
-        {model: results.dataset("response", **of) for model, of in which.items()},
-        {model: results.data("timing", **of) for model, of in which.items()},
+        {model: results.dataset("response", **of) for model, of in fields.items()},
+        {model: results.data("timing", **of) for model, of in fields.items()},
         tuple(converged),
     )

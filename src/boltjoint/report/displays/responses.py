@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from boltjoint.report.comparison import Comparison
     from boltjoint.study.results import Results
 
 _OF_JOINT = ("case", "basis", "joint")
@@ -28,9 +29,9 @@ def _timed_bases(contents: Contents) -> list[dict[str, object]]:
 
 
 def _timed_resonances(contents: Contents) -> Iterator[dict[str, object]]:
-    for which in _timed_bases(contents):
-        for resonance in contents.study.case(which["case"]).resonances(which["basis"]):
-            yield which | {"resonance": resonance}
+    for fields in _timed_bases(contents):
+        for resonance in contents.study.case(fields["case"]).resonances(fields["basis"]):
+            yield fields | {"resonance": resonance}
 
 
 def _responses(contents: Contents) -> Iterator[dict[str, object]]:
@@ -41,15 +42,15 @@ def _responses(contents: Contents) -> Iterator[dict[str, object]]:
 
 def _node_to_node(contents: Contents) -> Iterator[dict[str, object]]:
     """Responses that have contact states of every pair."""
-    for which in _responses(contents):
-        if which["joint"] == REFERENCE[0] and which["coordinates"].kind != "backbone":
-            yield which
+    for fields in _responses(contents):
+        if fields["joint"] == REFERENCE[0] and fields["coordinates"].kind != "backbone":
+            yield fields
 
 
 def _reference(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """The response that others around the same resonance are compared with."""
-    which = artefact.which | dict(zip(("joint", "coordinates"), REFERENCE, strict=True))
-    return contents.select("response", form="data", **which)
+    fields = artefact.fields | dict(zip(("joint", "coordinates"), REFERENCE, strict=True))
+    return contents.select("response", form="data", **fields)
 
 
 def _responses_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
@@ -68,16 +69,15 @@ def _in_words(artefact: Artefact) -> str:
     job="responses_{case}_{basis}",
     section="responses",
     title=lambda artefact: _in_words(artefact)[:1].upper() + _in_words(artefact)[1:],
-    printed_by=("joint", "coordinates", "resonance"),
 )
 def response(artefact: Artefact, results: "Results") -> "Figure":
     """Frequency responses of a joint, over those of the node-to-node joint in linear modes."""
     from boltjoint.report.figures.responses import plot_response
 
-    reference = artefact.which | dict(zip(("joint", "coordinates"), REFERENCE, strict=True))
-    has_reference = reference != artefact.which and results.has("response", **reference)
+    reference = artefact.fields | dict(zip(("joint", "coordinates"), REFERENCE, strict=True))
+    has_reference = reference != artefact.fields and results.has("response", **reference)
     return plot_response(
-        results.dataset("response", **artefact.which),
+        results.dataset("response", **artefact.fields),
         artefact.joint,
         artefact.coordinates,
         reference=results.dataset("response", **reference) if has_reference else None,
@@ -97,7 +97,6 @@ def response(artefact: Artefact, results: "Results") -> "Figure":
     title=lambda artefact: f"Contact at the peaks: {_in_words(artefact)}",
     caption="Contact state of every pair over one period, at the peak of each response.",
     options=lambda contents, artefact: {"assembly": contents.study.case(artefact.case).assembly},
-    printed_by=("joint", "coordinates", "resonance"),
 )
 def states(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     """Contact states at the peaks, on the contact surface."""
@@ -107,7 +106,7 @@ def states(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     return plot_states(
         results.dataset("assembly", assembly=assembly),
         results.dataset("joint", **joint),
-        results.dataset("response", **artefact.which),
+        results.dataset("response", **artefact.fields),
     )
 
 
@@ -124,13 +123,14 @@ def states(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     title="Solution times around resonance {resonance}",
     caption="Above, the times; below, their ratios to those of the node-to-node joint in linear "
     "modes.",
+    is_compared=True,
 )
-def times(artefact: Artefact, results: "Results") -> "Figure":
+def times(artefact: Artefact, results: "Results", comparison: "Comparison") -> "Figure":
     """Solution times over force."""
     from boltjoint.report.figures.times import plot_times
 
     table = results.table("times", case=artefact.case, basis=artefact.basis)
-    return plot_times(table, artefact.resonance)
+    return plot_times(table, artefact.resonance, comparison.reductions_of_time)
 
 
 @table(
@@ -149,9 +149,9 @@ def accuracy(
     from boltjoint.study.tables.accuracy import tabulate_accuracy
 
     checks = {
-        each[1:]: results.data("check", case=artefact.case, **each._asdict())
-        for each in responses
-        if results.has("check", case=artefact.case, **each._asdict())
+        response[1:]: results.data("check", case=artefact.case, **response._asdict())
+        for response in responses
+        if results.has("check", case=artefact.case, **response._asdict())
     }
     return tabulate_accuracy(_load(artefact, results, responses), checks)
 
@@ -172,8 +172,8 @@ def shares_of_states(
     from boltjoint.study.tables.joints import tabulate_states
 
     joints = {
-        joint: results.dataset("joint", **artefact.which, joint=joint)
-        for joint in dict.fromkeys(each.joint for each in responses)
+        joint: results.dataset("joint", **artefact.fields, joint=joint)
+        for joint in dict.fromkeys(response.joint for response in responses)
     }
     return tabulate_states(_load(artefact, results, responses), joints)
 
@@ -185,31 +185,29 @@ def shares_of_states(
     job="basis_{case}_{basis}",
     section="times",
     title="solution times in {basis}",
-    options=lambda contents, artefact: (
-        _responses_of(contents, artefact)
-        | {"published": contents.study.case(artefact.case).published}
-    ),
+    options=_responses_of,
     is_compared=True,
 )
 def medians_of_times(
     artefact: Artefact,
     results: "Results",
     responses: Iterable[Response],
-    published: str | None,
+    comparison: "Comparison",
 ) -> "pd.DataFrame":
-    """Solution times of all responses, beside the published ones."""
+    """Solution times of all responses."""
     from boltjoint.study.tables.times import tabulate_times
 
     timings = {
-        each[1:]: results.data("timing", case=artefact.case, **each._asdict()) for each in responses
+        response[1:]: results.data("timing", case=artefact.case, **response._asdict())
+        for response in responses
     }
-    return tabulate_times(timings, results.published(published))
+    return comparison.beside(artefact, tabulate_times(timings))
 
 
 def _load(
     artefact: Artefact, results: "Results", responses: Iterable[Response]
 ) -> "dict[tuple, xr.Dataset]":
     return {
-        each[1:]: results.dataset("response", case=artefact.case, **each._asdict())
-        for each in responses
+        response[1:]: results.dataset("response", case=artefact.case, **response._asdict())
+        for response in responses
     }

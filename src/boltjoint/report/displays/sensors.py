@@ -18,9 +18,9 @@ _OF_RESPONSE = ("case", "basis", "joint", "coordinates", "resonance")
 
 def _references(contents: Contents) -> Iterator[dict[str, object]]:
     """Responses of the node-to-node joints in linear modes, in cases with several sensors."""
-    for case, found in contents.study.cases.items():
-        named = (*found.sensors, *found.outputs)
-        sensors = named or contents.study.assembly(found.assembly).output_names
+    for case, described in contents.study.cases.items():
+        named = (*described.sensors, *described.outputs)
+        sensors = named or contents.study.assembly(described.assembly).output_names
         for response in contents.responses(case):
             if len(sensors) > 1 and (response.joint, response.coordinates) == REFERENCE:
                 yield {"case": case, **response._asdict()}
@@ -46,7 +46,7 @@ def sensors(artefact: Artefact, results: "Results") -> "Figure":
     """Amplitude of each sensor over frequency."""
     from boltjoint.report.figures.sensors import plot_sensors
 
-    return plot_sensors(results.dataset("response", **artefact.which))
+    return plot_sensors(results.dataset("response", **artefact.fields))
 
 
 @table(
@@ -61,4 +61,4 @@ def peaks_of_sensors(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Largest amplitude of each sensor, by level."""
     from boltjoint.study.tables.sensors import tabulate_sensors
 
-    return tabulate_sensors(results.dataset("response", **artefact.which))
+    return tabulate_sensors(results.dataset("response", **artefact.fields))

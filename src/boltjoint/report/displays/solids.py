@@ -57,7 +57,7 @@ def solids(artefact: Artefact, results: "Results") -> "Figure":
     """The bodies of an assembly and its contact points."""
     from boltjoint.report.figures.solids import plot_solids
 
-    return plot_solids(results.dataset("assembly", **artefact.which))
+    return plot_solids(results.dataset("assembly", **artefact.fields))
 
 
 @figure(
@@ -74,7 +74,7 @@ def solid_modes(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.solids import plot_solid_modes
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_solid_modes(assembly, results.dataset("modes", **artefact.which))
+    return plot_solid_modes(assembly, results.dataset("modes", **artefact.fields))
 
 
 @figure(
@@ -91,4 +91,4 @@ def solid_deformation(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.solids import plot_solid_deformation
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_solid_deformation(assembly, results.dataset("preload", **artefact.which))
+    return plot_solid_deformation(assembly, results.dataset("preload", **artefact.fields))

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from boltjoint.report.comparison import Comparison
     from boltjoint.study.results import Results
 
 _UNDER_PRELOAD = "{assembly} with {preload_N} N per bolt"
@@ -57,7 +58,6 @@ _MODES = {
     "page": "structure",
     "section": "modes",
     "shows_mesh": True,
-    "printed_by": ("assembly",),
 }
 
 
@@ -72,20 +72,19 @@ _MODES = {
     caption="From above at an angle, the contact surface from above, and a cut along the middle of "
     "the width. The bolts are tied to the bars under head and nut, or to washers that are.",
     shows_mesh=True,
-    printed_by=("assembly",),
 )
 def mesh(artefact: Artefact, results: "Results") -> "Figure":
     """The mesh of an assembly."""
     from boltjoint.report.figures.half_lap import plot_mesh
 
-    return plot_mesh(results.dataset("assembly", **artefact.which))
+    return plot_mesh(results.dataset("assembly", **artefact.fields))
 
 
 def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.half_lap import plot_modes
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_modes(assembly, results.dataset("modes", **artefact.which))
+    return plot_modes(assembly, results.dataset("modes", **artefact.fields))
 
 
 @figure(
@@ -103,13 +102,12 @@ def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
     caption="Form error of both surfaces together: their distance as they touch, before the bolts "
     "are tightened.",
     shows_mesh=True,
-    printed_by=("assembly",),
 )
 def initial_gap(artefact: Artefact, results: "Results") -> "Figure":
     """The gap of an assembly before its bolts are tightened."""
     from boltjoint.report.figures.initial_gap import plot_initial_gap
 
-    return plot_initial_gap(results.dataset("assembly", **artefact.which))
+    return plot_initial_gap(results.dataset("assembly", **artefact.fields))
 
 
 @figure(
@@ -146,7 +144,6 @@ _OF_PRELOAD = {
     "job": "structure_{assembly}",
     "page": "structure",
     "section": "contact",
-    "printed_by": ("assembly", "preload_N"),
 }
 
 
@@ -163,7 +160,7 @@ def contact(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.contact import plot_contact
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_contact(assembly, results.dataset("preload", **artefact.which))
+    return plot_contact(assembly, results.dataset("preload", **artefact.fields))
 
 
 @figure(
@@ -179,7 +176,7 @@ def deformation(artefact: Artefact, results: "Results") -> "Figure":
     from boltjoint.report.figures.half_lap import plot_deformation
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_deformation(assembly, results.dataset("preload", **artefact.which))
+    return plot_deformation(assembly, results.dataset("preload", **artefact.fields))
 
 
 @table(
@@ -215,15 +212,15 @@ def all_frequencies(
     is_compared=True,
 )
 def natural_frequencies(
-    artefact: Artefact, results: "Results", assemblies: list[str]
+    artefact: Artefact, results: "Results", assemblies: list[str], comparison: "Comparison"
 ) -> "pd.DataFrame":
     """Natural frequencies of all assemblies without contact."""
     from boltjoint.study.tables.structure import tabulate_frequencies
 
-    found = {
+    modes = {
         name: results.dataset("modes", assembly=name, basis=artefact.basis) for name in assemblies
     }
-    return tabulate_frequencies(found, results.published())
+    return comparison.beside(artefact, tabulate_frequencies(modes))
 
 
 @table(
@@ -238,13 +235,16 @@ def natural_frequencies(
     is_compared=True,
 )
 def contact_of_preloads(
-    _: Artefact, results: "Results", preloads: list[tuple[str, str]]
+    artefact: Artefact,
+    results: "Results",
+    preloads: list[tuple[str, str]],
+    comparison: "Comparison",
 ) -> "pd.DataFrame":
     """Loads and gaps of the contact of all assemblies."""
     from boltjoint.study.tables.structure import tabulate_contact
 
-    found = {
+    datasets = {
         (name, preload): results.dataset("preload", assembly=name, preload_N=preload)
         for name, preload in preloads
     }
-    return tabulate_contact(found, results.published())
+    return comparison.beside(artefact, tabulate_contact(datasets))

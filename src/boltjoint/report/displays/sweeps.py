@@ -160,7 +160,7 @@ def extremes(artefact: Artefact, results: "Results") -> "Figure":
     """Tornado of the peaks."""
     from boltjoint.report.figures.sweeps import plot_tornado
 
-    return plot_tornado(results.table("sweep_extremes", **artefact.which))
+    return plot_tornado(results.table("sweep_extremes", **artefact.fields))
 
 
 @figure(
@@ -178,4 +178,4 @@ def sensitivity(artefact: Artefact, results: "Results") -> "Figure":
     """Sobol indices of the peaks."""
     from boltjoint.report.figures.sweeps import plot_sensitivity
 
-    return plot_sensitivity(results.table("sweep_sensitivity", **artefact.which))
+    return plot_sensitivity(results.table("sweep_sensitivity", **artefact.fields))

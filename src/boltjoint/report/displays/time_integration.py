@@ -36,7 +36,7 @@ def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """The node-to-node joint of a case in a basis, and its response of the lowest mode."""
     response = _response(contents, artefact)._asdict()
     return [
-        *contents.select("joint", **artefact.which, joint=REFERENCE[0]),
+        *contents.select("joint", **artefact.fields, joint=REFERENCE[0]),
         *contents.select("response", form="data", case=artefact.case, **response),
     ]
 
@@ -98,6 +98,6 @@ def _load(
 ) -> "tuple[Joint, xr.Dataset]":
     from boltjoint.joint.io import joint_from_dataset
 
-    joint = results.dataset("joint", **artefact.which, joint=REFERENCE[0])
+    joint = results.dataset("joint", **artefact.fields, joint=REFERENCE[0])
     solved = results.dataset("response", case=artefact.case, **response)
     return joint_from_dataset(joint), solved

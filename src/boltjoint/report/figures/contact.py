@@ -176,7 +176,7 @@ def plot_weighted_pairs(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     fill_shapes(axes, [surface.area_of(without)], facecolors=BLANK_COLOUR)
     colours = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.15, 1.0, 256)))
     norm = LogNorm(weight.min(), max(weight.max(), 1.01 * weight.min()))
-    cells = [surface.area_of([each]) for each in pair]
+    cells = [surface.area_of([cell]) for cell in pair]
     fill_shapes(axes, cells, facecolors=colours(norm(weight)))
     scale = ScalarMappable(norm, colours)
     figure.colorbar(scale, ax=axes, label="weight", pad=0.01, aspect=8, format="{x:g}")
@@ -219,8 +219,8 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     columns = min(2, len(state))
     rows = -(-len(state) // columns)
     length, width = np.ptp(surface.place, axis=0)
-    each = 0.4 + 7.2 / columns * width / length
-    figure = Figure(figsize=(8, 0.9 + rows * each), layout="compressed")
+    height = 0.4 + 7.2 / columns * width / length
+    figure = Figure(figsize=(8, 0.9 + rows * height), layout="compressed")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     patches = [Patch(color=colour, linewidth=0) for colour in (*_STATES, BLANK_COLOUR)]
     names = [*contact_states.MEANINGS, "no element"]

@@ -202,9 +202,9 @@ def plot_reductions(
     colours: dict[str, str] = {}
     palette = (*REGION_COLOURS, "0.1", "0.6")
     for column, law in enumerate(laws):
-        of_law = [table for (each, _), table in tables.items() if each == law]
-        found = _largest_of_joints(of_law)
-        for kind, rows in found.groupby("kind", sort=False):
+        of_law = [table for (name, _), table in tables.items() if name == law]
+        largest = _largest_of_joints(of_law)
+        for kind, rows in largest.groupby("kind", sort=False):
             if len(rows) == 1:
                 kind = f"{rows['number'].iloc[0]} {kind}"
                 rows = rows.assign(number="")
@@ -213,7 +213,7 @@ def plot_reductions(
                 _plot_errors_over_time(axes, rows, what, colour)
         for axes, what in zip(panels[:, column], ("frequency", "amplitude"), strict=True):
             style = {"color": "0.4", "linestyle": ":", "linewidth": 1.0, "zorder": 1}
-            axes.axvline(found["cpu_s_of_all"].iloc[0], **style)
+            axes.axvline(largest["cpu_s_of_all"].iloc[0], **style)
             axes.axhline(100 * tolerances[f"{what}_tolerance"], **style)
             axes.grid(True)
             label_decades(axes)
@@ -238,19 +238,19 @@ def _largest_of_joints(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
         errors = table.set_index("joint").filter(like="_error_percent").abs()
         part = errors.groupby(level=0, sort=False).max()
         part["cpu_s"] = by_joint["cpu_s"].mean()
-        found = table["complete"] & table["peak_frequency_error_percent"].notna()
-        part["complete"] = found.groupby(table["joint"]).all()
+        has_errors = table["complete"] & table["peak_frequency_error_percent"].notna()
+        part["complete"] = has_errors.groupby(table["joint"]).all()
         part["cpu_s_of_all"] = part["cpu_s"].iloc[0]
         parts.append(part.iloc[1:])
     by_joint = pd.concat(parts).groupby(level=0, sort=False)
-    found = by_joint.max()
+    has_errors = by_joint.max()
     for name in ("cpu_s", "cpu_s_of_all"):
-        found[name] = by_joint[name].mean()
-    found["complete"] = by_joint["complete"].all()
-    names = [JointName(joint) for joint in found.index]
-    found["kind"] = [_kind_of_reduction(name) for name in names]
-    found["number"] = [str(name.count if name.pairs is None else name.pairs) for name in names]
-    return found
+        has_errors[name] = by_joint[name].mean()
+    has_errors["complete"] = by_joint["complete"].all()
+    names = [JointName(joint) for joint in has_errors.index]
+    has_errors["kind"] = [_kind_of_reduction(name) for name in names]
+    has_errors["number"] = [str(name.count if name.pairs is None else name.pairs) for name in names]
+    return has_errors
 
 
 def _kind_of_reduction(joint: JointName) -> str:
@@ -268,12 +268,12 @@ def _plot_errors_over_time(axes: Axes, rows: pd.DataFrame, what: str, colour: st
     # a number that a tolerance decides is none of the series
     series = rows["number"] != "auto"
     axes.loglog(rows["cpu_s"][series], error[series], color=colour, linewidth=1.1)
-    for row, each in zip(rows.itertuples(), error, strict=True):
+    for row, value in zip(rows.itertuples(), error, strict=True):
         marker = "o" if row.complete else "X"
-        axes.loglog(row.cpu_s, each, marker, color=colour, markersize=4)
+        axes.loglog(row.cpu_s, value, marker, color=colour, markersize=4)
         axes.annotate(
             row.number,
-            (row.cpu_s, each),
+            (row.cpu_s, value),
             xytext=(3, 3),
             textcoords="offset points",
             fontsize=7,

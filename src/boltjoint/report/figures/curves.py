@@ -118,7 +118,7 @@ def peaks_on_backbone(backbone: xr.Dataset, forces: Sequence[float]) -> dict[flo
     rising = np.argsort(backbone["peak_force"].to_numpy())
     force = backbone["peak_force"].to_numpy()[rising]
     amplitude = backbone["response_amplitude"].to_numpy()[rising] * _MM
-    reached = [each for each in forces if force.size and force[0] <= each <= force[-1]]
+    reached = [level for level in forces if force.size and force[0] <= level <= force[-1]]
     if not reached:
         return {}
     peaks = np.exp(np.interp(np.log(reached), np.log(force), np.log(amplitude)))

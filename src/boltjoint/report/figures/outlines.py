@@ -47,10 +47,10 @@ def faces_among_nodes(
     Returns the nodes of the faces, shape (faces, 4), and their parts, shape (faces,).
     """
     faces, part = element_faces(assembly)
-    found = np.flatnonzero(chosen[faces].all(axis=1))
-    _, first = np.unique(np.sort(faces[found]), axis=0, return_index=True)
-    found = found[np.sort(first)]
-    return faces[found], part[found]
+    indices = np.flatnonzero(chosen[faces].all(axis=1))
+    _, first = np.unique(np.sort(faces[indices]), axis=0, return_index=True)
+    indices = indices[np.sort(first)]
+    return faces[indices], part[indices]
 
 
 def section_outlines(

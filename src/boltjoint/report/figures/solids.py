@@ -113,8 +113,8 @@ def _plot_motion(assembly: xr.Dataset, shapes: Array, titles: list[str]) -> Figu
     axes_of_view = _axes(node)
     size = np.ptp(node, axis=0).max()
     extent = np.ptp(node @ axes_of_view.T, axis=0)
-    each = _WIDTH * min((extent[1] + 2 * _DEFLECTION * size) / extent[0], 1.0) + 0.3
-    figure = Figure(figsize=(_WIDTH, each * len(shapes)), layout="constrained", dpi=_DOTS)
+    height = _WIDTH * min((extent[1] + 2 * _DEFLECTION * size) / extent[0], 1.0) + 0.3
+    figure = Figure(figsize=(_WIDTH, height * len(shapes)), layout="constrained", dpi=_DOTS)
     colours_of = matplotlib.colormaps["cividis"]
     for axes, shape, title in zip(
         np.ravel(figure.subplots(len(shapes), 1)), shapes, titles, strict=True

@@ -87,7 +87,7 @@ def _mark_empty_axes(figure: Figure) -> None:
             if not axes.texts:
                 axes.text(0.5, 0.5, "no results", transform=axes.transAxes, ha="center")
             shared = getattr(axes, f"get_shared_{name}_axes")().get_siblings(axes)
-            if all(each in empty for each in shared):
+            if all(panel in empty for panel in shared):
                 axes.set(**{f"{name}scale": "linear", f"{name}ticks": []})
 
 

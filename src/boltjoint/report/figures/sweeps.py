@@ -134,22 +134,22 @@ def plot_peaks(sweep: xr.Dataset) -> Figure:
         (("frequency", 1.0, "peak frequency (Hz)"), ("amplitude", MM, "peak (mm)"))
     ):
         levels = list(_levels(sweep, peak_variable(sweep, what)))
-        for column, each in enumerate(keys.values()):
+        for column, key in enumerate(keys.values()):
             axes = panels[row, column]
             for (level, values), colour in zip(levels, level_colours(len(levels)), strict=True):
                 drawn = np.linspace(0, values.size - 1, min(values.size, _DOTS)).astype(int)
                 size = 2.2 if drawn.size > _FEW else 4
                 style = {"markersize": size, "alpha": 0.6, "color": colour, "markeredgewidth": 0}
-                x, y = each.to_numpy().ravel()[drawn], factor * values[drawn]
+                x, y = key.to_numpy().ravel()[drawn], factor * values[drawn]
                 axes.plot(x, y, "o", label=level, **style)
             axes.grid(True)
         panels[row, 0].set_ylabel(label)
     for axes in panels[1]:
         axes.set_yscale("log")
     label_decades(panels[1, 0])
-    for column, (name, each) in enumerate(keys.items()):
-        panels[1, column].set_xlabel(_with_unit(name, each.attrs["units"]))
-        if each.size and each.min() > 0 and each.max() > 5 * each.min():
+    for column, (name, key) in enumerate(keys.items()):
+        panels[1, column].set_xlabel(_with_unit(name, key.attrs["units"]))
+        if key.size and key.min() > 0 and key.max() > 5 * key.min():
             panels[1, column].set_xscale("log")
             label_decades(panels[1, column], "x")
         else:

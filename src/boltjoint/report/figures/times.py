@@ -16,15 +16,17 @@ from boltjoint.report.figures.style import (
 )
 
 _TIME_LINE = {"linewidth": 1.1, "markersize": 3.5}
-_PUBLISHED_MARK = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
+_MARK_OF_SOURCE = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
 
 
 @figure_style
-def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
+def plot_times(
+    times: pd.DataFrame, resonance: int = 1, source: tuple[str, str] | None = None
+) -> Figure:
     """Solution times over force of every joint and coordinates, by kind of Jacobian.
 
-    Below the times are their ratios to those of the node-to-node joint in linear modes. Published
-    ratios are drawn beside those with finite differences, which the source uses.
+    Below the times are their ratios to those of the node-to-node joint in linear modes. Ratios
+    of a source are drawn beside those with finite differences.
 
     Parameters
     ----------
@@ -32,6 +34,8 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
         As ``tabulate_times`` returns it.
     resonance
         The resonance that the branches were solved around.
+    source
+        Name of another source of reductions of time, and its column.
 
     Raises
     ------
@@ -44,8 +48,6 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     forces = np.unique(times["force_N"])
     # forces are spread evenly: their logarithms would leave most of the width to the lowest
     times = times.assign(place=np.searchsorted(forces, times["force_N"]))
-    if "published_reduction_percent" not in times:
-        times = times.assign(published_reduction_percent=np.nan)
     colours = dict(
         zip(times["joint"].unique(), ("0.15", *REGION_COLOURS) * len(times), strict=False)
     )
@@ -59,12 +61,8 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
     for (seconds, ratios), (jacobian, ending) in zip(panels.T, jacobians.items(), strict=True):
         for (joint, coordinates), rows in times.groupby(["joint", "coordinates"], sort=False):
             rows = rows.sort_values("force_N")
-            place, cpu, ratio, published = (
-                rows["place"],
-                rows[f"cpu{ending}_s"],
-                1 - rows[f"reduction{ending}_percent"] / 100,
-                1 - rows["published_reduction_percent"] / 100,
-            )
+            place, cpu = rows["place"], rows[f"cpu{ending}_s"]
+            ratio = 1 - rows[f"reduction{ending}_percent"] / 100
             colour, style = {"color": colours[joint]}, styles[coordinates]
             label = method_label(joint, coordinates)
             complete = rows["complete"].astype(bool)
@@ -72,9 +70,10 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
             if not complete.all():
                 seconds.plot(place[~complete], cpu[~complete], **colour, **BREAK_MARK)
             ratios.plot(place, ratio, label=label, **colour, **style, **_TIME_LINE)
-            if jacobian == "forward-difference":
-                style = {**style, **_PUBLISHED_MARK}
-                ratios.plot(place, published, label=f"{label}, published", **colour, **style)
+            if source is not None and jacobian == "forward-difference":
+                name, column = source
+                ratio, style = 1 - rows[column] / 100, {**style, **_MARK_OF_SOURCE}
+                ratios.plot(place, ratio, label=f"{label}, {name}", **colour, **style)
         seconds.set_title(f"{jacobian} Jacobian")
         ratios.set_xticks(np.arange(forces.size), [f"{force:g}" for force in forces])
         ratios.set_xlabel("force (N)")
@@ -90,8 +89,9 @@ def plot_times(times: pd.DataFrame, resonance: int = 1) -> Figure:
         entries[Coordinates(coordinates).short_label] = Line2D(
             [], [], **plain, **style, **_TIME_LINE
         )
-    if "forward-difference" in jacobians and times["published_reduction_percent"].notna().any():
-        entries["published"] = Line2D([], [], **plain, **{**COORDINATE_LINES[0], **_PUBLISHED_MARK})
+    if source and "forward-difference" in jacobians and times[source[1]].notna().any():
+        style = {**COORDINATE_LINES[0], **_MARK_OF_SOURCE}
+        entries[source[0]] = Line2D([], [], **plain, **style)
     if not times["complete"].all():
         entries["branch breaks off"] = Line2D([], [], **plain, **BREAK_MARK)
     figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)

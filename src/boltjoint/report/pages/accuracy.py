@@ -7,13 +7,13 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.names import Basis, Coordinates, JointName
+from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.report.pages.reduced_models import reduced_models
 from boltjoint.report.pages.statements import reference_statement
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 
 _TEXT = prose("accuracy")
@@ -22,7 +22,10 @@ _LARGEST = "Largest errors over all forces of {of}: {case}"
 
 
 def accuracy_page(
-    artefacts: Sequence[Artefact], results: Results, published: Published, cases: Mapping[str, Case]
+    artefacts: Sequence[Artefact],
+    results: Results,
+    comparison: Comparison,
+    cases: Mapping[str, Case],
 ) -> str:
     """Errors of bases, models and regions against converged responses, case by case.
 
@@ -33,15 +36,17 @@ def accuracy_page(
         accuracy and times of every case and basis.
     results
         The content of the tables.
-    published
-        The source; empty where no case is compared with it.
+    comparison
+        The source that the study is compared with.
     cases
         The study's cases by name, to which the page links.
     """
-    content = PageContent(artefacts, results, published)
+    content = PageContent(artefacts, results, comparison)
     sections = []
-    if any(each.basis is not None and each.basis.is_contact_adapted for each in artefacts):
-        body = _TEXT.reading(not published.is_empty)
+    if any(
+        artefact.basis is not None and artefact.basis.is_contact_adapted for artefact in artefacts
+    ):
+        body = _TEXT.reading(comparison.words)
         sections.append(Section("reading", "Reading the results", body))
     if body := _patterns(content):
         sections.append(Section("patterns", "Bases against the finite-element model", body))

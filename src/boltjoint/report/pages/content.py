@@ -7,17 +7,12 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.names import REFERENCE
+from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.document import Section
-from boltjoint.report.pages.markup import (
-    figure_with_caption,
-    joined,
-    source_reference,
-    table_with_caption,
-)
-from boltjoint.report.pages.references import address_of, anchor_of, figures_in_source
+from boltjoint.report.pages.markup import figure_with_caption, joined, table_with_caption
+from boltjoint.report.pages.references import address_of, anchor_of
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 
 
@@ -67,30 +62,30 @@ class PageContent:
         The figures and tables.
     results
         The tables and the data that the page is made from.
-    published
-        The source, whose numbers of figures the captions give.
+    comparison
+        The source that the study is compared with.
     """
 
     def __init__(
-        self, artefacts: Sequence[Artefact], results: Results, published: Published
+        self, artefacts: Sequence[Artefact], results: Results, comparison: Comparison
     ) -> None:
-        self.published = published
+        self.comparison = comparison
         self.results = results
         self._left = list(artefacts)
 
     def friction_elements(self, case: str, basis: str) -> int | None:
         """The number of friction elements of the node-to-node joint; None where it is unknown."""
-        which = {"case": case, "basis": basis, "joint": REFERENCE[0]}
-        if not self.results.has("joint", **which):
+        fields = {"case": case, "basis": basis, "joint": REFERENCE[0]}
+        if not self.results.has("joint", **fields):
             return None
-        return self.results.dataset("joint", **which).sizes["element"]
+        return self.results.dataset("joint", **fields).sizes["element"]
 
     def resonance_range(self, case: str, basis: str, resonance: int) -> tuple[float, float] | None:
         """A resonance without contact and while nothing slips [Hz]; None where it is unknown."""
-        which = {"case": case, "basis": basis, "joint": REFERENCE[0]}
-        if not self.results.has("joint", **which):
+        fields = {"case": case, "basis": basis, "joint": REFERENCE[0]}
+        if not self.results.has("joint", **fields):
             return None
-        between = self.results.dataset("joint", **which)["resonance_range"].to_numpy()
+        between = self.results.dataset("joint", **fields)["resonance_range"].to_numpy()
         return tuple(between[resonance - 1].tolist())
 
     def figures(self, kind: str, *notes: str, title: str = "", **values: object) -> Markup:
@@ -105,37 +100,37 @@ class PageContent:
         values
             Values of fields: ``basis``, ``joint``, ``coordinates`` and so on.
         """
-        found = self._take("figure", kind, values)
-        return joined(self._figure(each, title, notes) for each in found)
+        artefacts = self._take("figure", kind, values)
+        return joined(self._figure(artefact, title, notes) for artefact in artefacts)
 
     def section(self, anchor: str, **values: object) -> Markup:
         """The figures and tables declared for a section that are left, with these values."""
-        found = [
-            each
-            for each in self._left
-            if DISPLAYS.of(each).section == anchor
-            and all(getattr(each, name) == value for name, value in values.items())
+        artefacts = [
+            artefact
+            for artefact in self._left
+            if DISPLAYS.of(artefact).section == anchor
+            and all(getattr(artefact, name) == value for name, value in values.items())
         ]
-        self._left = [each for each in self._left if each not in found]
-        return self._as_declared(found)
+        self._left = [artefact for artefact in self._left if artefact not in artefacts]
+        return self._as_declared(artefacts)
 
     def table(self, kind: str, **values: object) -> StudyTable | None:
         """The first table of a kind that is left, with these values."""
-        found = self._take("table", kind, values, 1)
-        return self._table(found[0]) if found else None
+        artefacts = self._take("table", kind, values, 1)
+        return self._table(artefacts[0]) if artefacts else None
 
     def remainder(self) -> list[Section]:
         """Sections of the figures and tables that no other section has, by where they belong."""
-        anchors = dict.fromkeys(DISPLAYS.of(each).section for each in self._left)
-        titles = {each: capitalize(each.replace("-", " ")) for each in anchors}
+        anchors = dict.fromkeys(DISPLAYS.of(anchor).section for anchor in self._left)
+        titles = {anchor: capitalize(anchor.replace("-", " ")) for anchor in anchors}
         titles |= {"further": "Further figures and tables"}
-        return [Section(each, titles[each], self.section(each)) for each in anchors]
+        return [Section(anchor, titles[anchor], self.section(anchor)) for anchor in anchors]
 
     def _as_declared(self, artefacts: Sequence[Artefact]) -> Markup:
-        ordered = sorted(artefacts, key=lambda each: DISPLAYS.of(each).order)
+        ordered = sorted(artefacts, key=lambda artefact: DISPLAYS.of(artefact).order)
         return joined(
-            self._figure(each) if each.form == "figure" else self._declared_table(each)
-            for each in ordered
+            self._figure(artefact) if artefact.form == "figure" else self._declared_table(artefact)
+            for artefact in ordered
         )
 
     def _declared_table(self, artefact: Artefact) -> Markup:
@@ -144,24 +139,24 @@ class PageContent:
     def _take(
         self, form: str, kind: str, values: dict[str, object], count: int | None = None
     ) -> list[Artefact]:
-        found = [
-            each
-            for each in self._left
-            if (each.form, each.kind) == (form, kind)
-            and all(getattr(each, name) == value for name, value in values.items())
+        artefacts = [
+            artefact
+            for artefact in self._left
+            if (artefact.form, artefact.kind) == (form, kind)
+            and all(getattr(artefact, name) == value for name, value in values.items())
         ][:count]
-        self._left = [each for each in self._left if each not in found]
-        return found
+        self._left = [artefact for artefact in self._left if artefact not in artefacts]
+        return artefacts
 
     def _table(self, artefact: Artefact) -> StudyTable:
-        return StudyTable(artefact, self.results.table(artefact.kind, **artefact.which))
+        return StudyTable(artefact, self.results.table(artefact.kind, **artefact.fields))
 
     def _figure(self, artefact: Artefact, title: str = "", notes: Sequence[str] = ()) -> Markup:
-        numbers = source_reference("Figure", figures_in_source(artefact, self.published))
         display = DISPLAYS.of(artefact)
         notes = notes or [display.caption_of(artefact)]
         title = title or display.title_of(artefact)
-        return figure_with_caption(artefact.path, title, [*notes, numbers], address_of(artefact))
+        notes = [*notes, self.comparison.same_figures(artefact)]
+        return figure_with_caption(artefact.path, title, notes, address_of(artefact))
 
 
 def capitalize(words: str) -> str:

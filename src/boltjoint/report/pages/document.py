@@ -100,8 +100,8 @@ def compressed_page(page: str) -> str:
     alone = re.sub(r'<nav class="pages">.*?</nav>|<a class="file".*?</a>', "", page, flags=re.S)
     alone = re.sub(r'<a href="[^#"][^"]*">(.*?)</a>', r"\1", alone)
     data = base64.b64encode(gzip.compress(alone.encode(), mtime=0)).decode()
-    found = re.search("<title>(.*?)</title>", page)
-    title = Markup(found[1] if found else "")
+    heading = re.search("<title>(.*?)</title>", page)
+    title = Markup(heading[1] if heading else "")
     whole = TEMPLATES.get_template("compressed.html.j2").render(title=title, data=data) + "\n"
     if len(base64.b64encode(whole.encode())) > _LONGEST_ADDRESS - 200:
         _log.warning("the page %s is too long for a frame: Chromium will show it empty", title)

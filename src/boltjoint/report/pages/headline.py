@@ -42,8 +42,8 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
         those of one harmonic and how far the response is off; empty where a branch broke off. Last
         ``OF_LENGTH``, where the length of the structure is known.
     """
-    which = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
-    return peaks_of_coordinates(select(accuracy, **which))
+    fields = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
+    return peaks_of_coordinates(select(accuracy, **fields))
 
 
 def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
@@ -176,6 +176,6 @@ def _in_words(peaks: pd.DataFrame, unit: str = "N") -> str:
     if peaks.empty:
         return ""
     response = peaks[ALL if ALL in peaks else ONE, "response_mm_per_N"]
-    known = response.reset_index(drop=True).dropna()
-    places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
+    complete = response.reset_index(drop=True).dropna()
+    places = {0, len(peaks) - 1} | ({int(complete.idxmin())} if len(complete) else set())
     return "; ".join(peak_in_words(peaks.iloc[place], unit) for place in sorted(places))

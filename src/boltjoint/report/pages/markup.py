@@ -82,17 +82,6 @@ def table_with_caption(
     return prose("captions").table(content, tall, anchor, title, list(notes), file)
 
 
-def source_reference(what: str, numbers: Sequence[str]) -> Markup:
-    """The paragraph of a caption with the numbers that the source gives the same; may be empty.
-
-    >>> print(source_reference("Figure", ["3.3", "3.4", "3.44"]))
-    <span class="source">Figures 3.3, 3.4 and 3.44</span> of the source
-    >>> print(source_reference("Figure", ["3.46", "3.47", "3.48", "3.49"]))
-    <span class="source">Figures 3.46 to 3.49</span> of the source
-    """
-    return prose("captions").source(what, list(numbers)) if numbers else Markup()
-
-
 def inline_svg(text: str, prefix: str, title: str) -> Markup:
     """An SVG file as a part of a page, as wide as there is room for.
 
@@ -127,16 +116,4 @@ def _unbroken(text: str) -> Markup:
     return Markup(re.sub(r"(?<=\d) (?=(?:%|N|Hz|mm)\b|%)", "\N{NO-BREAK SPACE}", escape(text)))
 
 
-def _runs(numbers: Sequence[str]) -> str:
-    """Numbers such as 3.46 in a sentence, three or more that follow each other as a range."""
-    runs: list[list[str]] = []
-    for one in numbers:
-        if runs and int(one.split(".")[1]) == int(runs[-1][-1].split(".")[1]) + 1:
-            runs[-1].append(one)
-        else:
-            runs.append([one])
-    parts = [part for run in runs for part in (run if len(run) < 3 else [f"{run[0]} to {run[-1]}"])]
-    return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-
-
-TEMPLATES.filters |= {"unbroken": _unbroken, "runs": _runs, "number": number}
+TEMPLATES.filters |= {"unbroken": _unbroken, "number": number}

@@ -66,7 +66,7 @@ def nonlinear_mode(
     results: Results, case: str, basis: str, resonance: int, between: tuple[float, float] | None
 ) -> NonlinearMode | None:
     """The landmarks of the node-to-node joint of a case; None where its backbone is not known."""
-    which = {"case": case, "basis": basis, "joint": REFERENCE[0], "resonance": resonance}
-    if between is None or not results.has("backbone", **which):
+    fields = {"case": case, "basis": basis, "joint": REFERENCE[0], "resonance": resonance}
+    if between is None or not results.has("backbone", **fields):
         return None
-    return NonlinearMode.of(results.dataset("backbone", **which), between)
+    return NonlinearMode.of(results.dataset("backbone", **fields), between)

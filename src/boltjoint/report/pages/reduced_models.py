@@ -9,12 +9,11 @@ from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import link, prose, table_with_caption
-from boltjoint.study.published import BASIS
 from boltjoint.study.trusted_bases import by_trust
 
 _TEXT = prose("accuracy")
 
-#: time saved with numeric Jacobians, as in the source
+#: time saved with numeric Jacobians
 _NUMERIC = ("time saved", "numeric_percent")
 
 
@@ -28,7 +27,7 @@ def reduced_models(cases: Mapping[str, Case], content: PageContent) -> Markup:
     content
         Of a page with the tables of accuracy and times of every case and basis, which it takes.
     """
-    rows, published = [], []
+    rows, times_of = [], {}
     for name, case in cases.items():
         for family in by_trust(case.bases):
             accuracy = content.table("accuracy", case=name, basis=family)
@@ -40,29 +39,24 @@ def reduced_models(cases: Mapping[str, Case], content: PageContent) -> Markup:
                 row |= _errors(case, family, accuracy.frame)
             if times is not None:
                 row |= _time_saved(case, family, times.frame)
-                if family == BASIS:
-                    published.append(_time_saved_beside_published(name, times.frame))
+                times_of[name, family] = times.frame
             rows.append(row)
     if not rows:
         return Markup()
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
-    if not (has_numeric := not content.published.is_empty):
+    if not (has_numeric := not content.comparison.is_empty):
         frame = frame.drop(columns=[_NUMERIC], errors="ignore")
     body = table_with_caption(
         frame, "Errors of reduced models and time saved", [_TEXT.reduced_models(has_numeric)]
     )
-    beside = pd.concat([pd.DataFrame(), *published])
-    if len(beside):
-        title, note = "Time saved, here and in the source", _TEXT.time_saved()
-        body += table_with_caption(beside, title, [note], groups=["case"])
-    return body
+    return body + content.comparison.time_saved(times_of)
 
 
 def identity(cases: Mapping[str, Case], name: str, family: str) -> dict[tuple[str, str], object]:
     """The columns that tell a case in a basis from others, with a link to its page."""
     row: dict[tuple[str, str], object] = {("", "case"): link(f"{name}.html", name)}
-    if any(len(each.bases) > 1 for each in cases.values()):
+    if any(len(case.bases) > 1 for case in cases.values()):
         row[("", "basis")] = family
     return row
 
@@ -100,16 +94,3 @@ def _elements_in_all(joint: str) -> int:
     name = JointName(joint)
     # how many regions a tolerance asks for is not known here: it makes no difference to the order
     return (1 if name.count == "auto" else name.count or 0) * (name.elements or 0)
-
-
-def _time_saved_beside_published(name: str, times: pd.DataFrame) -> pd.DataFrame:
-    keys = ["source_table", "joint", "coordinates"]
-    here, source = "reduction_forward_difference_percent", "published_reduction_percent"
-    printed = times.dropna(subset=[source, "source_table"]) if source in times else times.iloc[:0]
-    is_reference = (printed["joint"] == REFERENCE[0]) & (printed["coordinates"] == REFERENCE[1])
-    printed = printed[~is_reference]
-    if printed.empty:
-        return pd.DataFrame()
-    medians = printed.groupby(keys, sort=False)[[here, source]].median().reset_index()
-    medians.insert(0, "case", [link(f"{name}.html", name)] * len(medians))
-    return medians.rename(columns={here: "here_percent", source: "source_percent"})

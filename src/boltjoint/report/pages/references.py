@@ -1,4 +1,4 @@
-"""Figures and tables as pages refer to them: names, anchors, addresses, figures of the source."""
+"""Figures and tables as pages refer to them: names, anchors, addresses."""
 
 import posixpath
 from pathlib import PurePosixPath
@@ -6,7 +6,6 @@ from pathlib import PurePosixPath
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import BASIS, Published
 
 #: any page of the report: all lie in one folder
 _PAGE = layout.page("overview")
@@ -35,12 +34,3 @@ def address_of(artefact: Artefact) -> str:
 def address_of_sweep(name: str) -> str:
     """The interactive page of a sweep, seen from a page."""
     return posixpath.relpath(layout.path("sweep_page", sweep=name), posixpath.dirname(_PAGE))
-
-
-def figures_in_source(artefact: Artefact, published: Published) -> list[str]:
-    """Numbers of the source's figures that show the same, in its one basis."""
-    columns = DISPLAYS.of(artefact).printed_by
-    if artefact.form != "figure" or artefact.basis not in (None, BASIS) or not columns:
-        return []
-    which = {name: getattr(artefact, name) for name in columns}
-    return list(published.figures_of(artefact.kind, **which)["figure"])

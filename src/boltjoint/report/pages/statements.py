@@ -42,8 +42,8 @@ def reference_statement(content: PageContent) -> Markup:
 
 def _largest(peaks: pd.DataFrame, column: str) -> str:
     """The largest of some errors [%]; empty where none is known."""
-    known = peaks[column].dropna() if column in peaks else pd.Series(dtype=float)
-    return number(known.abs().max(), 2) if len(known) else ""
+    errors = peaks[column].dropna() if column in peaks else pd.Series(dtype=float)
+    return number(errors.abs().max(), 2) if len(errors) else ""
 
 
 def with_fewest_harmonics(peaks: pd.DataFrame) -> pd.DataFrame:
@@ -53,11 +53,11 @@ def with_fewest_harmonics(peaks: pd.DataFrame) -> pd.DataFrame:
 
 def largest_errors(peaks: pd.DataFrame) -> str:
     """The largest errors of peaks in amplitude and frequency; empty where there are none."""
-    known = peaks.dropna(subset=_ERROR)
+    tested = peaks.dropna(subset=_ERROR)
     return " and ".join(
-        f"{number(known[f'peak_{quantity}_error_percent'].abs().max(), 2)} % in {quantity}"
+        f"{number(tested[f'peak_{quantity}_error_percent'].abs().max(), 2)} % in {quantity}"
         for quantity in ("amplitude", "frequency")
-        if len(known)
+        if len(tested)
     )
 
 

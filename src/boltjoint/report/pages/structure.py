@@ -5,14 +5,13 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.config.bolts import MATERIAL_WORDS
 from boltjoint.config.described import Described
 from boltjoint.config.makers import page_of
+from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, render_page
-from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.study.tables.html import number
 
@@ -26,7 +25,7 @@ def structure_page(
     assemblies: Mapping[str, Described],
     artefacts: Sequence[Artefact],
     results: Results,
-    published: Published,
+    comparison: Comparison,
     cases: Sequence[str],
 ) -> str:
     """Dimensions, modes and contact of all assemblies.
@@ -39,12 +38,12 @@ def structure_page(
         Figures and tables of the page.
     results
         The content of the tables, and the mesh (``assembly.nc``) of every assembly.
-    published
-        The source's tables.
+    comparison
+        The source that the study is compared with.
     cases
         Names of the study's cases, to which the page links.
     """
-    content = PageContent(artefacts, results, published)
+    content = PageContent(artefacts, results, comparison)
     kinds = dict.fromkeys(page_of(assembly.type).MEANING for assembly in assemblies.values())
     sections = [
         Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, content)),
@@ -70,17 +69,9 @@ def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Ma
             if "initial_gap" in mesh:
                 largest = 1e6 * mesh["initial_gap"].max().item()
                 columns[name]["largest initial gap (μm)"] = number(largest)
-    in_source = [name for name in assemblies if name in content.published.assemblies]
-    notes = []
-    if in_source:
-        columns["in the source"] = {
-            MATERIAL_WORDS[key]: number(value)
-            for key, value in content.published.material().items()
-        }
-        notes = [
-            _TEXT.dimensions_of_source(" and ".join(in_source)),
-            source_reference("Table", ["3.1"]),
-        ]
+    beside = content.comparison.dimensions(assemblies)
+    columns |= beside.columns
+    notes = list(beside.notes)
     if without := [
         name
         for name, assembly in assemblies.items()
@@ -97,9 +88,7 @@ def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Ma
 def _modes(content: PageContent) -> Markup:
     body = _TEXT.modes()
     while table := content.table("natural_frequencies"):
-        differences = table.frame.get("difference_percent", pd.Series(dtype=float))
-        largest = differences.abs().max()
-        note = "" if pd.isna(largest) else f"Within {largest:.2f} % of the published frequencies."
+        note = content.comparison.note("natural_frequencies", table.frame)
         body += table.html(notes=[note], groups=["assembly"])
     return body + content.section("modes")
 
@@ -107,8 +96,7 @@ def _modes(content: PageContent) -> Markup:
 def _contact(content: PageContent) -> Markup:
     body = _TEXT.contact()
     if table := content.table("contact"):
-        published = table.frame.get("published_pairs", pd.Series(dtype=float)).notna().any()
-        note = _TEXT.published_pairs() if published else ""
+        note = content.comparison.note("contact", table.frame)
         body += table.html(notes=[note], groups=["assembly"])
     return body + content.section("contact")
 

@@ -108,13 +108,13 @@ def tabulate_models(
     """
     rows = []
     reference = with_converged_peaks(responses[converged])
-    for which, response in responses.items():
-        timing = timings[which]
+    for model, response in responses.items():
+        timing = timings[model]
         cost = timing[timing["jacobian"] == "analytic"].groupby("force_N")["cpu_s"].median()
         for level, force in enumerate(response["force_level"].to_numpy()):
             rows.append(
                 {
-                    **dict(zip(("modes", "joint", "coordinates", "resonance"), which, strict=True)),
+                    **dict(zip(("modes", "joint", "coordinates", "resonance"), model, strict=True)),
                     "force_N": force,
                     "complete": peak_of_level(response, level)["complete"],
                     **peak_errors(response, reference, level),

@@ -48,14 +48,14 @@ def tabulate_harmonic_peaks(response: xr.Dataset) -> pd.DataFrame:
     for place in range(response.sizes["force"]):
         at = response.isel(force=place)
         force, most = float(at["force_level"]), float(at["peak_harmonics"])
-        found = at[["harmonic_peak_frequency", "harmonic_peak_amplitude"]].dropna("harmonics")
+        peaks = at[["harmonic_peak_frequency", "harmonic_peak_amplitude"]].dropna("harmonics")
         last = np.array([np.nan, np.nan])
         if np.isfinite(most):
-            if most not in found["harmonics"]:
+            if most not in peaks["harmonics"]:
                 raise ValueError(f"peak_harmonics is {most:g}, but there is no peak with as many")
-            last = found.sel(harmonics=most).to_array().to_numpy()
-        for number in found["harmonics"].to_numpy():
-            peak = found.sel(harmonics=number).to_array().to_numpy()
+            last = peaks.sel(harmonics=most).to_array().to_numpy()
+        for number in peaks["harmonics"].to_numpy():
+            peak = peaks.sel(harmonics=number).to_array().to_numpy()
             is_last = number == most
             errors = at[[f"peak_{what}_truncation_error" for what in ("frequency", "amplitude")]]
             rows.append(

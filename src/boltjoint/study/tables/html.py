@@ -168,20 +168,20 @@ def _decimals(name: str, columns: Sequence[pd.Series]) -> int | None:
     """How many decimals suit all numbers of a column, or None where each number has its own."""
     if name.endswith(("percent", "points", "dB")):
         return 2
-    known = [
+    finite = [
         abs(value)
         for column in columns
         for value in column
         if isinstance(value, float) and math.isfinite(value) and value != 0
     ]
-    if not known or all(float(f"{value:.3g}") == value for value in known):
+    if not finite or all(float(f"{value:.3g}") == value for value in finite):
         return None  # chosen, not computed: 0.001, 1, 50
-    if all(value.is_integer() and value < 1e15 for value in known):
+    if all(value.is_integer() and value < 1e15 for value in finite):
         return 0
-    if max(known) / min(known) > _WIDE_RATIO:
+    if max(finite) / min(finite) > _WIDE_RATIO:
         return None
     # four digits of the largest, or three of the smallest
-    most, least = (math.floor(math.log10(extreme(known))) for extreme in (max, min))
+    most, least = (math.floor(math.log10(extreme(finite))) for extreme in (max, min))
     return max(0, 3 - most, 2 - least)
 
 

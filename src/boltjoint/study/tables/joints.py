@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.names import JointName
-from boltjoint.study.published import Published
 from boltjoint.study.tables.measures import PEAK_ERRORS, peak_errors
 
 
@@ -46,39 +45,23 @@ def tabulate_regions(joint: xr.Dataset) -> pd.DataFrame:
     return table.reset_index()
 
 
-def tabulate_elements(joint: xr.Dataset, name: str, published: Published) -> pd.DataFrame:
-    """Fitted elements of a reduced joint beside the published ones, in the order they slip.
+def tabulate_elements(joint: xr.Dataset) -> pd.DataFrame:
+    """Fitted elements of a reduced joint, in the order they slip.
 
     The slip force is that of the assembled state: mu times the normal load that the element then
-    has. Where that load varies, normal stiffnesses are listed too; the source takes them equal to
-    the tangential ones.
+    has. Where that load varies, normal stiffnesses are listed too.
 
     Parameters
     ----------
     joint
         ``joint.nc`` of a reduced joint.
-    name
-        The joint's name, ``regions=N/elements=M``.
-    published
-        The source's tables.
     """
     law = joint_from_dataset(joint).law
-    ours = {"k_kN_per_mm": law.tangential_stiffness / 1e6, "slip_force_N": law.slip_force}
+    columns = {"k_kN_per_mm": law.tangential_stiffness / 1e6, "slip_force_N": law.slip_force}
     if "normal" in law.directions:
-        ours["normal_k_kN_per_mm"] = law.stiffness_along("normal") / 1e6
-    ours |= {name: law.quantity(name) for name in law.declaration.shape_parameters}
-    table = _in_order_of_slip(law.point_of_element + 1, ours)
-    printed = published.parameters(name)
-    if printed.empty:
-        return table
-    theirs = _in_order_of_slip(
-        printed["joint"].to_numpy(),
-        {"k_kN_per_mm": printed["k_kN_per_mm"], "slip_force_N": printed["mu_n_N"]},
-    ).rename(columns=lambda column: f"published_{column}" if column in ours else column)
-    table = table.merge(theirs, how="left", on=["region", "element"])
-    table["k_ratio"] = table["k_kN_per_mm"] / table["published_k_kN_per_mm"]
-    table["slip_force_ratio"] = table["slip_force_N"] / table["published_slip_force_N"]
-    return table.assign(source_table=printed["source_table"].iloc[0])
+        columns["normal_k_kN_per_mm"] = law.stiffness_along("normal") / 1e6
+    columns |= {name: law.quantity(name) for name in law.declaration.shape_parameters}
+    return in_order_of_slip(law.point_of_element + 1, columns)
 
 
 def tabulate_states(
@@ -108,13 +91,13 @@ def tabulate_states(
     of_load = {name: _share_of_load(joint) for name, joint in of_joint.items()}
     rows = []
     for (joint, coordinates, resonance), response in responses.items():
-        found = response["contact_state"].transpose("force", "element").to_numpy()
+        states = response["contact_state"].transpose("force", "element").to_numpy()
         load = of_load[joint]
-        if load.size != found.shape[1]:
+        if load.size != states.shape[1]:
             raise ValueError(
-                f"the response of {joint} has {found.shape[1]} elements, the joint {load.size}"
+                f"the response of {joint} has {states.shape[1]} elements, the joint {load.size}"
             )
-        for level, state in enumerate(found):
+        for level, state in enumerate(states):
             row = {
                 "joint": joint,
                 "coordinates": coordinates,
@@ -126,8 +109,8 @@ def tabulate_states(
                 for number, meaning in enumerate(contact_states.MEANINGS):
                     name = meaning.replace(" ", "_").replace("-", "_")
                     percent = 100 * share[state == number].sum()
-                    known = not np.any(state == contact_states.UNKNOWN)
-                    row[f"{what}_in_{name}_percent"] = percent if known else np.nan
+                    is_complete = not np.any(state == contact_states.UNKNOWN)
+                    row[f"{what}_in_{name}_percent"] = percent if is_complete else np.nan
             rows.append(row)
     return pd.DataFrame(rows)
 
@@ -181,9 +164,18 @@ def _share_of_load(joint: xr.Dataset) -> NDArray[np.float64]:
     return slip_force / slip_force.sum()
 
 
-def _in_order_of_slip(
+def in_order_of_slip(
     region: NDArray[np.int64], elements: Mapping[str, NDArray[np.float64]]
 ) -> pd.DataFrame:
+    """Elements of every region by the displacement at which they slip, numbered from 1.
+
+    Parameters
+    ----------
+    region
+        Number of the region of each element.
+    elements
+        ``k_kN_per_mm``, ``slip_force_N`` and further columns.
+    """
     table = pd.DataFrame({"region": region, **elements})
     table["slips_at"] = table["slip_force_N"] / table["k_kN_per_mm"]
     table = table.sort_values(["region", "slips_at"], kind="stable", ignore_index=True)

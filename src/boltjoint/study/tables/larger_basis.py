@@ -58,7 +58,7 @@ def tabulate_larger_basis(
     in_larger = in_larger.merge(converge_peaks(joint, in_larger, tried))
     keys, peaks = ["force_N", "harmonics"], ["peak_frequency_Hz", "peak_mm_per_N"]
     own, larger = (
-        tabulate_harmonic_peaks(each).set_index(keys)[peaks] for each in (response, in_larger)
+        tabulate_harmonic_peaks(solved).set_index(keys)[peaks] for solved in (response, in_larger)
     )
     errors = (100 * (own / larger - 1)).dropna()
     errors.columns = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]

@@ -31,7 +31,7 @@ def curve_error(
     grid = np.unique(np.concatenate([curve[0], reference[0], shared]))
     grid = grid[(grid >= shared[0]) & (grid <= shared[1])]
     level, reference_level = (
-        20 * np.log10(upper_branch(*each, grid)) for each in (curve, reference)
+        20 * np.log10(upper_branch(*line, grid)) for line in (curve, reference)
     )
     square = np.trapezoid((level - reference_level) ** 2, grid) / (grid[-1] - grid[0])
     return float(np.sqrt(square))
@@ -68,10 +68,10 @@ def peak_of_level(response: xr.Dataset, level: int) -> dict[str, object]:
 
 def peak_errors(response: xr.Dataset, reference: xr.Dataset, level: int) -> dict[str, float]:
     """Errors of a peak against the reference's [%], where both branches are complete."""
-    found, expected = peak_of_level(response, level), peak_of_level(reference, level)
-    complete = found["complete"] and expected["complete"]
+    peak, expected = peak_of_level(response, level), peak_of_level(reference, level)
+    complete = peak["complete"] and expected["complete"]
     return {
-        error: percent_error(found[column], expected[column]) if complete else np.nan
+        error: percent_error(peak[column], expected[column]) if complete else np.nan
         for error, column in PEAK_ERRORS.items()
     }
 
@@ -79,8 +79,8 @@ def peak_errors(response: xr.Dataset, reference: xr.Dataset, level: int) -> dict
 def with_converged_peaks(response: xr.Dataset) -> xr.Dataset:
     """The response with its converged peaks in place of its own, where it has such."""
     peaks = ("peak_frequency", "peak_amplitude")
-    found = {name: response.get(f"{name}_converged", response[name]) for name in peaks}
-    return response.assign(found)
+    converged = {name: response.get(f"{name}_converged", response[name]) for name in peaks}
+    return response.assign(converged)
 
 
 def percent_error(value: float, reference: float) -> float:

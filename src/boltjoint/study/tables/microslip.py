@@ -76,7 +76,7 @@ def tabulate_microslip(
     """
     options = MicroslipOptions() if options is None else options
     return pd.DataFrame(
-        [{"joint": name, **_fit(each, options)} for name, each in backbones.items()]
+        [{"joint": name, **_fit(backbone, options)} for name, backbone in backbones.items()]
     )
 
 
@@ -108,15 +108,15 @@ def peak_dissipation(
 
 
 def _fit(backbone: xr.Dataset, options: MicroslipOptions) -> dict[str, float]:
-    found = dict.fromkeys(_COLUMNS, np.nan)
+    fit = dict.fromkeys(_COLUMNS, np.nan)
     amplitude = backbone["response_amplitude"].to_numpy()
     dissipation = backbone["friction_dissipation"].to_numpy()
     frequency = backbone["natural_frequency"].to_numpy()
     damping = _friction_damping(backbone)
     if not damping.size or damping.max() <= 0:
-        return found
+        return fit
     top = int(damping.argmax())
-    found |= {
+    fit |= {
         "largest_friction_damping_percent": 100 * damping[top],
         "macroslip_amplitude_mm": 1e3 * amplitude[top],
         "stuck_frequency_Hz": frequency[0],
@@ -124,13 +124,13 @@ def _fit(backbone: xr.Dataset, options: MicroslipOptions) -> dict[str, float]:
     }
     share = damping[: top + 1] / damping[top]
     if (ends := _range_of_microslip(np.log(amplitude[: top + 1]), share, options)) is None:
-        return found
+        return fit
     grid = np.linspace(*ends, options.points)
     slips = dissipation > 0
     curve = np.interp(grid, np.log(amplitude[slips]), np.log(dissipation[slips]))
     power, at_end = np.polyfit(grid - grid[-1], curve, 1)
     error = np.sqrt(np.mean((curve - at_end - power * (grid - grid[-1])) ** 2))
-    return found | {
+    return fit | {
         "power": power,
         "from_amplitude_mm": 1e3 * np.exp(ends[0]),
         "to_amplitude_mm": 1e3 * np.exp(ends[1]),

@@ -1,4 +1,4 @@
-"""Tables of natural frequencies and contact, beside the published ones."""
+"""Tables of natural frequencies and contact."""
 
 from collections.abc import Mapping
 
@@ -7,10 +7,9 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint.names import Preload
-from boltjoint.study.published import Published
 
 
-def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) -> pd.DataFrame:
+def tabulate_frequencies(modes: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     """Natural frequencies of the bending modes without contact, by assembly.
 
     Rigid-body modes, at 0 Hz, are counted alone, in a column where there are any.
@@ -19,8 +18,6 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
     ----------
     modes
         ``modes.nc`` of each assembly by its name.
-    published
-        The source's tables; without any there are no columns for them.
     """
     tables, rigid = [], {}
     for name, dataset in modes.items():
@@ -30,14 +27,9 @@ def tabulate_frequencies(modes: Mapping[str, xr.Dataset], published: Published) 
         number = np.arange(1, elastic.size + 1)
         columns = {"assembly": name, "bending_mode": number, "frequency_Hz": elastic}
         tables.append(pd.DataFrame(columns))
-    ours = pd.concat(tables)
+    table = pd.concat(tables)
     if any(rigid.values()):
-        ours["rigid_body_modes"] = ours["assembly"].map(rigid)
-    if published.is_empty:
-        return ours
-    printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
-    table = ours.merge(printed, how="left", on=["assembly", "bending_mode"])
-    table["difference_percent"] = 100 * (table["frequency_Hz"] / table["published_Hz"] - 1)
+        table["rigid_body_modes"] = table["assembly"].map(rigid)
     return table
 
 
@@ -52,7 +44,7 @@ def tabulate_families(modes: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     tables = []
     for name, dataset in modes.items():
         frequency, family = (
-            dataset[each].to_numpy() for each in ("natural_frequency", "candidate_family")
+            dataset[variable].to_numpy() for variable in ("natural_frequency", "candidate_family")
         )
         number = np.arange(1, frequency.size + 1)
         family = ["rigid body"] * (frequency.size - family.size) + family.tolist()
@@ -61,19 +53,14 @@ def tabulate_families(modes: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     return pd.concat(tables)
 
 
-def tabulate_contact(
-    preloads: Mapping[tuple[str, str], xr.Dataset], published: Published
-) -> pd.DataFrame:
+def tabulate_contact(preloads: Mapping[tuple[str, str], xr.Dataset]) -> pd.DataFrame:
     """Loads and gaps of the contact surface, by assembly and preload.
 
     Parameters
     ----------
     preloads
         ``preload.nc`` of each pair of assembly name and preload (``names.Preload``) [N].
-    published
-        The source's tables; without any there are no columns for them.
     """
-    printed = published.contact_nodes().set_index(["assembly", "contact_law"])["contact_nodes"]
     rows = []
     for (assembly, newton), dataset in preloads.items():
         load = dataset["normal_load"].to_numpy()
@@ -85,9 +72,7 @@ def tabulate_contact(
                 "assembly": assembly,
                 "preload_N": newton if isinstance(of_bolts, tuple) else of_bolts,
                 "pairs": load.size,
-                "published_pairs": printed.get((assembly, "variable")),
                 "loaded_pairs": int(np.count_nonzero(load)),
-                "published_loaded_pairs": printed.get((assembly, "constant")),
                 "normal_load_N": load.sum(),
                 "bolt_load_N": bolts,
                 "load_difference_relative": load.sum() / bolts - 1,
@@ -98,7 +83,4 @@ def tabulate_contact(
                 "newton_iterations": int(dataset["iterations"]),
             }
         )
-    table = pd.DataFrame(rows)
-    if published.is_empty:
-        table = table.drop(columns=["published_pairs", "published_loaded_pairs"])
-    return table
+    return pd.DataFrame(rows)

@@ -47,13 +47,13 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
     count = drawn_designs(sweep)
     for name, level, values in peaks_by_level(sweep):
         values = values[:count]
-        known = values[np.isfinite(values)]
-        row = {"observed": name, **level, "designs": values.size, "with_peak": known.size}
+        finite = values[np.isfinite(values)]
+        row = {"observed": name, **level, "designs": values.size, "with_peak": finite.size}
         quantiles = dict.fromkeys(_SHARES, np.nan)
         mean = deviation = np.nan
-        if known.size:
-            quantiles = dict(zip(_SHARES, np.quantile(known, [*_SHARES.values()]), strict=True))
-            mean, deviation = known.mean(), known.std()
+        if finite.size:
+            quantiles = dict(zip(_SHARES, np.quantile(finite, [*_SHARES.values()]), strict=True))
+            mean, deviation = finite.mean(), finite.std()
         error = 100 * next(errors[name]) if errors else np.nan
         row |= {"mean": mean, "standard_deviation": deviation} | quantiles
         rows.append(row | {"error_percent": error})
@@ -92,8 +92,8 @@ def tabulate_extremes(sweep: xr.Dataset) -> pd.DataFrame:
     }
     rows = []
     for name, level, values in peaks:
-        known = values[np.isfinite(values)]
-        mean = known.mean() if known.size else np.nan
+        finite = values[np.isfinite(values)]
+        mean = finite.mean() if finite.size else np.nan
         for key, ends_of_key in ends.items():
             row = {"observed": name, **level, "key": key, "unit": sweep[key].attrs["units"]}
             row["mean"] = mean
@@ -120,7 +120,7 @@ def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
 
     Lengths are in mm, as in the configuration.
     """
-    found = {}
+    by_key = {}
     for name in varied(sweep):
         whole, _ = xr.broadcast(sweep[name], sweep["reason"])
         # in the order in which the peaks are, whichever dimension the key has
@@ -129,8 +129,8 @@ def values_of_keys(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
             attributes = dict(sweep[name].attrs)
             if attributes["units"] == "m":
                 values, attributes["units"] = 1e3 * values, "mm"
-            found[name] = xr.DataArray(values, dims="design", attrs=attributes)
-    return found
+            by_key[name] = xr.DataArray(values, dims="design", attrs=attributes)
+    return by_key
 
 
 def response_quantiles(sweep: xr.Dataset, shares: Sequence[float]) -> NDArray[np.float64]:
@@ -159,10 +159,10 @@ def _quantiles(values: NDArray[np.float64], shares: Sequence[float]) -> NDArray[
     """Quantiles over all designs at each place of a grid, which is last, (shares, grid)."""
     shares = checks.array("shares", shares, ("shares",), at_least=0, at_most=1)
     rows = values.reshape(-1, values.shape[-1])
-    known = rows[np.isfinite(rows).any(axis=1)]
-    if not known.size:
+    finite = rows[np.isfinite(rows).any(axis=1)]
+    if not finite.size:
         return np.full((len(shares), values.shape[-1]), np.nan)
-    return np.nanquantile(known, shares, axis=0)
+    return np.nanquantile(finite, shares, axis=0)
 
 
 def _ends(
@@ -182,13 +182,13 @@ def _ends(
 
 def _mean_with_interval(values: NDArray[np.float64], drawn: bool) -> dict[str, float]:
     """Number of designs with a peak, their mean, and half width of its interval."""
-    known = values[np.isfinite(values)]
-    mean = known.mean() if known.size else np.nan
+    finite = values[np.isfinite(values)]
+    mean = finite.mean() if finite.size else np.nan
     if drawn:
-        error = known.std(ddof=1) / np.sqrt(known.size) if known.size > 1 else np.nan
+        error = finite.std(ddof=1) / np.sqrt(finite.size) if finite.size > 1 else np.nan
     else:
         error = 0.0
-    return {"designs": known.size, "mean": mean, "half_width": _HALF_WIDTH * error}
+    return {"designs": finite.size, "mean": mean, "half_width": _HALF_WIDTH * error}
 
 
 def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
@@ -231,12 +231,12 @@ def tabulate_sensitivity(sweep: xr.Dataset) -> pd.DataFrame:
         if count < 2 or np.ptp(drawn) == 0:
             rows += [row | {"key": key} | dict.fromkeys(unknown, np.nan) for key in keys]
             continue
-        found, (low, high) = _indices(drawn), _intervals(drawn)
+        indices, (low, high) = _indices(drawn), _intervals(drawn)
         for place, key in enumerate(keys):
             told = {
                 f"{order}{end}": values[number, place]
                 for number, order in enumerate(_ORDERS)
-                for end, values in (("", found), ("_low", low), ("_high", high))
+                for end, values in (("", indices), ("_low", low), ("_high", high))
             }
             rows.append(row | {"key": key} | told)
     return pd.DataFrame(rows)

@@ -1,4 +1,4 @@
-"""Tables of computing times beside the published ones."""
+"""Tables of computing times."""
 
 from collections.abc import Mapping
 
@@ -6,27 +6,21 @@ import numpy as np
 import pandas as pd
 
 from boltjoint.names import REFERENCE
-from boltjoint.study.published import Published
 
 
-def tabulate_times(
-    timings: Mapping[tuple[str, str, int], pd.DataFrame], published: Published
-) -> pd.DataFrame:
+def tabulate_times(timings: Mapping[tuple[str, str, int], pd.DataFrame]) -> pd.DataFrame:
     """Median processor times of every response, and their reduction against the reference's.
 
     Parameters
     ----------
     timings
         ``timing.csv`` by joint, coordinates and resonance.
-    published
-        The source's tables; they are about the first resonance.
 
     Returns
     -------
     DataFrame
-        A row for each response and force level, with columns for both ways to the Jacobian, and for
-        the published times if they are of a case study. A path that broke off has no reduction: it
-        did less than the others.
+        A row for each response and force level, with columns for both ways to the Jacobian. A path
+        that broke off has no reduction: it did less than the others.
     """
     parts = []
     for (joint, coordinates, resonance), timing in timings.items():
@@ -60,12 +54,4 @@ def tabulate_times(
     ):
         reduction = 100 * (1 - joined[column] / joined[f"{column}_of_reference"])
         table[name] = reduction.where(joined["complete"])
-    if published.case is None:
-        return table
-    printed = published.time_reductions().assign(resonance=1)
-    on = ["joint", "coordinates", "resonance", "force_N"]
-    table = table.merge(printed, how="left", on=on)
-    table["difference_points"] = (
-        table["reduction_forward_difference_percent"] - table["published_reduction_percent"]
-    )
     return table

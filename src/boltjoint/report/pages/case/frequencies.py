@@ -29,10 +29,10 @@ def natural_frequencies(name: str, case: Case, content: PageContent) -> Markup:
 
     rows = []
     for basis in by_trust(case.bases):
-        which = {"case": name, "basis": basis, "joint": REFERENCE[0]}
-        if not content.results.has("joint", **which):
+        fields = {"case": name, "basis": basis, "joint": REFERENCE[0]}
+        if not content.results.has("joint", **fields):
             continue
-        stored = content.results.dataset("joint", **which)
+        stored = content.results.dataset("joint", **fields)
         if "natural_frequency" not in stored:
             continue
         modes = natural_modes(joint_from_dataset(stored), _MOST)
@@ -41,8 +41,8 @@ def natural_frequencies(name: str, case: Case, content: PageContent) -> Markup:
                 "basis": basis,
                 "resonance": number + 1,
                 **{
-                    f"{state.replace(' ', '_')}_Hz": found.frequency[number]
-                    for state, found in modes.items()
+                    f"{state.replace(' ', '_')}_Hz": frequencies.frequency[number]
+                    for state, frequencies in modes.items()
                 },
             }
             for number in range(len(modes["sticking"].frequency))

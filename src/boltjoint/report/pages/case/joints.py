@@ -7,13 +7,10 @@ from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.content import StudyTable, capitalize, select
 from boltjoint.report.pages.headline import ALL, ONE, peaks_of_coordinates, statement_of
-from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.study.tables.html import number
 
 _TEXT = prose("case")
-
-#: difference of preloads, relative, by which one was computed from the other
-_SAME = 1e-3
 
 
 def joint_figures(basis: CaseBasis, joint: str) -> Markup:
@@ -30,7 +27,7 @@ def joint_figures(basis: CaseBasis, joint: str) -> Markup:
             body += table.html(capitalize(name.regions.label))
     if name.is_fitted:
         values = {"basis": basis.name, "joint": joint}
-        region = content.published.region_of_loops(joint)
+        region = content.comparison.region_of_loops(joint)
         body += content.figures("loops", title=f"Hysteresis loops of region {region}", **values)
         if table := content.table("elements", **values):
             body += _elements(table, basis)
@@ -38,25 +35,14 @@ def joint_figures(basis: CaseBasis, joint: str) -> Markup:
 
 
 def _elements(table: StudyTable, basis: CaseBasis) -> Markup:
-    notes = ["In the order in which they start to slip."]
-    frame, anchor = basis.without_published(table.frame), None
-    if "source_table" in frame:
-        printed = frame["source_table"].iloc[0].split(" and ")
-        sums = {
-            name: (frame[name].sum(), frame[f"published_{name}"].sum())
-            for name in ("k_kN_per_mm", "slip_force_N")
-        }
-        implied = basis.content.published.implied_preload()
-        is_circular = implied is not None and abs(basis.case.preload_N / implied - 1) < _SAME
-        notes += [_TEXT.sums(*sums.values(), is_circular), source_reference("Table", printed)]
-        anchor = f"table-{'-'.join(printed)}-{table.artefact.basis}"
-        frame = frame.drop(columns="source_table")
+    comparison = basis.content.comparison
+    beside = comparison.elements(table.artefact, table.frame, basis.case.preload_N)
     return table.html(
         f"Fitted elements: {table.artefact.joint.label}",
-        notes,
+        ["In the order in which they start to slip.", *beside.notes],
         ["region"],
-        frame=frame,
-        anchor=anchor,
+        frame=beside.frame,
+        anchor=beside.anchor,
     )
 
 

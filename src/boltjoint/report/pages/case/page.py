@@ -8,6 +8,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.names import REFERENCE, JointName
+from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.calibration import calibration_answer, calibration_section
 from boltjoint.report.pages.case.facts import facts
@@ -23,7 +24,6 @@ from boltjoint.report.pages.case.tables import (
     contact_states,
     fits,
     higher_harmonics,
-    published_times,
     solution_times,
 )
 from boltjoint.report.pages.content import PageContent, capitalize
@@ -34,7 +34,6 @@ from boltjoint.report.pages.markup import joined, prose
 from boltjoint.report.pages.references import address_of_sweep
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.published import Published
 from boltjoint.study.results import Results
 from boltjoint.study.trusted_bases import by_trust
 
@@ -53,7 +52,7 @@ def case_page(
     solver: Solver,
     artefacts: Sequence[Artefact],
     results: Results,
-    published: Published,
+    comparison: Comparison,
     cases: Sequence[str],
 ) -> str:
     """The answer of a case: its peaks, responses and joint; folded, all of its models.
@@ -69,12 +68,12 @@ def case_page(
     results
         The content of the tables, and the node-to-node joint (``joint.nc``) of every basis. Where
         they hold responses, backbones, mesh, modes and preload too, drawings answer the pointer.
-    published
-        The source's tables, of the case study that this case is compared with.
+    comparison
+        The source that this case is compared with.
     cases
         Names of the study's cases, to which the page links.
     """
-    content = PageContent(artefacts, results, published)
+    content = PageContent(artefacts, results, comparison)
     bases = [CaseBasis.of(case, basis, content) for basis in by_trust(case.bases)]
     first = bases[0].accuracy
     answer = first.frame if first is not None and len(first.frame) else None
@@ -89,7 +88,9 @@ def case_page(
         "joint-in-space": ("The joint in space", parts.view),
         "case": ("The case", facts(name, case, solver, content)),
     }
-    shown = [Section(anchor, *found) for anchor, found in sections.items() if found[1]]
+    shown = [
+        Section(anchor, *content_of) for anchor, content_of in sections.items() if content_of[1]
+    ]
     details = [
         *(section for basis in bases for section in _sections(basis)),
         *_sweeps(artefacts, content),
@@ -98,7 +99,7 @@ def case_page(
     shown += [replace(section, is_folded=bool(section.body)) for section in details]
     fitted = calibration_answer(name, case, results)
     lead = _TEXT.lead(
-        fitted, said, published.case_study(), case, case.contact.declaration.label, solver.harmonics
+        fitted, said, comparison.words, case, case.contact.declaration.label, solver.harmonics
     )
     return render_page(
         name, "Case study", lead, shown, cases, f"{name}.html", scripts=parts.scripts
@@ -118,7 +119,7 @@ def _still_response(basis: CaseBasis) -> Markup:
 
 def _sweeps(artefacts: Sequence[Artefact], content: PageContent) -> Iterator[Section]:
     """The sweeps of a case, each with a link to its interactive page."""
-    names = dict.fromkeys(each.sweep for each in artefacts if each.sweep is not None)
+    names = dict.fromkeys(artefact.sweep for artefact in artefacts if artefact.sweep is not None)
     bodies = {
         name: _TEXT.sweep(address_of_sweep(name), layout.path("sweep_page", sweep=name))
         + content.section("sweeps", sweep=name)
@@ -160,13 +161,13 @@ def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
         bodies = {
             joint: joint_figures(basis, joint)
             + responses(basis, joint, resonance)
-            + published_times(basis, joint)
+            + _times_of_source(basis, joint)
             for joint in basis.coordinates_by_joint(resonance)
             if _stage_of(joint) == stage
         }
         if not bodies:
             continue
-        body = getattr(_TEXT, stage)(basis.is_compared)
+        body = getattr(_TEXT, stage)(basis.content.comparison.words)
         if stage == "nodes":
             body += peaks(basis, resonance) + joined(bodies.values())
         yield Section(f"{stage}-{basis.name}", title + where, body)
@@ -174,6 +175,13 @@ def _stages(basis: CaseBasis, resonance: int, where: str) -> Iterator[Section]:
             for joint, body in bodies.items():
                 words = capitalize(JointName(joint).label) + where
                 yield Section(f"{JointName(joint).file_name}-{basis.name}", words, body, level=3)
+
+
+def _times_of_source(basis: CaseBasis, joint: str) -> Markup:
+    """Times of a joint as the source that the case is compared with arranges them."""
+    if basis.times is None:
+        return Markup()
+    return basis.content.comparison.times(basis.name, joint, basis.times.frame)
 
 
 def _stage_of(joint: str) -> str:

@@ -13,17 +13,17 @@ _MM = 1e3
 
 def excitation_in_words(case: Case, results: Results) -> str:
     """Where and in which direction a case is excited."""
-    found = case.excitation
-    if found is None:
+    excitation = case.excitation
+    if excitation is None:
         return _default(case, results, "excitation_node")
-    if found.kind == "base":
-        return f"supports, along {found.direction}"
-    if found.kind == "distributed":
-        return f"spread over the surface {found.surface}, along {found.direction}"
-    if found.kind == "inputs":
-        return ", ".join(each.name for each in found.inputs)
+    if excitation.kind == "base":
+        return f"supports, along {excitation.direction}"
+    if excitation.kind == "distributed":
+        return f"spread over the surface {excitation.surface}, along {excitation.direction}"
+    if excitation.kind == "inputs":
+        return ", ".join(point.name for point in excitation.inputs)
     return "; ".join(
-        _place((each.x_mm, each.y_mm, each.z_mm), each.direction) for each in found.points
+        _place((point.x_mm, point.y_mm, point.z_mm), point.direction) for point in excitation.points
     )
 
 
@@ -51,5 +51,5 @@ def _default(case: Case, results: Results, name: str) -> str:
 
 def _place(place: Sequence[float], direction: str) -> str:
     """A place [mm] and a direction in words."""
-    at = ", ".join(number(round(each, 3) + 0.0) for each in place)
+    at = ", ".join(number(round(coordinate, 3) + 0.0) for coordinate in place)
     return f"({at}) mm, along {direction}"

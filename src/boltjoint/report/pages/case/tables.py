@@ -3,11 +3,10 @@
 import pandas as pd
 from markupsafe import Markup
 
-from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.names import JointName
 from boltjoint.report.pages.case.basis import CaseBasis
-from boltjoint.report.pages.case.joints import side_by_side
-from boltjoint.report.pages.content import StudyTable, select
-from boltjoint.report.pages.markup import prose, source_reference, table_with_caption
+from boltjoint.report.pages.content import StudyTable
+from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.report.pages.statements import (
     format_residual_in_time,
     harmonics_in_words,
@@ -106,7 +105,7 @@ def fits(basis: CaseBasis) -> Markup:
     if not (table := basis.content.table("fits", basis=basis.name)):
         return Markup()
     frame = table.frame.assign(joint=table.frame["joint"].map(lambda name: JointName(name).label))
-    return _TEXT.fits(basis.is_compared) + table.html("Fits of elements", frame=frame)
+    return _TEXT.fits(basis.content.comparison.words) + table.html("Fits of elements", frame=frame)
 
 
 def contact_states(basis: CaseBasis) -> Markup:
@@ -116,45 +115,12 @@ def contact_states(basis: CaseBasis) -> Markup:
     return _TEXT.states() + table.html("Contact states of every response", groups=_GROUPS)
 
 
-def published_times(basis: CaseBasis, joint: str) -> Markup:
-    """Times of a joint beside those that the source prints, in the source's arrangement."""
-    if not basis.is_published or basis.times is None or "source_table" not in basis.times.frame:
-        return Markup()
-    of_joint = select(basis.times.frame, joint=joint).dropna(subset="source_table")
-    body = Markup()
-    for printed, of_table in of_joint.groupby("source_table", sort=False):
-        parts = {
-            Coordinates(coordinates).label: _beside_published(
-                rows.set_index("force_N"), (joint, coordinates) == REFERENCE
-            )
-            for coordinates, rows in of_table.groupby("coordinates", sort=False)
-        }
-        body += table_with_caption(
-            side_by_side(parts),
-            f"Solution times: {JointName(joint).label} (table {printed})",
-            [_TEXT.published_times(), source_reference("Table", [str(printed)])],
-            anchor=f"table-{printed}-{basis.name}",
-        )
-    return body
-
-
-def _beside_published(times: pd.DataFrame, is_reference: bool) -> pd.DataFrame:
-    columns = {}
-    if times["published_s"].notna().any():
-        columns |= {"here_s": times["cpu_forward_difference_s"], "source_s": times["published_s"]}
-    if not is_reference:
-        columns |= {
-            "reduction_here_percent": times["reduction_forward_difference_percent"],
-            "reduction_in_source_percent": times["published_reduction_percent"],
-        }
-    return pd.DataFrame(columns)
-
-
 def solution_times(basis: CaseBasis) -> Markup:
     """Times of all responses, as figures and as a table."""
     if basis.times is None:
         return Markup()
     figures = basis.content.figures("times", basis=basis.name)
-    frame = basis.without_published(basis.times.frame)
+    comparison = basis.content.comparison
+    frame = comparison.on_page(basis.name, basis.times.frame)
     table = basis.times.html("Times of every response", groups=_GROUPS, frame=frame)
-    return _TEXT.times(basis.is_compared) + figures + table
+    return _TEXT.times(comparison.words) + figures + table

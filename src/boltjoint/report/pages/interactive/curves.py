@@ -30,19 +30,20 @@ def curves_of_case(name: str, case: Case, results: Results) -> dict[str, object]
         ``response.nc`` and ``backbone.nc`` of those to draw.
     """
     models = dict.fromkeys((basis, joint, at) for basis, joint, at, _ in _responses(case))
-    resonances = sorted({each[3] for each in _responses(case)})
+    resonances = sorted({entry[3] for entry in _responses(case)})
     by_resonance = [
         {
             "resonance": resonance,
             "models": [
-                found
+                model_content
                 for model in models
-                if (found := _model(name, model, resonance, case.levels, results)) is not None
+                if (model_content := _model(name, model, resonance, case.levels, results))
+                is not None
             ],
         }
         for resonance in resonances
     ]
-    drawn = [each for each in by_resonance if each["models"]]
+    drawn = [entry for entry in by_resonance if entry["models"]]
     if not drawn:
         return None
     return {
@@ -61,7 +62,7 @@ def _responses(case: Case) -> list[tuple[Basis, JointName, Coordinates, int]]:
         (Basis(basis), JointName(joint), Coordinates(coordinates), resonance)
         for basis, joint, coordinates, resonance in case.responses
     ]
-    return sorted(responses, key=lambda each: bases.index(each[0]))
+    return sorted(responses, key=lambda response: bases.index(response[0]))
 
 
 def _model(
@@ -69,19 +70,19 @@ def _model(
 ) -> dict[str, object] | None:
     """A model around a resonance: its curves, and of a backbone that; None without results."""
     basis, joint, coordinates = model
-    which = {"case": name, "basis": basis, "joint": joint, "resonance": resonance}
-    if not results.has("response", **which, coordinates=coordinates):
+    fields = {"case": name, "basis": basis, "joint": joint, "resonance": resonance}
+    if not results.has("response", **fields, coordinates=coordinates):
         return None
-    response = results.dataset("response", **which, coordinates=coordinates)
+    response = results.dataset("response", **fields, coordinates=coordinates)
     content = {
         "basis": basis,
         "words": f"{joint.label}, {coordinates.short_label}",
         "reference": (joint, coordinates) == REFERENCE,
-        "curves": [_curve(each) for each in response_curves(response)],
+        "curves": [_curve(curve) for curve in response_curves(response)],
     }
-    if coordinates.kind == "backbone" and results.has("backbone", **which):
-        limits = [each["limit"] for each in content["curves"] if each["limit"] is not None]
-        backbone = results.dataset("backbone", **which)
+    if coordinates.kind == "backbone" and results.has("backbone", **fields):
+        limits = [curve["limit"] for curve in content["curves"] if curve["limit"] is not None]
+        backbone = results.dataset("backbone", **fields)
         content["backbone"] = _backbone(backbone, levels, min(limits, default=None))
     return content
 

@@ -45,10 +45,10 @@ def natural_modes(joint: Joint, most: int) -> dict[str, NaturalModes]:
         states["slipping"] = free + rows.T @ (springs[:, None] * rows)
     states["sticking"] = free + joint.stuck_stiffness()
     rigid = joint.natural_frequency.size - joint.elastic_modes
-    found = {}
+    shapes = {}
     for name, matrix in states.items():
         squared, vector = np.linalg.eigh(matrix)
         chosen = slice(rigid, rigid + most)
         frequency = np.sqrt(np.maximum(squared[chosen], 0)) / (2 * np.pi)
-        found[name] = NaturalModes(frequency, vector[:, chosen])
-    return found
+        shapes[name] = NaturalModes(frequency, vector[:, chosen])
+    return shapes

@@ -39,7 +39,9 @@ class InteractiveParts:
         if curves is None and view is None:
             return cls(Markup(), Markup(), Markup())
         template = TEMPLATES.get_template("interactive/templates/interactive.html.j2").module
-        packed = (None if each is None else compressed_json(each) for each in (curves, view))
+        packed = (
+            None if content is None else compressed_json(content) for content in (curves, view)
+        )
         return cls(
             template.responses("m/s²" if case.is_base_excited else "N") if curves else Markup(),
             template.view() if view else Markup(),

@@ -73,9 +73,9 @@ def view_of_case(name: str, case: Case, results: Results) -> dict[str, object] |
     }
     joint = joint_from_dataset(stored)
     shape = None
-    which = {"assembly": case.assembly, "basis": basis}
-    if surface is not None and results.has("modes", **which):
-        modes = results.dataset("modes", **which)["mode_shape"]
+    fields = {"assembly": case.assembly, "basis": basis}
+    if surface is not None and results.has("modes", **fields):
+        modes = results.dataset("modes", **fields)["mode_shape"]
         shape = modes.transpose("node", "axis", "mode").to_numpy()[surface.node]
     if surface is not None and "displacement" in preload:
         under = positions_of(preload, "displacement", "node")[surface.node]

@@ -89,8 +89,8 @@ class SweepData:
 
         They are in random order, so that the first are spread over all.
         """
-        each = 1 + len(self.keys) + len(_PEAKS) * max(1, len(self.levels))
-        most = min(self.limits.designs, max(1, self.limits.numbers // each))
+        columns = 1 + len(self.keys) + len(_PEAKS) * max(1, len(self.levels))
+        most = min(self.limits.designs, max(1, self.limits.numbers // columns))
         return np.random.default_rng(0).permutation(drawn_designs(self.sweep))[:most]
 
     @cached_property
@@ -131,8 +131,8 @@ class SweepData:
         """Designs with responses on the page."""
         if not self.has_responses:
             return 0
-        each = max(1, len(self.levels)) * self.frequencies.size
-        most = max(1, min(self.limits.responses, self.limits.amplitudes // each))
+        values = max(1, len(self.levels)) * self.frequencies.size
+        most = max(1, min(self.limits.responses, self.limits.amplitudes // values))
         return min(self.designs.size, most)
 
     def packed(self) -> dict[str, object]:
@@ -141,13 +141,11 @@ class SweepData:
             "colours": _colours(),
             "designs": pack(self.designs, "<i4"),
             "lines": self.lines,
-            "keys": [_key(name, each, self.designs) for name, each in self.keys.items()],
+            "keys": [_key(name, key, self.designs) for name, key in self.keys.items()],
             "peaks": [
-                {"words": words, "unit": unit, "log": log, "values": pack(factor * found)}
+                {"words": words, "unit": unit, "log": log, "values": pack(factor * part)}
                 for what, words, unit, factor, log in _PEAKS.values()
-                for found in [
-                    by_level(self.sweep, peak_variable(self.sweep, what))[:, self.designs]
-                ]
+                for part in [by_level(self.sweep, peak_variable(self.sweep, what))[:, self.designs]]
             ],
             "levels": [f"{level:g} {self.unit_of_level}" for level in self.levels],
             "responses": self._responses() if self.has_responses else None,

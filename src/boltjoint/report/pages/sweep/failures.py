@@ -33,9 +33,9 @@ def tabulate_failures(sweep: xr.Dataset) -> pd.DataFrame:
     reasons = sweep["reason"].to_numpy().ravel().astype(str)
     with_peaks = np.isfinite(by_level(sweep, "peak_frequency")).all(axis=0)
     keys = values_of_keys(sweep)
-    found: dict[str, list[int]] = {}
+    by_reason: dict[str, list[int]] = {}
     for design in np.flatnonzero(reasons != ""):
-        found.setdefault(_NUMBER.sub("…", reasons[design]), []).append(int(design))
+        by_reason.setdefault(_NUMBER.sub("…", reasons[design]), []).append(int(design))
     rows = [
         {
             "reason": reasons[designs[0]],
@@ -43,11 +43,11 @@ def tabulate_failures(sweep: xr.Dataset) -> pd.DataFrame:
             "with_peaks": int(with_peaks[designs].sum()),
             "first_design": designs[0],
             "keys_of_the_first": ", ".join(
-                f"{name.replace('_', ' ')} {_with_unit(each, designs[0])}"
-                for name, each in keys.items()
+                f"{name.replace('_', ' ')} {_with_unit(key, designs[0])}"
+                for name, key in keys.items()
             ),
         }
-        for designs in sorted(found.values(), key=len, reverse=True)[:_MOST]
+        for designs in sorted(by_reason.values(), key=len, reverse=True)[:_MOST]
     ]
     names = ("reason", "designs", "with_peaks", "first_design", "keys_of_the_first")
     return pd.DataFrame(rows, columns=names)

@@ -13,10 +13,11 @@ from pathlib import Path
 import pandas as pd
 
 from boltjoint import checks
-from boltjoint.study.case_studies import CASE_STUDIES, name_case_studies
+from boltjoint.names import Basis
+from boltjoint.reproduction.case_studies import CASE_STUDIES, name_case_studies
 
 #: the modal basis of all case studies of the source
-BASIS = "free-4"
+BASIS = Basis("free-4")
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Published:
     Parameters
     ----------
     folder
-        With the tables and their index ``tables.csv``; without one there are none.
+        The folder of the tables and their index ``tables.csv``; without one there are none.
     case
         Name of the case study in the source; without one there is nothing to compare with.
 
@@ -55,8 +56,8 @@ class Published:
     @classmethod
     def among(cls, paths: Iterable[str], case: str | None = None) -> "Published":
         """The tables in the folder of which the index is among some files; none if it is not."""
-        found = (Path(path).parent for path in paths if Path(path).name == CASE_STUDIES)
-        folder = next(found, None)
+        folders = (Path(path).parent for path in paths if Path(path).name == CASE_STUDIES)
+        folder = next(folders, None)
         return cls(folder, case if folder else None)
 
     @property
@@ -76,7 +77,7 @@ class Published:
 
     def material(self) -> dict[str, float]:
         """The material of the source's assemblies, by the keys of an assembly's configuration."""
-        (printed,) = pd.read_csv(self.folder / "material.csv").to_dict("records")
+        (printed,) = self._read("material.csv").to_dict("records")
         return {key: float(value) for key, value in printed.items() if key != "material"}
 
     def natural_frequencies(self) -> pd.DataFrame:
@@ -101,7 +102,7 @@ class Published:
         parts = []
         for kind in ("times", "reductions"):
             for table in self._tables(kind).itertuples():
-                printed = pd.read_csv(self.folder / f"{table.file}.csv")
+                printed = self._read(f"{table.file}.csv")
                 for coordinates, column in _SOLVED_IN.items():
                     if kind == "times":
                         seconds = printed[f"time_{column}_s"]
@@ -109,7 +110,7 @@ class Published:
                     else:
                         seconds = float("nan")
                         reduction = printed[f"reduction_{column}_percent"]
-                    found = {
+                    rows = {
                         "source_table": table.table,
                         "joint": table.joint,
                         "coordinates": coordinates,
@@ -117,7 +118,7 @@ class Published:
                         "published_s": seconds,
                         "published_reduction_percent": reduction,
                     }
-                    parts.append(pd.DataFrame(found))
+                    parts.append(pd.DataFrame(rows))
         return pd.concat([_NO_TIMES, *parts])
 
     def parameters(self, joint: str) -> pd.DataFrame:
@@ -132,14 +133,13 @@ class Published:
         tables = self._tables("parameters")
         mine = tables[tables["joint"] == joint]
         frames = [
-            pd.read_csv(self.folder / f"{file}.csv").set_index(["joint", "element"])
-            for file in mine["file"]
+            self._read(f"{file}.csv").set_index(["joint", "element"]) for file in mine["file"]
         ]
         if not frames:
             return pd.DataFrame(columns=["joint", "element", "k_kN_per_mm", "mu_n_N"])
-        found = pd.concat(frames, axis=1).reset_index()
-        found = found[found["element"] <= _elements(joint)]
-        return found.assign(source_table=" and ".join(mine["table"]))
+        elements = pd.concat(frames, axis=1).reset_index()
+        elements = elements[elements["element"] <= _elements(joint)]
+        return elements.assign(source_table=" and ".join(mine["table"]))
 
     def case_study(self) -> dict[str, str]:
         """What the source says of the case study, as in ``case_studies.csv``; empty for none."""
@@ -162,20 +162,20 @@ class Published:
         """
         return self._index("figures.csv")
 
-    def figures_of(self, kind: str, **which: object) -> pd.DataFrame:
+    def figures_of(self, kind: str, **values: object) -> pd.DataFrame:
         """The published figures that correspond to a figure of a study.
 
         Parameters
         ----------
         kind
-            Such as ``response`` or ``contact``.
-        which
+            Kind of the figure, such as ``response`` or ``contact``.
+        values
             Values of further columns of the index, such as ``joint`` or ``assembly``. A figure of
             a case study is sought in the case study at hand.
         """
         index = self.figures()
         same = (index["kind"] == kind) & ((index["case"] == "") | (index["case"] == self.case))
-        for column, value in which.items():
+        for column, value in values.items():
             same &= index[column].str.split().map(lambda listed, one=str(value): one in listed)
         return index[same]
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from boltjoint.study.published import Published
+from boltjoint.reproduction.published import Published
 
 SOURCE = Path(__file__).parents[2] / "resources" / "source"
 

@@ -1,0 +1,1 @@
+"""Values of the thesis beside those of a study: tables, captions, statements, indices."""

@@ -1,0 +1,199 @@
+"""A study beside the thesis: what its tables, figures and pages ask of the source."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import pandas as pd
+from markupsafe import Markup
+
+from boltjoint.config.bolts import MATERIAL_WORDS
+from boltjoint.friction.declarations import DECLARATIONS
+from boltjoint.report.comparison import Beside, BesideElements, Comparison
+from boltjoint.reproduction import beside, index, solution_times
+from boltjoint.reproduction.published import BASIS, Published
+from boltjoint.reproduction.words import numbers_in_source, numbers_of_figures, thesis
+from boltjoint.study.tables.html import number
+
+if TYPE_CHECKING:
+    from boltjoint.config.study import Study
+    from boltjoint.report.pages.document import Section
+    from boltjoint.study.artefact_list import Artefact
+
+#: columns of the source's table of cases, by the keys of a case
+_COLUMNS = {
+    "assembly": "assembly",
+    "preload_N": "preload_per_bolt_N",
+    "law": "contact_law",
+    "tangential_stiffness_N_per_m": "k_u_kN_per_mm",
+    "normal_stiffness_N_per_m": "k_v_kN_per_mm",
+    "friction_coefficient": "mu",
+    "friction_elements": "contact_nodes",
+    "forces_N": "forces_N",
+    "regions": "regions",
+    "elements": "elements_per_region",
+}
+
+#: values of the source that stand in none of its tables, by quantity
+_STATED = {
+    "basis": "the first four bending modes",
+    "friction forces": "–",
+    "harmonics of the response": "–",
+    "motion of a region": "mean of its pairs",
+}
+_DIVISIONS = {"constant": "similar loads", "variable": "by the load along the middle"}
+
+#: what sets published values beside those of a table, by its kind
+_TABLES = {
+    "natural_frequencies": beside.frequencies,
+    "contact": beside.contact,
+    "times": beside.times,
+}
+
+#: difference of preloads, relative, by which one was computed from the other
+_SAME = 1e-3
+
+
+def comparison(paths: Iterable[str], case: str | None = None) -> Comparison:
+    """The published tables among some files; where they are not, of no source.
+
+    Parameters
+    ----------
+    paths
+        The files that may be read.
+    case
+        Name of a case study of the source, of which tables and pages are.
+    """
+    published = Published.among(map(str, paths), case)
+    return Comparison() if published.is_empty else ThesisComparison(published)
+
+
+class ThesisComparison(Comparison):
+    """A study that is compared with the thesis.
+
+    Parameters
+    ----------
+    published
+        The published tables, of a case study or of none.
+    """
+
+    def __init__(self, published: Published) -> None:
+        self.published = published
+
+    @property
+    def is_empty(self) -> bool:
+        """False: there is a source."""
+        return self.published.is_empty
+
+    @property
+    def has_case(self) -> bool:
+        """Whether the case at hand is compared with a case study."""
+        return self.published.case is not None
+
+    @property
+    def reductions_of_time(self) -> tuple[str, str] | None:
+        """Name and column of the published reductions, where the case is compared."""
+        return ("published", "published_reduction_percent") if self.has_case else None
+
+    def words(self, place: str) -> Markup:
+        """What is said of the source at a place of a page: a macro of the template."""
+        return getattr(thesis(), place)(self.published)
+
+    def same_figures(self, artefact: "Artefact") -> Markup:
+        """The paragraph of a caption with the numbers of the same figures of the source."""
+        return numbers_in_source("Figure", numbers_of_figures(artefact, self.published))
+
+    def region_of_loops(self, joint: str) -> int:
+        """The region whose hysteresis loops the source shows; the first where it shows none."""
+        return self.published.region_of_loops(joint)
+
+    def beside(self, artefact: "Artefact", table: pd.DataFrame) -> pd.DataFrame:
+        """A table of the study with published values beside its own."""
+        if artefact.kind == "elements":
+            return beside.elements(table, str(artefact.joint), self.published)
+        return _TABLES[artefact.kind](table, self.published)
+
+    def on_page(self, basis: str, table: pd.DataFrame) -> pd.DataFrame:
+        """A table without published values, unless the source has the basis."""
+        return table if basis == BASIS else beside.without_published(table)
+
+    def configuration(self, quantities: Iterable[tuple[str, str, str | None]]) -> Beside:
+        """The column of the source beside the configuration of a case.
+
+        Parameters
+        ----------
+        quantities
+            Words, value and key of each quantity of the case.
+        """
+        facts = self.published.case_study()
+        columns: dict[str, list[str]] = {}
+        if facts:
+            printed = {key: value.replace(" ", ", ") for key, value in facts.items()}
+            law = facts["contact_law"]
+            printed["contact_law"] = DECLARATIONS[law].label if law in DECLARATIONS else law
+            stated = _STATED | {"division into regions": _DIVISIONS.get(law, "not given")}
+            columns["in the source"] = [
+                stated.get(quantity) or printed.get(_COLUMNS.get(key or "", "")) or "not given"
+                for quantity, _, key in quantities
+            ]
+        tables = self.published.tables()
+        is_of_case = (tables["case"] == (self.published.case or "")) & (
+            tables["kind"] == "stiffness"
+        )
+        notes = [numbers_in_source("Table", list(tables["table"][is_of_case]))]
+        implied = self.published.implied_preload()
+        statement = thesis().implied_preload(facts, implied) if implied else Markup()
+        return Beside(columns, notes, statement)
+
+    def dimensions(self, assemblies: Iterable[str]) -> Beside:
+        """The printed material beside the dimensions of assemblies, where they are the source's."""
+        names = [name for name in assemblies if name in self.published.assemblies]
+        if not names:
+            return Beside()
+        material = {
+            MATERIAL_WORDS[key]: number(value) for key, value in self.published.material().items()
+        }
+        notes = [thesis().dimensions(" and ".join(names)), numbers_in_source("Table", ["3.1"])]
+        return Beside({"in the source": material}, notes)
+
+    def note(self, kind: str, table: pd.DataFrame) -> str:
+        """How near frequencies are to the published ones, and what published pairs are."""
+        if kind == "natural_frequencies":
+            differences = table.get("difference_percent", pd.Series(dtype=float))
+            largest = differences.abs().max()
+            return (
+                "" if pd.isna(largest) else f"Within {largest:.2f} % of the published frequencies."
+            )
+        is_published = table.get("published_pairs", pd.Series(dtype=float)).notna().any()
+        return thesis().pairs() if is_published else ""
+
+    def elements(self, artefact: "Artefact", table: pd.DataFrame, preload: float) -> BesideElements:
+        """Fitted elements beside the published ones, and the sums of both."""
+        frame = self.on_page(str(artefact.basis), table)
+        if "source_table" not in frame:
+            return BesideElements(frame)
+        printed = frame["source_table"].iloc[0].split(" and ")
+        sums = [
+            (frame[name].sum(), frame[f"published_{name}"].sum())
+            for name in ("k_kN_per_mm", "slip_force_N")
+        ]
+        implied = self.published.implied_preload()
+        is_circular = implied is not None and abs(preload / implied - 1) < _SAME
+        return BesideElements(
+            frame.drop(columns="source_table"),
+            [thesis().sums(*sums, is_circular), numbers_in_source("Table", printed)],
+            f"table-{'-'.join(printed)}-{artefact.basis}",
+        )
+
+    def times(self, basis: str, joint: str, table: pd.DataFrame) -> Markup:
+        """Times of a joint beside those that the source prints, in its arrangement."""
+        return solution_times.beside_published(joint, table) if basis == BASIS else Markup()
+
+    def time_saved(self, times: Mapping[tuple[str, str], pd.DataFrame]) -> Markup:
+        """The time that reduced models save, here and in the source, by case and basis."""
+        return solution_times.time_saved(
+            {case: table for (case, basis), table in times.items() if basis == BASIS}
+        )
+
+    def sections(self, study: "Study", artefacts: "Sequence[Artefact]") -> "list[Section]":
+        """Indices of the source's tables and figures."""
+        return index.sections(study, artefacts, self.published)
