@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from periodic_orbits import find_orbit
 from random_joints import relative_rows
 
 from boltjoint.damping import Damping, ModalDamping
@@ -29,7 +30,6 @@ from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.stability import StabilityOptions, find_stability
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
-from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import Integration
 
 #: a multiplier as near to 1 is that of a slider which rests wherever it is

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.study.sweep_error import SweepError, error_of_sweep
+from boltjoint.study.sweeps import SweepError, error_of_sweep
 from boltjoint.study.tables.sweeps import (
     tabulate_sensitivity,
     tabulate_statistics,

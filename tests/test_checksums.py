@@ -46,7 +46,7 @@ def test_no_changed_byte_is_read(path):
         refused(path, "is damaged")
 
 
-@pytest.mark.skipif(not shutil.fields("b2sum"), reason="of coreutils")
+@pytest.mark.skipif(not shutil.which("b2sum"), reason="of coreutils")
 def test_b2sum_checks_it(path):
     command = ["b2sum", "--check", "timing.csv.b2"]
     assert subprocess.run(command, cwd=path.parent, check=True, capture_output=True)

@@ -53,7 +53,7 @@ def environment(tmp_path):
 
 
 @pytest.mark.skipif(
-    os.geteuid() == 0 and shutil.fields("setpriv") is None, reason="root has no setpriv"
+    os.geteuid() == 0 and shutil.which("setpriv") is None, reason="root has no setpriv"
 )
 def test_all_public_names_work_where_nothing_is_installed_or_can_be_written(environment):
     command = WITHOUT_PRIVILEGES if os.geteuid() == 0 else []

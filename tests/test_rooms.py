@@ -154,7 +154,7 @@ def test_each_exception_to_that_is_needed():
 
 #: words of the thesis that a study may be compared with, beside the names of its methods
 OF_THESIS = re.compile(
-    r"publish|[Tt]hesis|in_source|in the source|source's|source_table|printed_by"
+    r"publish|\b[Tt]hesis\b|in_source|in the source|source's|source_table|printed_by"
 )
 #: what asks of it, and where it is known which case of a study has a counterpart
 DOORS_TO_THESIS = (

@@ -4,7 +4,7 @@ import pytest
 from mutations import ROOT
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.points import Point
+from boltjoint.config.excitation import Point
 from boltjoint.config.study import load_study
 
 

@@ -12,7 +12,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import estimated_jobs
-from boltjoint.verification.harmonics_table import tabulate_steady_states
+from boltjoint.verification.multi_harmonic import tabulate_steady_states
 
 
 def test_how_elements_are_fitted():

@@ -11,8 +11,7 @@ from boltjoint.config.csv_table import CsvTable
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import ConfigError
-from boltjoint.config.variants import BaseOfVariants
-from boltjoint.config.varied_case import read_table, with_values
+from boltjoint.config.varied_case import BaseOfVariants, read_table, with_values
 from boltjoint.config.varied_keys import keys_that_vary
 from boltjoint.damping import LossFactor
 from boltjoint.names import JointName

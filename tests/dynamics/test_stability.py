@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from folding_joint import DAMPING, WINDOW, make_folding_joint
 from harmonic_names import parse_component
+from periodic_orbits import find_orbit
 from small_joint import make_joint
 
 from boltjoint import dataset
@@ -22,7 +23,6 @@ from boltjoint.dynamics.response.stability import (
 )
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.verification.periodic_orbits import find_orbit
 
 #: normal load [N] and force [N] with which the contact opens (softening) or closes a gap
 FOLDED = [(60.0, 5.0), (60.0, 10.0), (-20.0, 1.0)]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from periodic_orbits import find_orbit
 from stability_at_folds import compare_marks, folding_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
@@ -9,7 +10,6 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response.folds import FoldedBranch, find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.stability import largest_multiplier
-from boltjoint.verification.periodic_orbits import find_orbit
 
 SEED = 88431
 

@@ -23,8 +23,8 @@ OPTIONS = (
 def open_browser(profile):
     """Chromium; BOLTJOINT_BROWSER=required makes its absence a failure."""
     stop = pytest.fail if os.environ.get("BOLTJOINT_BROWSER") == "required" else pytest.skip
-    chromium = shutil.fields("chromium") or shutil.fields("chromium-browser")
-    driver = shutil.fields("chromedriver")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    driver = shutil.which("chromedriver")
     if chromium is None or driver is None:
         stop("no chromium and chromedriver on this machine: .ci/install-browser installs them")
     try:

@@ -3,8 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from boltjoint.config.design_columns import exchanged
-from boltjoint.config.sweep import Sweep
+from boltjoint.config.sweep import Sweep, exchanged
 
 LEVELS = (1.0, 10.0, 100.0)
 FREQUENCY = np.linspace(60, 80, 41)

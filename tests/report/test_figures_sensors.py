@@ -10,7 +10,7 @@ from small_study import CASE, write_config
 from boltjoint.config.study import load_study
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.report.figures.sensors import plot_sensors
+from boltjoint.report.figures.responses import plot_sensors
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.tables.sensors import tabulate_sensors
 

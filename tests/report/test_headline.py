@@ -5,7 +5,7 @@ import pytest
 
 from boltjoint.names import Basis
 from boltjoint.report.pages.headline import peak_in_words, peaks_of_coordinates
-from boltjoint.study.trusted_bases import by_trust
+from boltjoint.study.response_list import by_trust
 
 ROWS = pd.DataFrame(
     {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from page_examples import CASE, edit, figure, overview_of, reduced_models_of, without_joints, write
 
-from boltjoint.report.pages.statements import RESOLUTION_IN_TIME
+from boltjoint.report.pages.content import RESOLUTION_IN_TIME
 from boltjoint.verification.residual_in_time import residuals_in_time
 
 

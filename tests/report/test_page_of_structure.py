@@ -5,7 +5,7 @@ from page_examples import ROOT, figure, repeated_ids, results_of, save, source_o
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.study import load_study
 from boltjoint.names import Basis, Preload
-from boltjoint.report.pages.references import anchor_of
+from boltjoint.report.pages.content import anchor_of
 from boltjoint.report.pages.structure import structure_page
 from boltjoint.study.artefact_list import Artefact
 

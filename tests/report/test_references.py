@@ -4,7 +4,7 @@ from page_examples import ROOT, SOURCE
 from boltjoint.config.study import load_study
 from boltjoint.names import PAGES, Basis, JointName, Preload
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.report.pages.references import (
+from boltjoint.report.pages.content import (
     address_of,
     anchor_of,
     page_of,

@@ -51,7 +51,7 @@ def of_study(request):
 @pytest.fixture
 def installed():
     """CalculiX, or the test is skipped."""
-    if shutil.fields("ccx") is None:
+    if shutil.which("ccx") is None:
         if os.environ.get("BOLTJOINT_CALCULIX") == "required":
             pytest.fail("CalculiX (ccx) is not installed, and BOLTJOINT_CALCULIX requires it")
         pytest.skip("CalculiX (ccx) is not installed")

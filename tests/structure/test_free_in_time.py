@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from examples import freed
+from periodic_orbits import find_orbit
 
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
@@ -11,7 +12,6 @@ from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.verification.multi_harmonic import solve_periodic
-from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import steady_state
 
 LOSS_FACTOR, FORCE = 0.01, 60.0

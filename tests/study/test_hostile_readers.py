@@ -20,7 +20,7 @@ from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.structure.makers.half_lap import blocks, plan
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.tables import calibration, files, harmonics, measures, meshes, sensors, sweeps
+from boltjoint.study.tables import calibration, harmonics, html, measures, meshes, sensors, sweeps
 
 TEXTS = {
     "table.csv": "a,b\n1,2\n",
@@ -103,7 +103,7 @@ CALLS = {
     "write_text": (checksums.write_text, {"path": "written.txt", "text": "a"}),
     "read_text": (checksums.read_text, {"path": "table.csv"}),
     "write": (
-        files.write,
+        html.write,
         {
             "table": pd.DataFrame({"force_N": [1.0]}),
             "csv": "written.csv",
@@ -111,8 +111,8 @@ CALLS = {
             "title": "Forces",
         },
     ),
-    "write_data": (files.write_data, {"table": pd.DataFrame({"a": [1.0]}), "csv": "written.csv"}),
-    "read": (files.read, {"path": "tables.csv", "dtype": {"table": str}}),
+    "write_data": (html.write_data, {"table": pd.DataFrame({"a": [1.0]}), "csv": "written.csv"}),
+    "read": (html.read, {"path": "tables.csv", "dtype": {"table": str}}),
     "list_designs": (
         list_designs,
         {

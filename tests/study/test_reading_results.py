@@ -11,7 +11,7 @@ from boltjoint import checksums
 from boltjoint.checksums import DamagedFile
 from boltjoint.study import layout
 from boltjoint.study.results import Results
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 ENVIRONMENT = layout.path("environment")
 TIMING = {"case": "a", "basis": "free-4", "joint": "regions=2/elements=2"}

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from boltjoint.config.design_columns import exchanged
 from boltjoint.config.distributions import Linear
-from boltjoint.config.sweep import Saltelli
+from boltjoint.config.sweep import Saltelli, exchanged
 from boltjoint.study.designs import list_designs
 from boltjoint.study.tables.sweeps import (
     tabulate_extremes,

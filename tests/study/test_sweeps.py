@@ -21,8 +21,7 @@ from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.sweep_error import error_of_sweep
-from boltjoint.study.sweeps import check_designs, gather_sweep, solve_designs
+from boltjoint.study.sweeps import check_designs, error_of_sweep, gather_sweep, solve_designs
 from boltjoint.study.swept_joint import SweptJoint
 from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
 

@@ -15,7 +15,7 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.reproduction import beside
 from boltjoint.reproduction.published import Published
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 from boltjoint.study.tables.accuracy import tabulate_accuracy, tabulate_models
 from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
 from boltjoint.study.tables.joints import (
@@ -25,8 +25,7 @@ from boltjoint.study.tables.joints import (
     tabulate_states,
 )
 from boltjoint.study.tables.measures import curve_error, upper_branch
-from boltjoint.study.tables.times import tabulate_times
-from boltjoint.study.timing import time_solver
+from boltjoint.study.timing import tabulate_times, time_solver
 from boltjoint.verification.residual_in_time import check_solutions
 
 SOURCE = Path(__file__).parents[2] / "resources" / "source"

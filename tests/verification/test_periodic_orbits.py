@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from folding_joint import DAMPING, WINDOW, make_folding_joint
+from periodic_orbits import find_orbit
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.folds import find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.windows import Resonance
-from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import Integration
 
 FORCE = 5.0

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from folding_joint import DAMPING, WINDOW, make_folding_joint
+from periodic_orbits import find_orbit
 from small_joint import make_joint
 
 from boltjoint.damping import ModalDamping, RayleighDamping
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.verification.multi_harmonic import solve_periodic
-from boltjoint.verification.periodic_orbits import find_orbit
 from boltjoint.verification.time_integration import steady_state
 
 FREQUENCY, FORCE = 105.0, 20.0

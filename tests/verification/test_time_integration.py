@@ -16,11 +16,11 @@ from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.verification.harmonics_table import (
+from boltjoint.verification.multi_harmonic import (
+    solve_periodic,
     tabulate_steady_states,
     tabulate_time_integration,
 )
-from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state
 
 LOSS = 0.01

@@ -2,7 +2,7 @@
 
 from boltjoint import dataset
 from boltjoint.provenance import logs
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 from boltjoint.verification.residual_in_time import check_solutions
 
 logs.write_to(snakemake.log[0])

@@ -6,7 +6,7 @@ from boltjoint import dataset
 from boltjoint.provenance import logs
 from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
 from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 found, compared = snakemake.input, {}

@@ -4,7 +4,7 @@ from boltjoint.joint.io import load_joint
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import convergence
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 control = StepControl(**snakemake.params.steps)

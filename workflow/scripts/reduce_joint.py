@@ -9,7 +9,7 @@ from boltjoint import dataset
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.joint.reductions import reduce_joint
 from boltjoint.provenance import logs
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

@@ -4,7 +4,7 @@ from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.reproduction.comparison import comparison
 from boltjoint.study.results import Results
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 results, params = Results(snakemake.input), snakemake.params

@@ -2,7 +2,7 @@
 
 from boltjoint.provenance import logs
 from boltjoint.study.solution import CaseInBasis
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

@@ -10,9 +10,8 @@ from pydantic import Field
 from boltjoint.config.contact import Contact
 from boltjoint.config.damping import StructuralDamping
 from boltjoint.config.entries import Entry, EntryWithLaterKeys
-from boltjoint.config.excitation import Excitation
+from boltjoint.config.excitation import Excitation, Point, Sensor
 from boltjoint.config.measured import Measured
-from boltjoint.config.points import Point, Sensor
 from boltjoint.config.settings import Regions
 from boltjoint.config.sweep import MOST_JOBS
 from boltjoint.config.types import (

@@ -8,10 +8,10 @@ from pydantic import Field, PrivateAttr
 
 from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry
+from boltjoint.config.excitation import Direction, Point
 from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
 from boltjoint.config.makers import maker
 from boltjoint.config.mesh_size import MeshSize
-from boltjoint.config.points import Direction, Point
 from boltjoint.config.types import (
     DeckFile,
     DeckName,

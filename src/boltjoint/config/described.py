@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from boltjoint.config.entries import Entry
+from boltjoint.config.excitation import Point
 from boltjoint.config.mesh_size import MeshSize
-from boltjoint.config.points import Point
 from boltjoint.config.types import Positive, Problems
 
 if TYPE_CHECKING:

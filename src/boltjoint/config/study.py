@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, cached_property, partial
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -41,9 +42,10 @@ from boltjoint.config.types import (
     KeyPath,
     Problems,
 )
-from boltjoint.config.variants import BaseOfVariants, Variant
 from boltjoint.config.varied_case import (
+    BaseOfVariants,
     SolvedCase,
+    Variant,
     solved_alone,
     with_all_ratios,
 )
@@ -90,11 +92,9 @@ class Study(Settings):
     def _variants_of_file(self) -> dict[tuple[str, str], list[Variant]]:
         """The variants of sweeps by a folder and the name of a file in it."""
         variants_of_file: dict[tuple[str, str], list[Variant]] = {}
-        for variant in (one for variants in self.variants.values() for one in variants):
-            for file in (
-                (CASE_FOLDER, variant.case_name),
-                (ASSEMBLY_FOLDER, variant.assembly_name),
-            ):
+        for variant in chain.from_iterable(self.variants.values()):
+            names = (CASE_FOLDER, variant.case_name), (ASSEMBLY_FOLDER, variant.assembly_name)
+            for file in names:
                 variants_of_file.setdefault(file, []).append(variant)
         return variants_of_file
 
@@ -128,8 +128,8 @@ class Study(Settings):
 
     def possible_variants(self, *sweeps: str) -> list[Variant]:
         """The variants of some sweeps, or of all, that can be solved."""
-        of_sweeps = (self.swept[name].possible_variants for name in sweeps or self.swept)
-        return [variant for of_sweep in of_sweeps for variant in of_sweep]
+        names = sweeps or self.swept
+        return [variant for name in names for variant in self.swept[name].possible_variants]
 
     def base_of_sweep(self, name: str, *, checking: bool = False) -> dict[str, Any]:
         """The base case as a sweep solves it, or as its check does."""
@@ -270,8 +270,7 @@ def load_study(
             if not files.problems:
                 compared = settings.convergence.bases
                 for name, key, sentence in other_preloads(cases, assemblies, compared):
-                    problem = with_value(contents[name], (key,), sentence)
-                    files.note(_case_file(name), [problem])
+                    files.note(_case_file(name), [with_value(contents[name], (key,), sentence)])
             for name, sentence in missing_preloads(cases.values(), assemblies):
                 files.note(_assembly_file(name), [(("preload_N",), sentence)])
     swept: dict[str, SweptDesigns] = {}

@@ -11,8 +11,16 @@ from boltjoint.config.case import Case
 from boltjoint.config.csv_table import CsvTable
 from boltjoint.config.sweep import MOST_JOBS, Table
 from boltjoint.config.types import Problems
-from boltjoint.config.variants import BaseOfVariants, TooManyVariants, Variant, find_variants
-from boltjoint.config.varied_case import read_table, refused, solved_alone, with_values
+from boltjoint.config.varied_case import (
+    BaseOfVariants,
+    TooManyVariants,
+    Variant,
+    find_variants,
+    read_table,
+    refused,
+    solved_alone,
+    with_values,
+)
 from boltjoint.config.varied_keys import RATIOS, Quantity, is_rescaled
 
 #: impossible designs of a table from the first after which a possible one is left to be found

@@ -1,6 +1,10 @@
-"""Cases with other values of some keys, as the designs of a sweep are."""
+"""Cases with other values of some keys, as the designs of a sweep are, and what varies in them."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import cached_property
+from hashlib import blake2b
+from itertools import islice, product
+from math import prod
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -9,10 +13,19 @@ from pydantic import ValidationError
 
 from boltjoint.config.case import Case
 from boltjoint.config.csv_table import CsvTable, TableError
+from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry, explain
 from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.sweep import LEVEL_KEYS, MOST_DESIGNS, Sweep
-from boltjoint.config.types import KeyPath, Problems
+from boltjoint.config.sweep import (
+    LEVEL_KEYS,
+    MOST_DESIGNS,
+    MOST_JOBS,
+    Grid,
+    Sweep,
+    design_columns,
+    grid_values,
+)
+from boltjoint.config.types import KeyPath, Problems, unforeseen
 from boltjoint.config.varied_keys import (
     ASSEMBLY,
     JOINT,
@@ -21,8 +34,11 @@ from boltjoint.config.varied_keys import (
     key_of,
     not_varied,
     path_of,
+    value_at,
+    with_numbers,
     with_value_at,
 )
+from boltjoint.names import Basis, JointName
 
 Array = NDArray[np.float64]
 EntryT = TypeVar("EntryT", bound=Entry)
@@ -144,3 +160,220 @@ def read_table(text: str, file: str, allowed: Collection[str]) -> dict[str, Arra
     if designs > MOST_DESIGNS:
         raise TableError(f"{file}: must have at most {MOST_DESIGNS} designs")
     return columns
+
+
+#: characters of a name beyond which values are told by a hash: folders have 255
+_LONGEST_NAME = 120
+
+Values = Mapping[str, float]
+Conflicts = Callable[[SolvedCase, Described], Problems]
+"""What an assembly and the settings do not allow in a case, solved as a sweep does."""
+
+
+class TooManyVariants(ValueError):
+    """More variants than the workflow has jobs for."""
+
+
+class _Checked(NamedTuple):
+    """A case, its assembly and its joint, and why they are impossible."""
+
+    case: Case
+    assembly: Described
+    joint: JointName
+    reason: str
+
+
+class BaseOfVariants:
+    """The base case of a sweep, its assembly and its joint, whose keys vary.
+
+    What several variants have in common is checked once.
+
+    Parameters
+    ----------
+    sweep
+        The sweep.
+    case, assembly
+        The base case and its assembly.
+    conflicts
+        As ``Conflicts``.
+    """
+
+    def __init__(self, sweep: Sweep, case: Case, assembly: Described, conflicts: Conflicts) -> None:
+        self.sweep, self.case, self.assembly = sweep, case, assembly
+        self._conflicts = conflicts
+        self._contents = case.model_dump(), assembly.model_dump()
+        self._cases: dict[tuple[object, ...], tuple[Case | None, list[str]]] = {}
+        self._solved: dict[tuple[object, ...], SolvedCase] = {}
+
+    def is_own(self, of_assembly: Values) -> bool:
+        """Whether the values of keys of the assembly are those it has."""
+        content = self._contents[1]
+        return all(value_at(content, path_of(key)) == of_assembly[key] for key in of_assembly)
+
+    def checked(self, values: Values) -> _Checked:
+        """The base case with other values of some keys, as far as it is possible."""
+        of_assembly, of_joint = _of_part(values, ASSEMBLY), _of_part(values, JOINT)
+        of_case = {key: value for key, value in values.items() if not key.startswith(JOINT)}
+        assembly, reasons, joint = self.assembly, [], self.sweep.joint
+        if not self.is_own(of_assembly):
+            content = self._contents[1]
+            for key, value in of_assembly.items():
+                content = with_value_at(content, path_of(key), value)
+            explained, lines = read_content(content, type(assembly))
+            reasons += [f"{ASSEMBLY}{line}" for line in lines]
+            if explained is not None:
+                assembly = explained.in_folder(assembly.folder)
+                reasons += [f"{ASSEMBLY}{line}" for _, line in assembly.conflicts_of_files()]
+        own = tuple(item for item in of_case.items() if not item[0].startswith(ASSEMBLY))
+        bolts = assembly.bolt_count
+        case, lines = self._case(own, bolts)
+        reasons += lines
+        try:
+            joint = with_numbers(joint, of_joint)
+        except ValueError as error:
+            reasons.append(f"{JOINT}{error}")
+        if not reasons:
+            parts = own, bolts, joint
+            if parts not in self._solved:
+                alone = self.sweep.model_copy(update={"joint": joint})
+                self._solved[parts] = solve_alone(case, alone)
+            conflicts = self._conflicts(self._solved[parts], assembly)
+            reasons += [f"{key_of(path)}: {line}" for path, line in conflicts]
+        return _Checked(case or self.case, assembly, joint, "; ".join(reasons))
+
+    def _case(
+        self, own: tuple[tuple[str, float], ...], bolts: int
+    ) -> tuple[Case | None, list[str]]:
+        """The base case with other values of keys of its own; None, with reasons, if impossible."""
+        if (own, bolts) not in self._cases:
+            values = dict(own)
+            content = with_values(with_all_ratios(self._contents[0], values, bolts), values)
+            content["verification_forces_N"] = self.case.verification_forces_N
+            self._cases[own, bolts] = read_content(content, Case)
+        return self._cases[own, bolts]
+
+
+class Variant:
+    """A base case, its assembly and its joint with other values of some keys.
+
+    Attributes
+    ----------
+    values
+        These values by their keys.
+    case_name, assembly_name
+        Names of their files.
+    """
+
+    def __init__(self, values: Values, base: BaseOfVariants) -> None:
+        self.values, self._base = values, base
+
+    @property
+    def bases(self) -> set[Basis]:
+        """The bases of the sweep and of its check."""
+        check = self._base.sweep.check
+        return {self._base.sweep.basis} | (set() if check is None else {check.basis})
+
+    @cached_property
+    def case_name(self) -> str:
+        return _named(self._base.sweep.case, _without(self.values, JOINT))
+
+    @cached_property
+    def assembly_name(self) -> str:
+        of_assembly, name = _of_part(self.values, ASSEMBLY), self._base.case.assembly
+        return name if self._base.is_own(of_assembly) else _named(name, of_assembly)
+
+    @cached_property
+    def _checked(self) -> _Checked:
+        try:
+            return self._base.checked(self.values)
+        except Exception as error:  # of values that no rule thought of
+            base = self._base
+            reason = unforeseen("checked", error)
+            return _Checked(base.case, base.assembly, base.sweep.joint, reason)
+
+    @cached_property
+    def case(self) -> Case:
+        """The case, of the assembly of this variant."""
+        if self._checked.case.assembly == self.assembly_name:
+            return self._checked.case
+        return self._checked.case.model_copy(update={"assembly": self.assembly_name})
+
+    @property
+    def assembly(self) -> Described:
+        """The assembly; where it is impossible, that of the base case."""
+        return self._checked.assembly
+
+    @property
+    def joint(self) -> JointName:
+        """The joint; where it is impossible, that of the sweep."""
+        return self._checked.joint
+
+    @property
+    def reason(self) -> str:
+        """Why it is impossible, empty where it is not."""
+        return self._checked.reason
+
+
+def find_variants(
+    base: BaseOfVariants, columns: Mapping[str, NDArray[np.float64]] | None = None
+) -> list[Variant]:
+    """The variants of a sweep, in the order of its designs. They are counted, and none is checked.
+
+    Parameters
+    ----------
+    base
+        What varies.
+    columns
+        Values of the keys by design, where they are those of a table.
+
+    Raises
+    ------
+    TooManyVariants
+        If there are more than ``MOST_JOBS``.
+    """
+    sweep = base.sweep
+    keys = [key for key in (columns or sweep.vary) if not is_rescaled(key)]
+    if not keys:
+        return [Variant({}, base)]
+    if columns is None and isinstance(sweep.design, Grid):
+        # the other keys of a grid make no further ones
+        rows: Iterable[tuple[float, ...]] = ()
+        if (count := prod(sweep.grid[key] for key in keys)) <= MOST_JOBS:
+            rows = product(*(grid_values(sweep.vary[key]).tolist() for key in keys))
+    else:
+        columns = columns or design_columns(sweep.vary, sweep.design)
+        rows, count = zip(*(columns[key].tolist() for key in keys), strict=True), 0
+    distinct = dict.fromkeys(_until_too_many(rows))
+    if max(count, len(distinct)) > MOST_JOBS:
+        told = f"{count}" if count else f"more than {MOST_JOBS}"
+        raise TooManyVariants(f"makes {told} joints of other dimensions, preloads or divisions")
+    return [Variant(dict(zip(keys, row, strict=True)), base) for row in distinct]
+
+
+def _until_too_many(rows: Iterable[tuple[float, ...]]) -> Iterable[tuple[float, ...]]:
+    """The first of equal rows, until there are more than can be made."""
+    rows, seen = iter(rows), set()
+    while len(seen) <= MOST_JOBS and (some := list(islice(rows, MOST_JOBS))):
+        fresh = [row for row in dict.fromkeys(some) if row not in seen]
+        seen.update(fresh)
+        yield from fresh
+
+
+def _of_part(values: Values, part: str) -> dict[str, float]:
+    """The values of the keys of a part, without its name."""
+    return {key.removeprefix(part): value for key, value in values.items() if key.startswith(part)}
+
+
+def _without(values: Values, part: str) -> dict[str, float]:
+    return {key: value for key, value in values.items() if not key.startswith(part)}
+
+
+def _named(name: str, values: Values) -> str:
+    """The name of a file or folder, with values."""
+    if not values:
+        return name
+    told = [f"{'.'.join(map(str, path_of(key)))}={value:.15g}" for key, value in values.items()]
+    full = ",".join([name, *told])
+    if len(full) <= _LONGEST_NAME:
+        return full
+    return f"{name},{blake2b(full.encode(), digest_size=8).hexdigest()}"

@@ -11,8 +11,8 @@ from boltjoint.report.pages.case.calibration import calibration_answer
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.headline import summary
 from boltjoint.study import layout
+from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
-from boltjoint.study.trusted_bases import headline_basis
 
 
 def answers(study: Study) -> str:

@@ -9,9 +9,9 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.names import JointName
+from boltjoint.report.pages.content import anchor_of, page_of
 from boltjoint.report.pages.document import Section
 from boltjoint.report.pages.markup import link, table_with_caption
-from boltjoint.report.pages.references import anchor_of, page_of
 from boltjoint.reproduction.published import BASIS, Published
 from boltjoint.reproduction.words import numbers_of_figures
 from boltjoint.study.artefact_list import Artefact

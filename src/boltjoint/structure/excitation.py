@@ -16,8 +16,7 @@ from boltjoint.dataset import quantity
 from boltjoint.structure.makers import registry
 
 if TYPE_CHECKING:
-    from boltjoint.config.excitation import Excitation, ForceAtInput
-    from boltjoint.config.points import ForcePoint, Point, Sensor
+    from boltjoint.config.excitation import Excitation, ForceAtInput, ForcePoint, Point, Sensor
 
 Array = NDArray[np.float64]
 

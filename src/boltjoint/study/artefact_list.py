@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
 from boltjoint.study import layout
-from boltjoint.study.response_list import Responses, with_regions
-from boltjoint.study.trusted_bases import headline_basis
+from boltjoint.study.response_list import Responses, headline_basis, with_regions
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
     from boltjoint.config.sweep import Sweep
-    from boltjoint.config.variants import Variant
+    from boltjoint.config.varied_case import Variant
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ import xarray as xr
 from boltjoint import checks
 from boltjoint.config.case import Case
 from boltjoint.config.csv_table import read_file
-from boltjoint.config.design_columns import design_columns
 from boltjoint.config.distributions import DISTRIBUTIONS, Values
 from boltjoint.config.entries import Entry
-from boltjoint.config.sweep import Design, Grid, Saltelli, Samples
+from boltjoint.config.sweep import Design, Grid, Saltelli, Samples, design_columns
 from boltjoint.config.varied_case import read_table, refused, with_values
 from boltjoint.config.varied_keys import Quantity, is_rescaled, rescaled_keys
 from boltjoint.dataset import quantity

@@ -1,13 +1,24 @@
-"""The responses of a study: what is solved of each case, compared, checked and timed."""
+"""The responses of a study: what is solved, compared, checked and timed, and bases by trust."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import basis_of_measured
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName, Preload
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
+
+
+def by_trust(bases: Sequence[Basis]) -> list[Basis]:
+    """Contact-adapted bases first, the largest before all; then the others."""
+    return sorted(bases, key=lambda basis: (basis.is_contact_adapted, basis.most), reverse=True)
+
+
+def headline_basis(case: Case) -> Basis:
+    """The basis of a case whose peaks stand first."""
+    return by_trust(case.bases)[0]
 
 
 class Response(NamedTuple):

@@ -9,7 +9,7 @@ import xarray as xr
 
 from boltjoint import checksums, dataset
 from boltjoint.study import layout
-from boltjoint.study.tables import files as tables
+from boltjoint.study.tables import html as tables
 
 
 class Results:

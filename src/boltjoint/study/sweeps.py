@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,14 +20,114 @@ from boltjoint.config.case import Case
 from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.dataset import quantity
 from boltjoint.joint.io import ImpossibleJoint
-from boltjoint.study.common_to_designs import IMPOSSIBLE, common_amplitudes, common_window
+from boltjoint.study.common_to_designs import (
+    IMPOSSIBLE,
+    ObservedDesigns,
+    common_amplitudes,
+    common_window,
+)
 from boltjoint.study.designs import values_of, varied
-from boltjoint.study.observed_designs import ObservedDesigns
-from boltjoint.study.sweep_error import errors_of_check
 from boltjoint.study.swept_joint import SweptJoint
 
 if TYPE_CHECKING:
     pass
+
+#: what of a peak is checked
+QUANTITIES = ("frequency", "amplitude")
+
+
+def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
+    """How far the peaks of a sweep are off.
+
+    Parameters
+    ----------
+    solved
+        Peaks of all designs, by ``design`` and ``force``.
+    check
+        As from ``sweeps.check_designs``.
+
+    Returns
+    -------
+    Dataset
+        ``checked_design``, ``checked_peak_frequency`` [Hz] and ``checked_peak_amplitude`` [m] of
+        the larger model, and by ``force`` ``peak_frequency_error`` and ``peak_amplitude_error``:
+        the largest of the designs that have a peak in both models, relative; not a number without
+        one. ``checked_designs`` is how many have.
+    """
+    at = solved.isel(design=check["checked_design"].to_numpy())
+    variables, errors = {"checked_design": check["checked_design"].variable}, []
+    for what in QUANTITIES:
+        peak = check[f"peak_{what}_converged"].variable
+        ratio = at[peak_variable(solved, what)].to_numpy() / peak.to_numpy()
+        bar = 1 + check[f"peak_{what}_truncation_error"].to_numpy()
+        error = np.maximum(ratio, 1 / ratio) * bar - 1
+        errors.append(error)
+        largest = np.where(np.isfinite(error), error, -np.inf).max(axis=0, initial=-np.inf)
+        largest[np.isneginf(largest)] = np.nan
+        meaning = f"peak {what} of the larger model, with all harmonics"
+        row = ("checked", "force"), peak.to_numpy(), peak.attrs["units"], meaning
+        variables[f"checked_peak_{what}"] = quantity(*row)
+        meaning = f"largest error of the peak {what} of the checked designs"
+        variables[f"peak_{what}_error"] = quantity("force", largest, "1", meaning)
+    count = np.isfinite(errors).all(axis=0).sum(axis=0)
+    meaning = "designs with a peak in both models"
+    variables["checked_designs"] = quantity("force", count, "1", meaning)
+    return xr.Dataset(variables)
+
+
+class SweepError(NamedTuple):
+    """How far the peaks of a sweep are off, relative, and how many designs tell it."""
+
+    frequency: float
+    amplitude: float
+    designs: int
+
+
+def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
+    """The largest errors of a sweep at any level; None where nothing is known of them.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+    """
+    errors = errors_by_level(sweep)
+    if errors is None or not np.isfinite([*errors.values()]).all():
+        return None
+    frequency, amplitude = (max(errors[what]) for what in QUANTITIES)
+    return SweepError(frequency, amplitude, int(np.min(sweep["checked_designs"])))
+
+
+def errors_by_level(sweep: xr.Dataset) -> dict[str, list[float]] | None:
+    """How far frequencies and amplitudes of the peaks are off at each level; None if not checked.
+
+    Of levels that vary there is one.
+
+    Parameters
+    ----------
+    sweep
+        ``sweep.nc``.
+    """
+    checks.instance("sweep", sweep, xr.Dataset)
+    names = {what: f"peak_{what}_error" for what in QUANTITIES}
+    if not set(names.values()) <= set(sweep):
+        return None
+    dims = ("force",) if "force" in sweep.dims else ()
+    return {
+        what: np.ravel(checks.variable("sweep", sweep, name, dims, finite=False)).tolist()
+        for what, name in names.items()
+    }
+
+
+def has_all_harmonics(sweep: xr.Dataset) -> bool:
+    """Whether the peaks of a sweep are those with all harmonics."""
+    return "peak_frequency_converged" in sweep
+
+
+def peak_variable(sweep: xr.Dataset, what: str) -> str:
+    """Name of the peak ``frequency`` or ``amplitude`` that counts: with all harmonics if known."""
+    return f"peak_{what}{'_converged' if has_all_harmonics(sweep) else ''}"
+
 
 Array = NDArray[np.float64]
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from boltjoint.config.excitation import Excitation
-from boltjoint.config.points import Sensor
+from boltjoint.config.excitation import Excitation, Sensor
 from boltjoint.damping import RayleighDamping
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes

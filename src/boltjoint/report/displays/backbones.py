@@ -1,14 +1,15 @@
-"""Figures of backbones."""
+"""Figures and tables of backbones, and of microslip and full slip along them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from boltjoint.names import Coordinates, JointName
+from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.study.artefact_list import Artefact, Contents
-from boltjoint.study.display import data_of, figure
+from boltjoint.study.display import data_of, figure, table, table_of_same
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
     from boltjoint.study.results import Results
@@ -61,3 +62,81 @@ def backbone(
     ]
     finite = [limit for limit in limits if math.isfinite(limit)]
     return plot_backbones(backbones, forces, min(finite, default=None))
+
+
+def _joints(contents: Contents, artefact: Artefact) -> dict[str, list[JointName]]:
+    place = artefact.case, artefact.basis, artefact.resonance
+    return {"joints": contents.backbones(*place)}
+
+
+def _of_linear(contents: Contents, artefact: Artefact) -> Iterator[Artefact]:
+    """Responses in linear modes of the joints with backbones, and these joints."""
+    of_basis = {"case": artefact.case, "basis": artefact.basis}
+    for joint in _joints(contents, artefact)["joints"]:
+        yield from contents.select("joint", form="data", **of_basis, joint=joint)
+        solved = artefact.fields | {"joint": joint, "coordinates": REFERENCE[1]}
+        yield from contents.select("response", form="data", **solved)
+
+
+_OF_BACKBONES = {
+    "of": _resonances,
+    "section": "backbones",
+    "options": _joints,
+}
+
+
+@figure(
+    "microslip",
+    **_OF_BACKBONES,
+    reads=(
+        table_of_same,
+        data_of("backbone", by=["case", "basis", "resonance"]),
+        _of_linear,
+    ),
+    job="responses_{case}_{basis}",
+    order=1,
+    title="Microslip and macroslip around resonance {resonance}",
+    caption="Friction dissipation in a period and natural frequency of the nonlinear mode over the "
+    "amplitude of the output point; a dot is the peak of a response in linear modes. In microslip "
+    "the dissipation grows with a power of the amplitude, the slope of the broad line: 3 for "
+    "smooth spheres, 3 + χ with −1 < χ ≤ 0 for an Iwan element. In macroslip it is 1 under "
+    "constant normal load.",
+)
+def microslip(artefact: Artefact, results: "Results", joints: Sequence[JointName]) -> "Figure":
+    """Friction dissipation and natural frequency over amplitude, and the power of microslip."""
+    from boltjoint.joint.io import joint_from_dataset
+    from boltjoint.report.figures.microslip import Peaks, plot_microslip
+    from boltjoint.study.tables.microslip import peak_dissipation
+
+    peaks = {}
+    for name in joints:
+        fields = artefact.fields | {"joint": name, "coordinates": REFERENCE[1]}
+        if results.has("response", **fields):
+            of_joint = {key: fields[key] for key in ("case", "basis", "joint")}
+            joint = joint_from_dataset(results.dataset("joint", **of_joint))
+            peaks[name] = Peaks(*peak_dissipation(joint, results.dataset("response", **fields)))
+    backbones = {
+        name: results.dataset("backbone", **artefact.fields, joint=name) for name in joints
+    }
+    return plot_microslip(backbones, results.table("microslip", **artefact.fields), peaks)
+
+
+@table(
+    "microslip",
+    **_OF_BACKBONES,
+    reads=(data_of("backbone", by=["case", "basis", "resonance"]),),
+    job="basis_{case}_{basis}",
+    order=2,
+    title="power of microslip around resonance {resonance} in {basis}",
+    caption="The power is fitted where the damping ratio by friction is between a hundredth and a "
+    "tenth of its maximum, at which macroslip begins.",
+)
+def power_laws(
+    artefact: Artefact, results: "Results", joints: Sequence[JointName]
+) -> "pd.DataFrame":
+    """The power law of microslip of each joint."""
+    from boltjoint.study.tables.microslip import tabulate_microslip
+
+    return tabulate_microslip(
+        {joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints}
+    )

@@ -90,7 +90,7 @@ def larger_basis(
     """Converged peaks of the reference model against those in a larger basis."""
     from boltjoint.joint.io import joint_from_dataset
     from boltjoint.solvers.equations import StepControl
-    from boltjoint.study.tables.larger_basis import tabulate_larger_basis
+    from boltjoint.study.tables.harmonics import tabulate_larger_basis
 
     return tabulate_larger_basis(
         results.dataset("response", case=artefact.case, **response),

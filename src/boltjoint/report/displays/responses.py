@@ -195,7 +195,7 @@ def medians_of_times(
     comparison: "Comparison",
 ) -> "pd.DataFrame":
     """Solution times of all responses."""
-    from boltjoint.study.tables.times import tabulate_times
+    from boltjoint.study.timing import tabulate_times
 
     timings = {
         response[1:]: results.data("timing", case=artefact.case, **response._asdict())

@@ -44,7 +44,7 @@ _DECLARED = {
 )
 def sensors(artefact: Artefact, results: "Results") -> "Figure":
     """Amplitude of each sensor over frequency."""
-    from boltjoint.report.figures.sensors import plot_sensors
+    from boltjoint.report.figures.responses import plot_sensors
 
     return plot_sensors(results.dataset("response", **artefact.fields))
 

@@ -28,13 +28,13 @@ def _reference_models(contents: Contents) -> Iterator[dict[str, object]]:
             yield {"case": case, "basis": bases[0]}
 
 
-def _response(contents: Contents, artefact: Artefact) -> Response:
+def _integrated(contents: Contents, artefact: Artefact) -> Response:
     return contents.lowest_references(artefact.case)[artefact.basis]
 
 
-def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
+def _joint_and_response(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """The node-to-node joint of a case in a basis, and its response of the lowest mode."""
-    response = _response(contents, artefact)._asdict()
+    response = _integrated(contents, artefact)._asdict()
     return [
         *contents.select("joint", **artefact.fields, joint=REFERENCE[0]),
         *contents.select("response", form="data", case=artefact.case, **response),
@@ -44,12 +44,12 @@ def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
 @table(
     "harmonics",
     of=_in_free_modes,
-    reads=(_reads,),
+    reads=(_joint_and_response,),
     job="harmonics_{case}_{basis}",
     section="harmonics",
     title="more harmonics, and time integration, in {basis}",
     options=lambda contents, artefact: {
-        "response": _response(contents, artefact)._asdict(),
+        "response": _integrated(contents, artefact)._asdict(),
         "forces": contents.study.case(artefact.case).verification_forces_N,
     },
     stage="harmonics",
@@ -61,7 +61,7 @@ def harmonics(
     forces: Sequence[float],
 ) -> "pd.DataFrame":
     """Peaks by multi-harmonic balance and by time integration."""
-    from boltjoint.verification.harmonics_table import tabulate_time_integration
+    from boltjoint.verification.multi_harmonic import tabulate_time_integration
 
     joint, solved = _load(artefact, results, response)
     return tabulate_time_integration(joint, solved, forces=forces)
@@ -70,12 +70,12 @@ def harmonics(
 @table(
     "steady_states",
     of=_reference_models,
-    reads=(_reads,),
+    reads=(_joint_and_response,),
     job="steady_states_{case}_{basis}",
     section="harmonics",
     title="converged peaks against time integration, in {basis}",
     options=lambda contents, artefact: {
-        "response": _response(contents, artefact)._asdict(),
+        "response": _integrated(contents, artefact)._asdict(),
         "forces": contents.integrated_levels(artefact.case),
     },
     stage="steady_states",
@@ -87,7 +87,7 @@ def steady_states(
     forces: Sequence[float],
 ) -> "pd.DataFrame":
     """Converged peaks of the reference model against the steady state of time integration."""
-    from boltjoint.verification.harmonics_table import tabulate_steady_states
+    from boltjoint.verification.multi_harmonic import tabulate_steady_states
 
     joint, solved = _load(artefact, results, response)
     return tabulate_steady_states(joint, solved, forces=forces)

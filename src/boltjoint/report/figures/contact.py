@@ -28,7 +28,7 @@ from boltjoint.report.figures.style import (
     level_colours,
 )
 
-#: contact states in their order, in the source's red, blue, cyan and green, of a lightness that
+#: contact states in their order, in red, blue, cyan and green, of a lightness that
 #: differs enough for readers who cannot distinguish red and green
 _STATES = ("#b8242f", "#2f5aa8", "#5cc4e8", "#7cc267")
 

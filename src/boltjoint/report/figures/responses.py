@@ -1,4 +1,4 @@
-"""Figures of frequency responses and backbones."""
+"""Figures of frequency responses, backbones and the motion of sensors."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -217,3 +217,30 @@ def _set_limits(axes: Axes, curves: Sequence[ResponseCurve]) -> None:
     )
     lowest = max(in_view.min() / 1.3, _DEPTH * min(c.amplitude.max() for c in curves))
     axes.set_ylim(lowest, in_view.max() * 1.5)
+
+
+@figure_style
+def plot_sensors(response: xr.Dataset) -> Figure:
+    """Amplitude of each sensor over frequency at all levels, divided by the level.
+
+    Parameters
+    ----------
+    response
+        ``response.nc``.
+    """
+    names, levels = response["sensor"].to_numpy(), response["force_level"].to_numpy()
+    unit = response["force_level"].attrs["units"]
+    figure = Figure(figsize=(8, 1 + 2.5 * names.size), layout="constrained")
+    panels = figure.subplots(names.size, sharex=True, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        amplitude = response["sensor_amplitude"].sel(sensor=name).to_numpy()
+        for level, colour in zip(levels, level_colours(levels.size), strict=True):
+            at = (response["excitation_force"] == level) & (response["converged"] == 1)
+            x = response["frequency"].to_numpy()[at]
+            axes.semilogy(x, MM * amplitude[at] / level, color=colour, **REFERENCE_LINE)
+        axes.set(ylabel=f"{name}\n(mm per {unit})")
+        axes.grid(True)
+    panels[-1].set_xlabel("frequency (Hz)")
+    labels = [f"{level:g} {unit}" for level in levels]
+    add_legends(panels[0], {"node to node, linear modes": REFERENCE_LINE}, "level", labels, {})
+    return figure

@@ -18,7 +18,7 @@ from boltjoint.report.figures.style import (
     label_decades,
     level_colours,
 )
-from boltjoint.study.sweep_error import peak_variable
+from boltjoint.study.sweeps import peak_variable
 from boltjoint.study.tables.html import number
 from boltjoint.study.tables.sweeps import (
     backbone_quantiles,

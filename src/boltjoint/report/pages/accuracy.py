@@ -8,11 +8,10 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.names import Basis, Coordinates, JointName
 from boltjoint.report.comparison import Comparison
-from boltjoint.report.pages.content import PageContent
+from boltjoint.report.pages.content import PageContent, reference_statement
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.report.pages.reduced_models import reduced_models
-from boltjoint.report.pages.statements import reference_statement
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.results import Results
 

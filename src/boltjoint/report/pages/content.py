@@ -1,7 +1,9 @@
-"""Figures and tables of a page, each placed once."""
+"""Figures and tables of a page, each placed once, with their addresses and common statements."""
 
+import posixpath
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 import pandas as pd
 from markupsafe import Markup
@@ -10,10 +12,39 @@ from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.document import Section
-from boltjoint.report.pages.markup import figure_with_caption, joined, table_with_caption
-from boltjoint.report.pages.references import address_of, anchor_of
+from boltjoint.report.pages.markup import figure_with_caption, joined, prose, table_with_caption
+from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.results import Results
+from boltjoint.study.tables.html import number
+
+#: any page of the report: all lie in one folder
+_PAGE = layout.page("overview")
+
+
+def stem_of(artefact: Artefact) -> str:
+    """The name of the file without its ending."""
+    return PurePosixPath(artefact.path).stem
+
+
+def anchor_of(artefact: Artefact) -> str:
+    """The target of links on its page, where a figure and a table may have one name."""
+    return stem_of(artefact) if artefact.form == "figure" else f"{stem_of(artefact)}-table"
+
+
+def page_of(artefact: Artefact) -> str:
+    """The page that shows a figure or table: of a case, or one of ``names.PAGES``."""
+    return DISPLAYS.of(artefact).page_of(artefact)
+
+
+def address_of(artefact: Artefact) -> str:
+    """The file, seen from a page."""
+    return posixpath.relpath(artefact.path, posixpath.dirname(layout.page(page_of(artefact))))
+
+
+def address_of_sweep(name: str) -> str:
+    """The interactive page of a sweep, seen from a page."""
+    return posixpath.relpath(layout.path("sweep_page", sweep=name), posixpath.dirname(_PAGE))
 
 
 @dataclass(frozen=True)
@@ -170,3 +201,74 @@ def select(frame: pd.DataFrame, **values: object) -> pd.DataFrame:
     for column, value in values.items():
         keep &= frame[column] == value
     return frame[keep]
+
+
+#: residual in time below which the error of the time integration is larger
+RESOLUTION_IN_TIME = 1e-6
+
+_ERROR = "peak_amplitude_error_percent"
+_BASIS = "basis_amplitude_error_percent"
+_LEFT_OUT = "amplitude_truncation_error_percent"
+
+
+def reference_statement(content: PageContent) -> Markup:
+    """The reference of all errors, what is known of its own, and what few harmonics leave out.
+
+    It takes the tables of peaks with more harmonics from the content: those of contact-adapted
+    bases count, where there are any.
+    """
+    tables = []
+    while table := content.table("harmonic_peaks"):
+        tables.append(table)
+    adapted = [table for table in tables if table.artefact.basis.is_contact_adapted]
+    peaks = pd.concat(
+        [pd.DataFrame(columns=["force_N", "harmonics", _ERROR, _BASIS, _LEFT_OUT])]
+        + [table.frame for table in adapted or tables]
+    )
+    fewest = with_fewest_harmonics(peaks)
+    forces = sorted(fewest.dropna(subset=_ERROR)["force_N"].unique())
+    return prose("statements").reference(
+        bool(adapted),
+        *(_largest(peaks, column) for column in (_BASIS, _LEFT_OUT)),
+        harmonics_in_words(fewest),
+        largest_errors(fewest),
+        ", ".join(f"{force:g}" for force in forces),
+    )
+
+
+def _largest(peaks: pd.DataFrame, column: str) -> str:
+    """The largest of some errors [%]; empty where none is known."""
+    errors = peaks[column].dropna() if column in peaks else pd.Series(dtype=float)
+    return number(errors.abs().max(), 2) if len(errors) else ""
+
+
+def with_fewest_harmonics(peaks: pd.DataFrame) -> pd.DataFrame:
+    """The peaks with the fewest harmonics, as in all results but these."""
+    return peaks[peaks["harmonics"] == peaks["harmonics"].min()]
+
+
+def largest_errors(peaks: pd.DataFrame) -> str:
+    """The largest errors of peaks in amplitude and frequency; empty where there are none."""
+    tested = peaks.dropna(subset=_ERROR)
+    return " and ".join(
+        f"{number(tested[f'peak_{quantity}_error_percent'].abs().max(), 2)} % in {quantity}"
+        for quantity in ("amplitude", "frequency")
+        if len(tested)
+    )
+
+
+def harmonics_in_words(peaks: pd.DataFrame) -> str:
+    """The number of harmonics of some peaks."""
+    numbers = peaks["harmonics"].unique()
+    return "one harmonic" if list(numbers) in ([], [1]) else f"harmonics up to {max(numbers)}"
+
+
+def format_residual_in_time(residual: float) -> str | None:
+    """A residual in time as a cell of a table, no smaller than its resolution.
+
+    >>> format_residual_in_time(3e-7), format_residual_in_time(2.5e-4)
+    ('below 10⁻⁶', '0.00025')
+    """
+    if pd.isna(residual):
+        return None
+    return "below 10⁻⁶" if residual <= RESOLUTION_IN_TIME else number(residual, 2)

@@ -9,8 +9,8 @@ from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.report.pages.nonlinear_mode import nonlinear_mode
 from boltjoint.structure.extent import LINEAR
+from boltjoint.study.response_list import headline_basis
 from boltjoint.study.tables.html import number
-from boltjoint.study.trusted_bases import headline_basis
 
 _TEXT = prose("headline")
 

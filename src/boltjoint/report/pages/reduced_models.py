@@ -9,7 +9,7 @@ from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.markup import link, prose, table_with_caption
-from boltjoint.study.trusted_bases import by_trust
+from boltjoint.study.response_list import by_trust
 
 _TEXT = prose("accuracy")
 

@@ -1,14 +1,54 @@
-"""Figures of a joint and of its responses, with statements on their peaks, errors and ends."""
+"""A case in one basis: figures of its joints and responses, with statements on their peaks."""
+
+from dataclasses import dataclass
 
 import pandas as pd
 from markupsafe import Markup
 
+from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Coordinates, JointName
-from boltjoint.report.pages.case.basis import CaseBasis
-from boltjoint.report.pages.content import StudyTable, capitalize, select
+from boltjoint.report.pages.content import PageContent, StudyTable, capitalize, select
 from boltjoint.report.pages.headline import ALL, ONE, peaks_of_coordinates, statement_of
 from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.study.tables.html import number
+
+
+@dataclass(frozen=True)
+class CaseBasis:
+    """A case in one modal basis.
+
+    Parameters
+    ----------
+    case
+        As configured.
+    name
+        Of the basis, such as ``free-4``.
+    content
+        Figures and tables of the page.
+    accuracy, times
+        Tables of all responses in this basis, None where the study has none.
+    """
+
+    case: Case
+    name: str
+    content: PageContent
+    accuracy: StudyTable | None
+    times: StudyTable | None
+
+    @classmethod
+    def of(cls, case: Case, name: str, content: PageContent) -> "CaseBasis":
+        """The case in the basis of this name; it takes two tables from the content."""
+        accuracy, times = (content.table(kind, basis=name) for kind in ("accuracy", "times"))
+        return cls(case, name, content, accuracy, times)
+
+    def coordinates_by_joint(self, resonance: int) -> dict[str, list[str]]:
+        """The joints solved around a resonance, and the coordinates in which each is solved."""
+        coordinates_of: dict[str, list[str]] = {}
+        for basis, joint, coordinates, at in self.case.responses:
+            if (basis, at) == (self.name, resonance):
+                coordinates_of.setdefault(joint, []).append(coordinates)
+        return coordinates_of
+
 
 _TEXT = prose("case")
 

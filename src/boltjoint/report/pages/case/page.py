@@ -9,11 +9,10 @@ from boltjoint.config.case import Case
 from boltjoint.config.solver import Solver
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.comparison import Comparison
-from boltjoint.report.pages.case.basis import CaseBasis
 from boltjoint.report.pages.case.calibration import calibration_answer, calibration_section
 from boltjoint.report.pages.case.facts import facts
-from boltjoint.report.pages.case.frequencies import natural_frequencies
 from boltjoint.report.pages.case.joints import (
+    CaseBasis,
     joint_figures,
     peaks,
     responses,
@@ -24,18 +23,18 @@ from boltjoint.report.pages.case.tables import (
     contact_states,
     fits,
     higher_harmonics,
+    natural_frequencies,
     solution_times,
 )
-from boltjoint.report.pages.content import PageContent, capitalize
+from boltjoint.report.pages.content import PageContent, address_of_sweep, capitalize
 from boltjoint.report.pages.document import Section, render_page
 from boltjoint.report.pages.headline import headline, summary
 from boltjoint.report.pages.interactive.parts import InteractiveParts
 from boltjoint.report.pages.markup import joined, prose
-from boltjoint.report.pages.references import address_of_sweep
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
+from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
-from boltjoint.study.trusted_bases import by_trust
 
 _TEXT = prose("case")
 _STAGES = {

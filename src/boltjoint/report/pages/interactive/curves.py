@@ -10,8 +10,8 @@ from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
 from boltjoint.report.pages.interactive.packing import pack
 from boltjoint.structure.extent import LINEAR
+from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
-from boltjoint.study.trusted_bases import by_trust
 
 _MM = 1e3
 

@@ -19,9 +19,9 @@ from boltjoint.report.pages.interactive.surface import (
     packed_contact,
     packed_displacement,
 )
+from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
 from boltjoint.study.tables.html import number
-from boltjoint.study.trusted_bases import headline_basis
 
 _MM, _UM, _MPA = 1e3, 1e6, 1e-6
 #: modes that are drawn of each state of the contact

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.interactive.packing import pack
-from boltjoint.study.sweep_error import peak_variable
+from boltjoint.study.sweeps import peak_variable
 from boltjoint.study.tables.sweeps import drawn_designs, response_quantiles, values_of_keys
 
 Array = NDArray[np.float64]
