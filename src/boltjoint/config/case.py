@@ -125,7 +125,8 @@ class Case(EntryWithLaterKeys):
     the motion of the contact in stick, slip and separation; ``enriched-auto``, as many of them as
     the tolerances of ``contact_adapted_basis`` ask for, at least 8. N is at most
     ``contact_adapted_basis.maximum_vectors`` there, and at most ``free_modes`` and two for each
-    contact pair on one side of the centre line and on it."""
+    contact pair on one side of the centre line and on it. Laws of friction along both tangents have
+    such bases of all motion, symmetric or not."""
     coordinates: Several[Unknowns]
     """Unknowns of all blocks that give none: ``linear``, all vectors of the basis; ``rdnm-N`` or
     ``complex-rdnm-N``, N real or complex response-dependent modes, at most the vectors of the
@@ -311,12 +312,6 @@ class Case(EntryWithLaterKeys):
             if not law.has_closed_form and (name.count == "auto" or name.pairs is not None):
                 sentence = f"must not be {name}, which needs a closed form of the law {law.name}"
                 yield (*above, "joints", place), sentence
-        if "lateral" in law.directions:
-            for place, basis in enumerate(block.modes):
-                if basis.is_contact_adapted:
-                    sentence = "must be all-N or free-N: contact-adapted bases hold no motion "
-                    path = (*self.place_of("modes", index), place)
-                    yield path, f"{sentence}along second tangents, which {law.name} needs"
 
 
 def _conflicts_between(blocks: Sequence[SolveBlock]) -> Problems:

@@ -80,6 +80,11 @@ class ContactCondition:
         """Node-to-node joint of modes under a preload."""
         return connect_pairs(modes, preload, **self.contact.options)
 
+    @property
+    def needs_second_tangents(self) -> bool:
+        """Whether its law needs motion along the second tangents of the contact."""
+        return "lateral" in self.contact.declaration.directions
+
 
 @dataclass(frozen=True)
 class TracedBackbone:
@@ -116,9 +121,9 @@ def find_pod_modes(
     Returns
     -------
     Dataset
-        ``pod_mode_motion`` (unknown, pod_mode) [m J^-1/2] in
-        the unknowns of the symmetric part, by decreasing energy, orthonormal in
-        strain energy (``v^T K v = 1``, K with springs on the loaded pairs); ``energy_share``
+        ``pod_mode_motion`` (unknown, pod_mode) [m J^-1/2] in the unknowns of the symmetric part,
+        or of all motion, by decreasing energy, orthonormal in strain energy (``v^T K v = 1``,
+        K with springs on the loaded pairs); ``energy_share``
         (pod_mode): energy of the weighted snapshots along it, over all of theirs; ``position``
         (pair, axis) [m]; ``frequency_error``, ``amplitude_error`` (trial): largest relative errors
         of peaks in the first ``trial_vectors`` (trial) POD modes; ``free_frequency`` (free_mode)
@@ -129,23 +134,19 @@ def find_pod_modes(
     Raises
     ------
     ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, there is no
-        condition, or the law of one needs motion along the second tangents of the contact.
+        If preload and assembly do not hold the same pairs, no pair carries load, or there is no
+        condition.
     RuntimeError
         If the assembly is not held, or the candidates are lost in rounding.
     """
     conditions = list(dict.fromkeys(conditions))
     if not conditions:
         raise ValueError("conditions are empty: a basis is made for at least one contact")
-    for condition in conditions:
-        law = condition.contact.declaration
-        if "lateral" in law.directions:
-            raise ValueError(
-                f"the law {law.name} needs motion along the second tangents of the contact, which "
-                "contact-adapted bases do not hold: take free-N or all-N"
-            )
     structure = structure_of(assembly)
-    candidates = find_candidates(structure, preload, options.free_modes)
+    second_tangents = any(each.needs_second_tangents for each in conditions)
+    candidates = find_candidates(
+        structure, preload, options.free_modes, second_tangents=second_tangents
+    )
     connections = [
         (partial(condition.connect, preload), condition.damping) for condition in conditions
     ]

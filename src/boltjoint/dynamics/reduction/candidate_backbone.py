@@ -13,7 +13,7 @@ element methods. Acta Numerica 10 (2001) 1-102.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import Backbone, trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
 from boltjoint.dynamics.backbone.peak_force import PeakSensitivity
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.declarations import AXES
 from boltjoint.friction.law import FrictionLaw
 from boltjoint.joint.model import Joint, merge_points
 from boltjoint.solvers.equations import StepControl
@@ -101,8 +103,8 @@ class CandidateBackbone:
     @cached_property
     def _rows(self) -> tuple[Array, ...]:
         """Relative displacements of the contact points in each direction, by candidate."""
-        directions = self.candidates.tangential, self.candidates.normal
-        return tuple(B[self._pair] for B in directions[: len(self.law.directions)])
+        rows = self.candidates.by_direction
+        return tuple(rows[direction][self._pair] for direction in self.law.directions)
 
     @cached_property
     def _stuck(self) -> Array:
@@ -178,7 +180,9 @@ class CandidateBackbone:
         """
         joint, stuck = self.equations.balance.joint, self.equations.stuck
         if joint.normal_mode is None:
-            moved = abs(joint.tangential_mode @ stuck)[joint.law.point_of_element]
+            in_plane = [abs(B @ stuck) for B in joint.contact.rows_in_plane]
+            moved = in_plane[0] if len(in_plane) == 1 else np.hypot(*in_plane)
+            moved = moved[joint.law.point_of_element]
             limit = joint.law.slip_force / joint.law.tangential_stiffness
             onset = np.sort((limit / np.maximum(moved, np.finfo(float).tiny))[self._loaded])
             return float(onset[0]), float(onset[onset.size // 2])
@@ -228,13 +232,13 @@ class CandidateBackbone:
         Springs are as stiff as in stick at most, and not negative, so that the structure is stable.
         """
         pairs = len(self.candidates.weight)
-        stiffness = np.zeros((2, pairs))
-        for d in range(len(self._rows)):
+        stiffness = {direction: np.zeros(pairs) for direction in self.candidates.by_direction}
+        for d, direction in enumerate(self.law.directions):
             last = (d + 1) * count
             mean = (tangent[:, last - 2, last - 2] + tangent[:, last - 1, last - 1]) / 2
             limited = np.clip(mean, 0.0, self._stuck[:, d])
-            stiffness[d, self._pair] = limited / self.candidates.weight[self._pair]
-        contact = SpringContact(self.candidates, *stiffness)
+            stiffness[direction][self._pair] = limited / self.candidates.weight[self._pair]
+        contact = SpringContact(self.candidates, **stiffness)
         return contact.displacement
 
 
@@ -243,11 +247,12 @@ def _joint_of_side(
 ) -> tuple[Joint, NDArray[np.int64]]:
     """The joint on one side of the plane of symmetry, and the pair of each contact point.
 
-    A point there carries the elements of its mirror image too.
+    A point there carries the elements of its mirror image too. A law without closed form is
+    evaluated by AFT.
     """
     relative = np.zeros((len(candidates.pair_on_side), 3, modes.shape[1]))
-    relative[:, 0] = (candidates.tangential @ modes)[candidates.pair_on_side]
-    relative[:, 2] = (candidates.normal @ modes)[candidates.pair_on_side]
+    for direction, B in candidates.by_direction.items():
+        relative[:, "xyz".index(AXES[direction])] = (B @ modes)[candidates.pair_on_side]
     # backbones do not depend on where forces act and responses are read
     at_rest = np.zeros_like(frequency)
     whole = connect(
@@ -274,4 +279,7 @@ def _joint_of_side(
     on = zip(whole.surface_places.name, map(tuple, whole.position), strict=True)
     pair = candidates.pair_on_side[[number[point] for point in on]]
     kept, region = np.unique(pair, return_inverse=True)
-    return merge_points(whole, region), kept
+    joint = merge_points(whole, region)
+    if not joint.law.declaration.has_closed_form:
+        joint = replace(joint, law=AlternatingFrequencyTime(joint.law))
+    return joint, kept

@@ -5,9 +5,9 @@ are such modes and the attachment modes of the contact: the static shapes of uni
 contact pair. Together they resolve whatever the contact does.
 
 Slip is held along the first tangent of every point, whatever its direction in space, and opening
-along the normal: that is all that laws of friction in one direction see. Laws in both directions
-are refused. Of a structure with a plane of symmetry only symmetric motion is held, as are forces
-and preload.
+along the normal: that is all that laws of friction in one direction see. Of a structure with a
+plane of symmetry only symmetric motion is held then, as are forces and preload. For laws in both
+directions slip along the second tangents is held too, and all motion of the structure.
 
 References
 ----------
@@ -35,7 +35,7 @@ from boltjoint.structure.bolts import distance_to_bolts
 from boltjoint.structure.families import ELASTIC
 from boltjoint.structure.makers.registry import families_of
 from boltjoint.structure.model import Structure
-from boltjoint.structure.subspaces import part_that_moves
+from boltjoint.structure.subspaces import part_that_moves, whole
 
 Array = NDArray[np.float64]
 
@@ -60,6 +60,8 @@ class Candidates:
     tangential, normal
         Relative displacement of the pairs along the first tangent and the normal, shape (pairs,
         candidates).
+    lateral
+        The same along the second tangent; None where laws do not need it.
     weight
         2 for a pair that also represents its mirror image, else 1, shape (pairs,).
     normal_load, gap
@@ -76,8 +78,8 @@ class Candidates:
         The pair here that each pair of the assembly is, or is the mirror image of, shape (pairs of
         the assembly,).
     free_frequency
-        Natural frequencies of the bending modes, or of all, without contact [Hz], shape (free
-        modes,).
+        Natural frequencies of modes without contact [Hz], shape (free modes,): those of bending,
+        where the maker tells families apart and only they are held, else all.
     free_participation
         ``phi^T M`` of these modes, shape (free modes, candidates).
     """
@@ -98,15 +100,22 @@ class Candidates:
     pair_on_side: NDArray[np.int64]
     free_frequency: Array
     free_participation: Array
+    lateral: Array | None = None
+
+    @property
+    def by_direction(self) -> dict[str, Array]:
+        """Relative displacement by its direction, shape (pairs, candidates) each."""
+        one = {"tangential": self.tangential, "normal": self.normal}
+        return one if self.lateral is None else one | {"lateral": self.lateral}
 
     @cached_property
     def rows(self) -> Array:
-        """Tangential rows, then normal ones, shape (2 * pairs, candidates)."""
-        return np.concatenate([self.tangential, self.normal])
+        """Tangential rows, then normal ones and lateral ones if any, (rows, candidates)."""
+        return np.concatenate(list(self.by_direction.values()))
 
     @cached_property
     def flexibility(self) -> Array:
-        """Relative displacements for unit forces [m/N], shape (2 * pairs, 2 * pairs)."""
+        """Relative displacements for unit forces [m/N], shape (rows, rows)."""
         return self.rows @ self.rows.T
 
     @property
@@ -129,11 +138,20 @@ class SpringContact:
         The candidate vectors.
     tangential, normal
         Stiffness of the pairs along the first tangent and the normal [N/m], shape (pairs,).
+    lateral
+        The same along the second tangent, where the candidates hold that.
     """
 
-    def __init__(self, candidates: Candidates, tangential: Array, normal: Array) -> None:
+    def __init__(
+        self,
+        candidates: Candidates,
+        tangential: Array,
+        normal: Array,
+        lateral: Array | None = None,
+    ) -> None:
         self.candidates = candidates
-        stiffness = np.concatenate([tangential, normal]) * np.tile(candidates.weight, 2)
+        springs = [tangential, normal] if lateral is None else [tangential, normal, lateral]
+        stiffness = np.concatenate(springs) * np.tile(candidates.weight, len(springs))
         # springs that are weak against all others only spoil the condition of the compliance
         acting = np.flatnonzero(stiffness > 1e-6 * stiffness.max(initial=0.0))
         self._acting = acting
@@ -172,7 +190,9 @@ class SpringContact:
         return 1 / ratio[order], a[:, order]
 
 
-def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) -> Candidates:
+def find_candidates(
+    structure: Structure, preload: xr.Dataset, free_modes: int, *, second_tangents: bool = False
+) -> Candidates:
     """Modes without contact, and attachment modes of unit forces on every point, t1 and normal.
 
     Attachment modes make the contact's flexibility exact, modes the inertia at low frequency.
@@ -183,6 +203,9 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
         The structure, and its preload as from ``apply_preload``.
     free_modes
         Number of modes.
+    second_tangents
+        Whether forces along the second tangents are held too, and with them all motion of the
+        structure, symmetric or not.
 
     Raises
     ------
@@ -199,13 +222,16 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     )
     # mirror images on two surfaces may have another friction law
     surface = np.unique(contact.surface, return_inverse=True)[1]
-    part = part_that_moves(structure, *loads, surface)
+    part = whole(structure, tightened=False)
+    if not second_tangents:
+        part = part_that_moves(structure, *loads, surface)
     own = np.arange(len(contact))
     image = structure.symmetry.point if part.is_half else own
     # of two mirror images the later one
     point = np.flatnonzero(own >= image)
     K = part.stiffness
-    C = part.relative[np.concatenate([3 * point, 3 * point + 2])]
+    directions = (0, 2, 1) if second_tangents else (0, 2)
+    C = part.relative[np.concatenate([3 * point + each for each in directions])]
 
     factors = part.factors(K)
     squared, mode = part.modes(factors, K, free_modes)
@@ -218,12 +244,12 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
     stiffness = symmetric_part(stiffness)
     frequency = np.sqrt(squared) / (2 * np.pi)
     family = families_of(structure, part.basis @ mode).family
-    kept = np.flatnonzero((family == "bending") | (family == ELASTIC))
+    kept = np.flatnonzero((family == "bending") | (family == ELASTIC) | second_tangents)
     scale = 1 / np.sqrt(np.diag(stiffness))
     share, turn = eigh(scale[:, None] * stiffness * scale)
     independent = share > DEPENDENT_SHARE * share[-1]
     coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
-    tangential, normal = np.split(moved @ coordinate, 2)
+    tangential, normal, *lateral = np.split(moved @ coordinate, len(directions))
     number = np.zeros(len(contact), dtype=np.int64)
     number[point] = np.arange(point.size)
     to_bolts = distance_to_bolts(structure.bolts, contact.position[point])
@@ -246,9 +272,11 @@ def find_candidates(structure: Structure, preload: xr.Dataset, free_modes: int) 
         pair_on_side=number[np.maximum(own, image)],
         free_frequency=frequency[kept],
         free_participation=mass[kept] @ coordinate,
+        lateral=lateral[0] if lateral else None,
     )
 
 
 def stuck_spring_stiffness(candidates: Candidates, contact_stiffness: Array) -> Array:
-    """Springs on all loaded pairs along t1, then along n [N/m], from those of all pairs."""
-    return np.tile(contact_stiffness * candidates.loaded * candidates.weight, 2)
+    """Springs on all loaded pairs along each direction [N/m], (rows,), from those of all pairs."""
+    springs = contact_stiffness * candidates.loaded * candidates.weight
+    return np.tile(springs, len(candidates.by_direction))

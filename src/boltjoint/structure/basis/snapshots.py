@@ -46,7 +46,9 @@ def initial_guess(candidates: Candidates) -> Array:
 
 
 def uniform_modes(candidates: Candidates, stiffness: Array, count: int) -> Array:
-    """Modes with the contact open, with all loaded pairs held along t1, and along t1 and normal.
+    """Modes with the contact open, with all loaded pairs held in the plane, and along normals too.
+
+    In the plane they are held along the first tangent, and the second where candidates hold that.
 
     Parameters
     ----------
@@ -65,7 +67,7 @@ def uniform_modes(candidates: Candidates, stiffness: Array, count: int) -> Array
     start, spring = initial_guess(candidates), stiffness * candidates.loaded
     none = np.zeros_like(spring)
     held = ((none, none), (spring, none), (spring, spring))
-    found = [SpringContact(candidates, *each).modes(count, start)[1] for each in held]
+    found = [_stuck(candidates, *each).modes(count, start)[1] for each in held]
     return np.concatenate(found, axis=1)
 
 
@@ -79,9 +81,9 @@ def pattern_snapshots(
     """Modes while a part of the loaded pairs sticks and the others are released.
 
     All loaded pairs, those in either half along the first tangent, those nearest to the bolts,
-    those under the highest pressure, and those farthest from the bolts, with springs along t1 only
-    and along t1 and normal. A resonance is an extremum of the energy, so its relative error is half
-    of the squared distance of the mode, which is its own adjoint.
+    those under the highest pressure, and those farthest from the bolts, with springs in the plane
+    only and along the normal too. A resonance is an extremum of the energy, so its relative error
+    is half of the squared distance of the mode, which is its own adjoint.
 
     Parameters
     ----------
@@ -107,9 +109,15 @@ def pattern_snapshots(
     for part in parts:
         spring = stiffness * (candidates.loaded & part)
         for normal in (np.zeros_like(spring), spring):
-            modes = SpringContact(candidates, spring, normal).modes(resonances, start)[1]
+            modes = _stuck(candidates, spring, normal).modes(resonances, start)[1]
             for mode in modes.T:
                 yield Snapshot(mode[:, None], (0.5 / tolerance * mode[:, None],))
+
+
+def _stuck(candidates: Candidates, in_plane: Array, normal: Array) -> SpringContact:
+    """Springs along the tangents that the candidates hold, and along the normal."""
+    lateral = None if candidates.lateral is None else in_plane
+    return SpringContact(candidates, in_plane, normal, lateral)
 
 
 def load_quantile(candidates: Candidates, grade: Array, share: float) -> float:

@@ -1,0 +1,124 @@
+"""Contact-adapted bases for friction along both tangents of the contact."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from examples import block_with_two_interfaces
+from scipy.linalg import eigh
+from scipy.sparse import diags_array
+from scipy.sparse.linalg import eigsh, spsolve
+
+from boltjoint import solve_branch
+from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.structure.basis.candidates import SpringContact, find_candidates
+from boltjoint.structure.makers.registry import structure_of
+from boltjoint.structure.model import Structure
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
+
+LOSS_FACTOR = 0.01
+OPTIONS = ContactAdaptedBasis(
+    free_modes=4, states=12, adaptations=3, balanced_vectors=8, trial_step=1
+)
+CONTACT = {"tangential_stiffness_N_per_m": 3e8, "friction_coefficient": 0.3}
+
+
+@pytest.fixture(scope="module")
+def lap(tiny):
+    """A lap whose symmetry is not used, and its preload."""
+    structure = replace(structure_of(tiny), symmetry=None, maker="")
+    return structure, apply_preload(structure, 8e3)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """A body between two interfaces, one of them tilted, and its preload.
+
+    A mass that shears both interfaces along both tangents makes its first mode, at a seventh of the
+    next one.
+    """
+    K, M, contact, bolt = block_with_two_interfaces()
+    shear = np.zeros(len(K))
+    shear[[0, 1, 3, 4]] = [0.5, 0.5, 0.5, -0.5]
+    rows = {"inputs": {"shaker": shear}, "outputs": {"sensor": shear}}
+    heavy = M + 200 * np.outer(shear, shear)
+    structure = Structure.from_matrices(K, heavy, contact, bolts={"one": bolt}, **rows)
+    return structure, apply_preload(structure, 5e3, tolerance=1e-13)
+
+
+def test_candidates_hold_the_response_to_forces_along_both_tangents(lap):
+    structure, preload = lap
+    both, first = (find_candidates(*lap, 6, second_tangents=each) for each in (True, False))
+    assert first.lateral is None
+    C = structure.contact.relative[:, structure.moving]
+    K = structure.stiffness[structure.moving][:, structure.moving].tocsc()
+    # unit forces on one point, along t1, t2 and n
+    point = int(preload["normal_load"].to_numpy().argmax())
+    expected = C @ spsolve(K, C[[3 * point, 3 * point + 1, 3 * point + 2]].T.tocsc()).toarray()
+    for candidates, directions in ((both, (0, 2, 1)), (first, (0, 2))):
+        pairs = len(candidates.weight)
+        rows = candidates.rows.reshape(len(directions), pairs, -1)
+        for i, d in enumerate(directions):
+            found = rows @ rows[i, point]
+            for j, other in enumerate(directions):
+                scale = abs(expected).max()
+                np.testing.assert_allclose(found[j], expected[other::3, d], atol=1e-8 * scale)
+
+
+def test_springs_along_both_tangents_have_the_resonances_of_the_whole(lap):
+    structure, preload = lap
+    stiffness = 3e7 * (preload["normal_load"].to_numpy() > 0)
+    C = structure.contact.relative[:, structure.moving]
+    K, M = (
+        each[structure.moving][:, structure.moving]
+        for each in (structure.stiffness, structure.mass)
+    )
+    springs = diags_array(np.outer(stiffness, [1.0, 1.0, 0.0]).ravel())
+    stuck = (K + C.T @ springs @ C).tocsc()
+    start = np.ones(stuck.shape[0])
+    expected = np.sort(eigsh(stuck, 4, M.tocsc(), sigma=0.0, v0=start)[0])
+    candidates = find_candidates(structure, preload, 12, second_tangents=True)
+    none = np.zeros_like(stiffness)
+    contact = SpringContact(candidates, stiffness, none, stiffness)
+    squared, _ = contact.modes(4, np.ones(len(candidates.mass)))
+    # of modes beyond the twelfth the inertia is missing
+    np.testing.assert_allclose(squared, expected, rtol=1e-4)
+    assert np.all(squared >= expected * (1 - 1e-9))
+    # candidates of first tangents alone cannot follow the springs along the second ones
+    first = find_candidates(structure, preload, 12)
+    V = first.vector @ first.coordinate
+    too_stiff = eigh(V.T @ (stuck @ V), first.mass, eigvals_only=True)[:4]
+    assert np.max(too_stiff / expected) > 1.01
+
+
+@pytest.mark.parametrize("law", ["uncoupled-constant", "coupled-constant"])
+def test_peaks_in_the_basis_are_those_of_all_modes_within_its_estimate(block, law):
+    structure, preload = block
+    condition, along_one = (
+        ContactCondition.of({"law": each, **CONTACT}, LOSS_FACTOR) for each in (law, "constant")
+    )
+    found = find_pod_modes(structure, preload, [condition], OPTIONS)
+    basis = find_modes(structure, "enriched-auto", found)
+    assert basis.sizes["mode"] < structure.dofs
+    # of its second tangents a basis for friction along one direction knows nothing
+    found = find_pod_modes(structure, preload, [along_one], OPTIONS)
+    one = find_modes(structure, f"enriched-{basis.sizes['mode']}", found)
+    joints = [
+        condition.connect(preload, modes)
+        for modes in (find_modes(structure, f"all-{structure.dofs}"), basis, one)
+    ]
+    if not condition.contact.declaration.has_closed_form:
+        joints = [replace(each, law=AlternatingFrequencyTime(each.law)) for each in joints]
+    for force in (10.0, 60.0):
+        branches = [solve_branch(each, force, damping=LOSS_FACTOR) for each in joints]
+        assert all(each.complete for each in branches)
+        for name in ("frequency", "amplitude"):
+            whole, both, first = (getattr(each, f"peak_{name}") for each in branches)
+            estimate = basis.attrs[f"estimated_{name}_error"]
+            assert estimate < 1e-2
+            # the estimate is of the first order
+            assert abs(both / whole - 1) < 1.5 * estimate
+            assert abs(first / whole - 1) > 0.05
