@@ -143,13 +143,16 @@ def test_tangent_equals_central_differences(population, harmonics):
 
 @all_laws
 @pytest.mark.parametrize("harmonics", [1, 5])
-def test_modal_forces_are_projections_of_those_of_the_points(population, harmonics):
-    law, _ = population(200)
+@pytest.mark.parametrize(("elements", "modes"), [(200, 3), (20, 32)])  # more, and fewer
+def test_modal_forces_are_projections_of_those_of_the_points(
+    population, elements, modes, harmonics
+):
+    law, _ = population(elements)
     random = np.random.default_rng(6)
-    law = replace(law, point_of_element=random.integers(0, 80, 200))
+    law = replace(law, point_of_element=random.integers(0, 80, elements))
     aft = AlternatingFrequencyTime(law, harmonics, samples=64)
-    rows = [random.normal(size=(80, 3)) for _ in law.directions]
-    amplitude = 3e-6 * random.normal(size=(len(aft.components), 3))
+    rows = [random.normal(size=(80, modes)) for _ in law.directions]
+    amplitude = 3e-6 * random.normal(size=(len(aft.components), modes))
     motion = np.hstack([B @ amplitude.T for B in rows])
     # some of an Iwan element always slips
     assert len(set(aft.contact_state(motion))) > (population is not iwan)

@@ -8,6 +8,8 @@ grows with the number of elements, and with the square of the harmonics only as 
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -33,6 +35,8 @@ from boltjoint.friction.sliders_at_samples import (
 _SAMPLES_AT_ONCE = 64
 #: elements followed at once where their derivatives are not needed together, for the same reason
 _ELEMENTS_AT_ONCE = 4096
+#: of a product with sums over the elements, which are read from memory, over one of each element
+_COST_OF_SUMS = 4
 
 
 class ModalSliders(NamedTuple):
@@ -95,7 +99,8 @@ class _Changes(NamedTuple):
     of_slider: Array
 
 
-class ModalSliderTangent(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ModalSliderTangent:
     """As ``ModalTangent``, of sliders.
 
     ``work`` has arrays for x, n, friction and load, each (elements, samples): new ones cost as much
@@ -109,18 +114,67 @@ class ModalSliderTangent(NamedTuple):
 
     def __call__(self) -> Array:
         """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
-        return _tangent(self.elements, self.basis, self.changes)
+
+        def during(_: int, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
+            return self.basis.mean[end] - self.basis.mean[begin]
+
+        by_state = _by_state(self._stiffness, self.basis)
+        by_slider = _by_slider(self.elements, self.basis, self.changes.of_slider, during)
+        return by_state.transpose(0, 2, 1, 3) - by_slider.transpose(2, 0, 3, 1)
 
     def along(self, change: Array) -> Array:
         """Derivative of the forces along a change of the amplitudes, both (components, modes)."""
+        elements, basis = self.elements, self.basis
+        sums = change.shape[1] ** 2 * _COST_OF_SUMS
+        if sums < elements.R.size * (2 if elements.V is None else 4):
+            return self._along_sums(change)
         x, n, friction, load = self.work
         n[:] = 0.0
-        for rows, change_along in ((self.elements.X, x), (self.elements.V, n)):
+        for rows, change_along in ((elements.X, x), (elements.V, n)):
             if rows is not None:
-                multi_dot([rows, change.T, self.basis.synthesis], out=change_along)
+                multi_dot([rows, change.T, basis.synthesis], out=change_along)
         friction[:] = load[:] = 0.0
         _follow_change(x, n, *self.changes, friction, load)
-        return _in_modes(self.elements, self.basis, friction, load)
+        return _in_modes(elements, basis, friction, load)
+
+    def _along_sums(self, change: Array) -> Array:
+        """As ``along``, by the sums over the elements at each sample: of many elements cheaper."""
+        motion = self.basis.synthesis.T @ change
+        sample = self.changes.of_slider[:, 0].astype(np.int64)
+        position = np.einsum("ij,ij->i", self._positions, motion[sample])
+        held = np.zeros_like(motion)
+        _hold(position, self.changes.of_slider, self.elements.R, held)
+        force = (self._stiffness @ motion[:, :, None])[:, :, 0] - np.cumsum(held, axis=0)
+        return (self.basis.synthesis @ force) * self.basis.weight[:, None]
+
+    @cached_property
+    def _positions(self) -> Array:
+        """Positions of the sliders by the displacement that determined them, (changes, modes)."""
+        elements, (_, on, by_x, by_n, *_) = self.elements, self.changes.of_slider.T
+        on = on.astype(np.int64)
+        positions = by_x[:, None] * elements.X[on]
+        if elements.V is not None:
+            positions += by_n[:, None] * elements.V[on]
+        return positions
+
+    @cached_property
+    def _stiffness(self) -> Array:
+        """G(t), the derivative by the displacement at the same time, (samples, modes, modes)."""
+        elements, samples = self.elements, self.basis.synthesis.shape[1]
+        modes = elements.R.shape[1]
+        G = np.zeros((samples, modes, modes))
+        sample, element, by_x, by_n, end = self.changes.of_state.T
+        begins = np.stack([sample, element, by_x, by_n, np.ones_like(end)], axis=1)
+        ends = np.stack([end, element, -by_x, -by_n, -np.ones_like(end)], axis=1)
+        changes = np.concatenate([begins, ends[end < samples]])
+        for sample, on, (by_x, by_n, load_by_n) in _by_sample(changes):
+            X = by_x[:, None] * elements.X[on]
+            if elements.V is not None:
+                V = elements.V[on]
+                X += by_n[:, None] * V
+                G[sample] += elements.N[on].T @ (load_by_n[:, None] * V)
+            G[sample] += elements.R[on].T @ X
+        return np.cumsum(G, axis=0, out=G)
 
 
 def slider_delay(elements: ModalSliders, basis: HarmonicBasis, amplitude: Array) -> Array:
@@ -182,37 +236,14 @@ def _spring_forces(
     return x, n
 
 
-def _tangent(elements: ModalSliders, basis: HarmonicBasis, changes: _Changes) -> Array:
-    """Derivative of the harmonic forces, (components, modes, components, modes)."""
-
-    def during(_: int, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
-        return basis.mean[end] - basis.mean[begin]
-
-    by_state = _by_state(elements, basis, changes.of_state)
-    by_slider = _by_slider(elements, basis, changes.of_slider, during)
-    return by_state.transpose(0, 2, 1, 3) - by_slider.transpose(2, 0, 3, 1)
-
-
-def _by_state(elements: ModalSliders, basis: HarmonicBasis, of_state: Array) -> Array:
+def _by_state(stiffness: Array, basis: HarmonicBasis) -> Array:
     """Derivative by the displacements at the same time, (components, components, modes, modes).
 
     ``sum_t phi_i(t) G(t) phi_j(t)``: products of two harmonics are the harmonics of sum and
     difference of their numbers.
     """
-    modes, samples = elements.R.shape[1], basis.synthesis.shape[1]
-    G = np.zeros((samples, modes, modes))
-    sample, element, by_x, by_n, end = of_state.T
-    begins = np.stack([sample, element, by_x, by_n, np.ones_like(end)], axis=1)
-    ends = np.stack([end, element, -by_x, -by_n, -np.ones_like(end)], axis=1)
-    changes = np.concatenate([begins, ends[end < samples]])
-    for sample, on, (by_x, by_n, load_by_n) in _by_sample(changes):
-        X = by_x[:, None] * elements.X[on]
-        if elements.V is not None:
-            V = elements.V[on]
-            X += by_n[:, None] * V
-            G[sample] += elements.N[on].T @ (load_by_n[:, None] * V)
-        G[sample] += elements.R[on].T @ X
-    spectrum = np.fft.fft(np.cumsum(G, axis=0).reshape(samples, -1), axis=0)
+    samples, modes = stiffness.shape[:2]
+    spectrum = np.fft.fft(stiffness.reshape(samples, -1), axis=0)
     h = basis.harmonic
     products = np.empty((h.size, h.size, modes * modes))
     for of_force, i in _by_part(basis):
@@ -341,3 +372,16 @@ def _follow_change(
         position = of_slider[row, 2] * x[e, sample] + of_slider[row, 3] * n[e, sample]
         for i in range(int(of_slider[row, 4]), int(of_slider[row, 5])):
             friction[e, i] -= position
+
+
+@kept_loop
+def _hold(position: Array, of_slider: Array, R: Array, held: Array) -> None:
+    """Add the forces of slider positions where they begin, and take them away where they end."""
+    samples, modes = held.shape
+    for row in range(len(of_slider)):
+        e, begin, end = int(of_slider[row, 1]), int(of_slider[row, 4]), int(of_slider[row, 5])
+        for mode in range(modes):
+            force = position[row] * R[e, mode]
+            held[begin, mode] += force
+            if end < samples:
+                held[end, mode] -= force
