@@ -15,7 +15,8 @@ from boltjoint.config.types import Count, Number, Positive, Problems, Several
 Array = NDArray[np.float64]
 
 _OF_KEY = Field(json_schema_extra={"x-unit": "that of the key"})
-_Value, _PositiveValue = Annotated[Number, _OF_KEY], Annotated[Positive, _OF_KEY]
+_Value = Annotated[Number, _OF_KEY]
+_PositiveValue = Annotated[Positive, _OF_KEY]
 
 #: share of the designs that may lie below or above what is checked of a distribution
 _TAIL = 1e-6

@@ -165,7 +165,7 @@ def _meaning(model: type[Entry], path: KeyPath) -> str:
     return ""
 
 
-def choice(name: str, options: Sequence[str] | Mapping[str, object]) -> str:
+def choice(name: str, options: Sequence[str] | Mapping[str, Any]) -> str:
     """The option that was probably meant, and all there are."""
     close = difflib.get_close_matches(name, options, n=1)
     if close and len(options) == 1:

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
 from boltjoint.study import layout
@@ -37,7 +37,7 @@ class Artefact:
     chunk: int | None = None
 
     @property
-    def fields(self) -> dict[str, object]:
+    def fields(self) -> dict[str, Any]:
         """What the file is of."""
         values = ((field.name, getattr(self, field.name)) for field in fields(self)[2:])
         return {name: value for name, value in values if value is not None}
@@ -205,7 +205,7 @@ class Contents(Responses):
         yield Artefact("sweep", sweep=name)
         yield Artefact("sweep_page", sweep=name)
 
-    def has_mesh(self, fields: Mapping[str, object]) -> bool:
+    def has_mesh(self, fields: Mapping[str, Any]) -> bool:
         """Whether an assembly, or that of a case, has a mesh that figures show."""
         name = fields.get("assembly") or self.study.case(str(fields["case"])).assembly
         return self.study.assembly(str(name)).HAS_MESH

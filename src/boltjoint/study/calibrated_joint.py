@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class CalibratedJoint:
     """
 
     joint: Joint
-    case: Mapping[str, object]
+    case: Mapping[str, Any]
 
     @cached_property
     def base(self) -> Case:

@@ -1,6 +1,7 @@
 """Calibration of a case: its joint fitted to measured backbones, as a dataset with the answer."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,7 +27,7 @@ _DRAWN = 60
 
 
 def calibrate(
-    joint: Joint, case: Mapping[str, object], measured: Measured, texts: Mapping[str, str]
+    joint: Joint, case: Mapping[str, Any], measured: Measured, texts: Mapping[str, str]
 ) -> xr.Dataset:
     """Fit the joint of a case to its measured backbones.
 

@@ -24,7 +24,7 @@ _ONE_JOINT: tuple[Mapping[str, Any], ...] = ({"values": {}, "reason": ""},)
 def list_designs(
     vary: Mapping[str, Values],
     design: Design,
-    case: Mapping[str, object],
+    case: Mapping[str, Any],
     variants: Sequence[Mapping[str, Any]] = _ONE_JOINT,
     quantities: Mapping[str, Quantity] | None = None,
     table: str | Path | None = None,
@@ -98,7 +98,7 @@ def list_designs(
     number = [numbers.get(values, -1) for values in own]
     meaning = "number of the joint that is rescaled, or -1 where there is none"
     columns_of_designs["variant"] = quantity("design", number, "1", meaning)
-    attributes: dict[str, object] = {"varied": " ".join(quantities[key].name for key in columns)}
+    attributes: dict[str, Any] = {"varied": " ".join(quantities[key].name for key in columns)}
     if isinstance(design, Saltelli):
         attributes["saltelli_samples"] = design.number
     return xr.Dataset(columns_of_designs, attrs=attributes)

@@ -61,7 +61,7 @@ class Display:
     kind: str
     form: Literal["figure", "table"]
     make: Callable[..., Any]
-    of: Callable[["Contents"], Iterable[Mapping[str, object]]]
+    of: Callable[["Contents"], Iterable[Mapping[str, Any]]]
     reads: tuple["Inputs", ...]
     title: Words
     job: str
@@ -69,7 +69,7 @@ class Display:
     page: str | None = None
     section: str = "further"
     order: int = 0
-    options: Callable[["Contents", Artefact], Mapping[str, object]] = lambda *_: {}
+    options: Callable[["Contents", Artefact], Mapping[str, Any]] = lambda *_: {}
     is_compared: bool = False
     shows_mesh: bool = False
     stage: str = ""
@@ -85,7 +85,7 @@ class Display:
         self,
         artefact: Artefact,
         results: "Results",
-        options: Mapping[str, object],
+        options: Mapping[str, Any],
         comparison: object,
     ) -> Any:  # noqa: ANN401
         """The figure or table.
@@ -122,12 +122,12 @@ class Display:
         return self.page or str(artefact.case)
 
 
-def figure(kind: str, **declared: object) -> Callable[[Callable[..., Any]], Display]:
+def figure(kind: str, **declared: Any) -> Callable[[Callable[..., Any]], Display]:  # noqa: ANN401
     """Declare the figure that a function draws; the fields are those of ``Display``."""
     return lambda make: Display(kind, "figure", make, **declared)
 
 
-def table(kind: str, **declared: object) -> Callable[[Callable[..., Any]], Display]:
+def table(kind: str, **declared: Any) -> Callable[[Callable[..., Any]], Display]:  # noqa: ANN401
     """Declare the table that a function makes; the fields are those of ``Display``."""
     return lambda make: Display(kind, "table", make, **declared)
 
@@ -176,7 +176,7 @@ class Job:
 
     name: str
     artefacts: tuple[Artefact, ...]
-    options: tuple[Mapping[str, object], ...]
+    options: tuple[Mapping[str, Any], ...]
     inputs: tuple[str, ...]
     modules: tuple[str, ...]
     is_compared: bool

@@ -19,7 +19,7 @@ def fitted_case(name: str, content: Mapping[str, Any], calibration: xr.Dataset) 
     Parameters
     ----------
     name
-        Of the case before.
+        Name of the case before.
     content
         What its file says.
     calibration

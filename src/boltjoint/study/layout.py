@@ -4,6 +4,8 @@ A file sits in the folder of what it depends on, so that a new force never touch
 a new stiffness never touches the mesh.
 """
 
+from typing import Any
+
 from boltjoint.checksums import BESIDE
 
 #: the page that a report opens on
@@ -53,14 +55,14 @@ def path(kind: str, **fields: object) -> str:
     ----------
     kind
         One of ``PATHS``.
-    which
+    fields
         What the kind is named by: ``assembly``, ``preload_N`` (``names.Preload``), ``case``,
         ``basis``, ``joint``, ``coordinates``, ``resonance``, ``sweep``, and ``chunk`` from 0.
     """
     return PATHS[kind].format(**fields)
 
 
-def shown(form: str, kind: str, **fields: object) -> str:
+def shown(form: str, kind: str, **fields: Any) -> str:  # noqa: ANN401
     """The file of a figure or table, named by its kind and by whatever it is of.
 
     Parameters
@@ -69,7 +71,7 @@ def shown(form: str, kind: str, **fields: object) -> str:
         ``figure``, ``table`` (CSV) or ``html``.
     kind
         What it shows, as ``response`` or ``accuracy``.
-    which
+    fields
         As for ``path``; a joint is a ``names.JointName``.
     """
     folder, suffix = _FOLDERS[form]

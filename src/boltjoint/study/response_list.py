@@ -1,7 +1,7 @@
 """The responses of a study: what is solved, compared, checked and timed, and bases by trust."""
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import basis_of_measured
@@ -74,7 +74,7 @@ class Responses:
         """The joints of a case and basis whose elements are fitted."""
         return [joint for joint in self.joints(case, basis) if joint.is_fitted]
 
-    def calibrated(self, case: str) -> dict[str, object]:
+    def calibrated(self, case: str) -> dict[str, Any]:
         """Case, basis and joint whose parameters are fitted to a measurement."""
         found = self.study.case(case)
         return {"case": case, "basis": basis_of_measured(found), "joint": found.measured.joint}

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable
 from functools import cache, partial
+from typing import Any
 
 import pandas as pd
 import xarray as xr
@@ -35,7 +36,7 @@ class Results:
         """A CSV file of data (``layout.path``)."""
         return self._read(self._permitted(layout.path(kind, **fields)))
 
-    def record(self, kind: str, **fields: object) -> dict[str, object]:
+    def record(self, kind: str, **fields: object) -> dict[str, Any]:
         """A JSON file (``layout.path``)."""
         path = self._permitted(layout.path(kind, **fields))
         try:

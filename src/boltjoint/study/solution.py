@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import xarray as xr
@@ -58,7 +58,7 @@ class CaseInBasis:
     damping: Damping
     windows: Mapping[int, tuple[float, float] | None]
     sampling: Mapping[str, int | str] | None
-    steps: Mapping[str, float]
+    steps: Mapping[str, Any]
 
     def solve(
         self,
@@ -67,7 +67,7 @@ class CaseInBasis:
         *,
         harmonics: HarmonicConvergence | None = None,
         **options: object,
-    ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
+    ) -> Iterator[tuple[xr.Dataset, dict[str, Any]]]:
         """The frequency responses, and the parameters of each.
 
         ``options`` as for ``method_of``.
@@ -130,7 +130,7 @@ class CaseInBasis:
 
     def trace_backbones(
         self, responses: "Sequence[Response]"
-    ) -> Iterator[tuple[xr.Dataset, dict[str, object]]]:
+    ) -> Iterator[tuple[xr.Dataset, dict[str, Any]]]:
         """The backbones of the joints and resonances, and the parameters of each."""
         for response, joint, how, _ in self._problems(responses):
             excitation, resonance = self._excitation(response), how.pop("resonance")
@@ -141,7 +141,7 @@ class CaseInBasis:
 
     def _problems(
         self, responses: "Sequence[Response]"
-    ) -> "Iterator[tuple[Response, Joint, dict[str, object], xr.Dataset]]":
+    ) -> "Iterator[tuple[Response, Joint, dict[str, Any], xr.Dataset]]":
         """Joint, window and step-length control of each response, and the file of the joint."""
         load = cache(self._load)
         for response in responses:
@@ -167,7 +167,7 @@ class CaseInBasis:
     def _chooses_harmonics(self) -> bool:
         return self.sampling is not None and self.sampling["harmonics"] == "auto"
 
-    def _excitation(self, response: "Response") -> dict[str, object]:
+    def _excitation(self, response: "Response") -> dict[str, Any]:
         """Resonance, forces and damping of a response."""
         return {
             "resonance": response.resonance,
@@ -175,9 +175,7 @@ class CaseInBasis:
             "damping": self.damping,
         }
 
-    def _parameters(
-        self, response: "Response", arguments: Mapping[str, object]
-    ) -> dict[str, object]:
+    def _parameters(self, response: "Response", arguments: Mapping[str, Any]) -> dict[str, Any]:
         resonance = response.resonance
         return {
             "window": {"resonance": resonance, "given": self.windows[resonance]},

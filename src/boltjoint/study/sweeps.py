@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -259,7 +259,7 @@ def check_designs(
     number
         How many of the possible ones are drawn at random; all, if there are not more.
     seed
-        Of the random numbers.
+        Seed of the random numbers.
     threads
         Designs solved at the same time.
 
@@ -287,7 +287,7 @@ def check_designs(
 
 
 def gather_sweep(
-    case: Mapping[str, object],
+    case: Mapping[str, Any],
     designs: xr.Dataset,
     chunks: Sequence[xr.Dataset],
     grid: Mapping[str, int],

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class SweptJoint:
         Numbers of harmonics and tolerances of converged peaks.
     """
 
-    case: Mapping[str, object]
+    case: Mapping[str, Any]
     joints: Sequence[Joint]
     sampling: Mapping[str, int] | None = None
     control: StepControl | None = None

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-def _resonances(contents: Contents) -> Iterator[dict[str, object]]:
+def _resonances(contents: Contents) -> Iterator[dict[str, Any]]:
     for case, basis in contents.cases_and_bases():
         for resonance in contents.study.case(case).resonances(basis):
             if contents.backbones(case, basis, resonance):

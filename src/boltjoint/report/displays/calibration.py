@@ -1,7 +1,7 @@
 """Figure and tables of the joint of a case that is fitted to its measurement."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, figure, table
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SECTION = "measured"
 
 
-def _calibrated(contents: Contents) -> Iterator[dict[str, object]]:
+def _calibrated(contents: Contents) -> Iterator[dict[str, Any]]:
     """Cases with a measurement, with the joint that is fitted."""
     for case, found in contents.study.cases.items():
         if found.measured is not None:

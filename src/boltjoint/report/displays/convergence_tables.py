@@ -1,7 +1,7 @@
 """Tables of convergence: errors of forces, bases and regions."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE, Basis
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-def solved_in_linear_modes(contents: Contents) -> list[dict[str, object]]:
+def solved_in_linear_modes(contents: Contents) -> list[dict[str, Any]]:
     """One, if the node-to-node joint of any case is solved in linear modes."""
     return [{}] if _references(contents) else []
 
 
-def compared_assemblies(contents: Contents) -> list[dict[str, object]]:
+def compared_assemblies(contents: Contents) -> list[dict[str, Any]]:
     """The assemblies in whose resonances bases are compared."""
     return [{"assembly": name} for name in contents.compared_assemblies()]
 
 
-def cases_in_several_bases(contents: Contents) -> list[dict[str, object]]:
+def cases_in_several_bases(contents: Contents) -> list[dict[str, Any]]:
     """The cases whose peaks are found in several bases."""
     return [{"case": case} for case in contents.study.cases if contents.study.convergence.bases]
 
 
-def divided_cases(contents: Contents) -> Iterator[dict[str, object]]:
+def divided_cases(contents: Contents) -> Iterator[dict[str, Any]]:
     """The cases whose contact is divided into several numbers of regions."""
     for case in contents.study.cases:
         converged = contents.converged(case)
@@ -155,8 +155,8 @@ def bases(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> "pd
 def divisions(
     artefact: Artefact,
     results: "Results",
-    preload: Mapping[str, object],
-    steps: Mapping[str, float],
+    preload: Mapping[str, Any],
+    steps: Mapping[str, Any],
     **options: object,
 ) -> "pd.DataFrame":
     """Errors of peaks by division and number of regions."""
@@ -174,14 +174,14 @@ def divisions(
     )
 
 
-def reduced_cases(contents: Contents) -> Iterator[dict[str, object]]:
+def reduced_cases(contents: Contents) -> Iterator[dict[str, Any]]:
     """The cases whose contact is reduced in several ways."""
     for case in contents.study.cases:
         if contents.reduced(case):
             yield {"case": case, "basis": contents.converged(case).basis}
 
 
-def any_reduced(contents: Contents) -> list[dict[str, object]]:
+def any_reduced(contents: Contents) -> list[dict[str, Any]]:
     """One, if the contact of any case is reduced in several ways."""
     return [{}] if any(reduced_cases(contents)) else []
 
@@ -210,7 +210,7 @@ def reductions(
     artefact: Artefact,
     results: "Results",
     joints: Sequence[str],
-    steps: Mapping[str, float],
+    steps: Mapping[str, Any],
     **options: object,
 ) -> "pd.DataFrame":
     """Errors and times of reduced joints."""
@@ -225,6 +225,6 @@ def reductions(
     return tabulate_reductions(loaded, control=StepControl(**steps), **options)
 
 
-def _preload_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
+def _preload_of(contents: Contents, artefact: Artefact) -> dict[str, Any]:
     case = contents.study.case(artefact.case)
     return {"assembly": case.assembly, "preload_N": case.preload}

@@ -1,7 +1,7 @@
 """Tables of the peaks of a case with more harmonics."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-def _bases(contents: Contents) -> Iterator[dict[str, object]]:
+def _bases(contents: Contents) -> Iterator[dict[str, Any]]:
     for case in contents.study.cases if contents.study.harmonic_convergence else ():
         for basis in contents.lowest_references(case):
             yield {"case": case, "basis": basis}
 
 
-def _response(contents: Contents, artefact: Artefact) -> dict[str, object]:
+def _response(contents: Contents, artefact: Artefact) -> dict[str, Any]:
     return contents.lowest_references(artefact.case)[artefact.basis]._asdict()
 
 
@@ -38,7 +38,7 @@ def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
     options=lambda contents, artefact: {"response": _response(contents, artefact)},
 )
 def harmonic_peaks(
-    artefact: Artefact, results: "Results", response: Mapping[str, object]
+    artefact: Artefact, results: "Results", response: Mapping[str, Any]
 ) -> "pd.DataFrame":
     """Peaks of the node-to-node joint with increasing numbers of harmonics."""
     from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
@@ -47,14 +47,14 @@ def harmonic_peaks(
     return tabulate_harmonic_peaks(solved)
 
 
-def _smaller_bases(contents: Contents) -> Iterator[dict[str, object]]:
+def _smaller_bases(contents: Contents) -> Iterator[dict[str, Any]]:
     for case in contents.study.cases if contents.study.harmonic_convergence else ():
         bases = contents.bases_of_integration(case)
         if len(bases) > 1:
             yield {"case": case, "basis": bases[0]}
 
 
-def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, object]:
+def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, Any]:
     """The node-to-node joint of a case in the basis larger than its converged one."""
     basis = contents.bases_of_integration(artefact.case)[1]
     return {"case": artefact.case, "basis": basis, "joint": REFERENCE[0]}
@@ -82,10 +82,10 @@ def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, object
 def larger_basis(
     artefact: Artefact,
     results: "Results",
-    response: Mapping[str, object],
-    joint: Mapping[str, object],
+    response: Mapping[str, Any],
+    joint: Mapping[str, Any],
     forces: Sequence[float],
-    steps: Mapping[str, float],
+    steps: Mapping[str, Any],
 ) -> "pd.DataFrame":
     """Converged peaks of the reference model against those in a larger basis."""
     from boltjoint.joint.io import joint_from_dataset

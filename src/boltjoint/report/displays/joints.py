@@ -1,7 +1,7 @@
 """Figures and tables of reduced joints: regions, fitted elements and their loops."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _OF_BASIS = ("case", "basis")
 
 
-def _divided(contents: Contents) -> Iterator[dict[str, object]]:
+def _divided(contents: Contents) -> Iterator[dict[str, Any]]:
     """Joints of regions that keep all their elements."""
     for case, basis in contents.cases_and_bases():
         for joint in contents.joints(case, basis):
@@ -26,7 +26,7 @@ def _divided(contents: Contents) -> Iterator[dict[str, object]]:
                 yield {"case": case, "basis": basis, "joint": joint}
 
 
-def _hyper_reduced(contents: Contents) -> Iterator[dict[str, object]]:
+def _hyper_reduced(contents: Contents) -> Iterator[dict[str, Any]]:
     """Joints in which few weighted pairs stand for all."""
     for case, basis in contents.cases_and_bases():
         for joint in contents.joints(case, basis):
@@ -34,14 +34,14 @@ def _hyper_reduced(contents: Contents) -> Iterator[dict[str, object]]:
                 yield {"case": case, "basis": basis, "joint": joint}
 
 
-def _fitted(contents: Contents) -> Iterator[dict[str, object]]:
+def _fitted(contents: Contents) -> Iterator[dict[str, Any]]:
     """Joints whose elements are fitted."""
     for case, basis in contents.cases_and_bases():
         for joint in contents.fitted(case, basis):
             yield {"case": case, "basis": basis, "joint": joint}
 
 
-def _with_fits(contents: Contents) -> Iterator[dict[str, object]]:
+def _with_fits(contents: Contents) -> Iterator[dict[str, Any]]:
     for case, basis in contents.cases_and_bases():
         if contents.fitted(case, basis):
             yield {"case": case, "basis": basis}

@@ -1,7 +1,7 @@
 """Tables of mesh studies: sweeps in which nothing but the mesh varies."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -19,7 +19,7 @@ _MESH = "assembly.mesh."
 _FEWEST = 3
 
 
-def _mesh_studies(contents: Contents) -> Iterator[dict[str, object]]:
+def _mesh_studies(contents: Contents) -> Iterator[dict[str, Any]]:
     """The sweeps of three meshes or more, whose base case has a page."""
     study = contents.study
     for name, sweep in study.sweeps.items():
@@ -73,9 +73,7 @@ _DECLARED = {
     "loaded pairs while they stick, and over their area; the slip displacement is the slip force "
     "of all over this stiffness.",
 )
-def meshes(
-    _: Artefact, results: "Results", meshes: Sequence[Mapping[str, object]]
-) -> "pd.DataFrame":
+def meshes(_: Artefact, results: "Results", meshes: Sequence[Mapping[str, Any]]) -> "pd.DataFrame":
     """The contact of each mesh."""
     from boltjoint.study.tables.meshes import tabulate_meshes
 
@@ -94,7 +92,7 @@ def meshes(
     "of any, or have both signs.",
 )
 def mesh_convergence(
-    artefact: Artefact, results: "Results", meshes: Sequence[Mapping[str, object]]
+    artefact: Artefact, results: "Results", meshes: Sequence[Mapping[str, Any]]
 ) -> "pd.DataFrame":
     """Peaks and backbone by mesh, with orders of convergence."""
     from boltjoint.study.tables.meshes import element_size, tabulate_convergence
@@ -106,7 +104,7 @@ def mesh_convergence(
     return tabulate_convergence(sweep, [sizes[number] for number in variant])
 
 
-def _load(results: "Results", meshes: Sequence[Mapping[str, object]]) -> "list[Mesh]":
+def _load(results: "Results", meshes: Sequence[Mapping[str, Any]]) -> "list[Mesh]":
     from boltjoint.study.tables.meshes import Mesh
 
     return [

@@ -1,7 +1,7 @@
 """Figure and table of all models of a case: errors against the reference model, and cost."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import figure, table, table_of_same
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-def _cases(contents: Contents) -> Iterator[dict[str, object]]:
+def _cases(contents: Contents) -> Iterator[dict[str, Any]]:
     for case in contents.study.cases:
         if contents.converged(case) and "timing" not in contents.study.omit:
             yield {"case": case}

@@ -1,7 +1,7 @@
 """Figures and tables of frequency responses: curves, contact states, errors, times."""
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -20,27 +20,27 @@ _OF_JOINT = ("case", "basis", "joint")
 _OF_RESPONSE = (*_OF_JOINT, "coordinates", "resonance")
 
 
-def _bases(contents: Contents) -> list[dict[str, object]]:
+def _bases(contents: Contents) -> list[dict[str, Any]]:
     return [{"case": case, "basis": basis} for case, basis in contents.cases_and_bases()]
 
 
-def _timed_bases(contents: Contents) -> list[dict[str, object]]:
+def _timed_bases(contents: Contents) -> list[dict[str, Any]]:
     return [] if "timing" in contents.study.omit else _bases(contents)
 
 
-def _timed_resonances(contents: Contents) -> Iterator[dict[str, object]]:
+def _timed_resonances(contents: Contents) -> Iterator[dict[str, Any]]:
     for fields in _timed_bases(contents):
         for resonance in contents.study.case(fields["case"]).resonances(fields["basis"]):
             yield fields | {"resonance": resonance}
 
 
-def _responses(contents: Contents) -> Iterator[dict[str, object]]:
+def _responses(contents: Contents) -> Iterator[dict[str, Any]]:
     for case in contents.study.cases:
         for response in contents.responses(case):
             yield {"case": case, **response._asdict()}
 
 
-def _node_to_node(contents: Contents) -> Iterator[dict[str, object]]:
+def _node_to_node(contents: Contents) -> Iterator[dict[str, Any]]:
     """Responses that have contact states of every pair."""
     for fields in _responses(contents):
         if fields["joint"] == REFERENCE[0] and fields["coordinates"].kind != "backbone":
@@ -53,7 +53,7 @@ def _reference(contents: Contents, artefact: Artefact) -> list[Artefact]:
     return contents.select("response", form="data", **fields)
 
 
-def _responses_of(contents: Contents, artefact: Artefact) -> dict[str, object]:
+def _responses_of(contents: Contents, artefact: Artefact) -> dict[str, Any]:
     return {"responses": contents.responses(artefact.case, artefact.basis)}
 
 

@@ -1,7 +1,7 @@
 """Figure and table of the sensors of a case, where it has several."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _OF_RESPONSE = ("case", "basis", "joint", "coordinates", "resonance")
 
 
-def _references(contents: Contents) -> Iterator[dict[str, object]]:
+def _references(contents: Contents) -> Iterator[dict[str, Any]]:
     """Responses of the node-to-node joints in linear modes, in cases with several sensors."""
     for case, described in contents.study.cases.items():
         named = (*described.sensors, *described.outputs)

@@ -1,7 +1,7 @@
 """Figures of solid bodies that are no half laps: bodies, modes, and shape under preload."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, figure
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
     from boltjoint.study.results import Results
 
-Fields = Callable[[Contents], list[dict[str, object]]]
+Fields = Callable[[Contents], list[dict[str, Any]]]
 
 
-def _assemblies(contents: Contents) -> list[dict[str, object]]:
+def _assemblies(contents: Contents) -> list[dict[str, Any]]:
     return [
         {"assembly": name}
         for name, assembly in contents.study.assemblies.items()
@@ -22,7 +22,7 @@ def _assemblies(contents: Contents) -> list[dict[str, object]]:
     ]
 
 
-def _preloads(contents: Contents) -> list[dict[str, object]]:
+def _preloads(contents: Contents) -> list[dict[str, Any]]:
     return [
         {"assembly": name, "preload_N": preload}
         for name, preload in contents.preloads()
@@ -30,7 +30,7 @@ def _preloads(contents: Contents) -> list[dict[str, object]]:
     ]
 
 
-def _modes(contents: Contents) -> list[dict[str, object]]:
+def _modes(contents: Contents) -> list[dict[str, Any]]:
     """Assemblies in each basis whose vectors are modes."""
     return [
         of_assembly | {"basis": basis}

@@ -1,7 +1,7 @@
 """Figures and tables of the assemblies: meshes, modes, contact under preload."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, figure, table
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 _UNDER_PRELOAD = "{assembly} with {preload_N} N per bolt"
 
 
-def _assemblies(contents: Contents) -> list[dict[str, object]]:
+def _assemblies(contents: Contents) -> list[dict[str, Any]]:
     return [{"assembly": name} for name in contents.study.assemblies]
 
 
-def _preloads(contents: Contents) -> list[dict[str, object]]:
+def _preloads(contents: Contents) -> list[dict[str, Any]]:
     return [{"assembly": name, "preload_N": preload} for name, preload in contents.preloads()]
 
 
-def _free_bases(contents: Contents, all_families: bool = False) -> list[dict[str, object]]:
+def _free_bases(contents: Contents, all_families: bool = False) -> list[dict[str, Any]]:
     """Bases whose vectors are modes of the structure: bending ones, or those of all families."""
     return [
         {"basis": basis}
@@ -33,16 +33,16 @@ def _free_bases(contents: Contents, all_families: bool = False) -> list[dict[str
     ]
 
 
-def _bases_of_all_families(contents: Contents) -> list[dict[str, object]]:
+def _bases_of_all_families(contents: Contents) -> list[dict[str, Any]]:
     return _free_bases(contents, all_families=True)
 
 
 def _assemblies_in(
-    bases: Callable[[Contents], list[dict[str, object]]],
-) -> Callable[[Contents], list[dict[str, object]]]:
+    bases: Callable[[Contents], list[dict[str, Any]]],
+) -> Callable[[Contents], list[dict[str, Any]]]:
     """All assemblies in each of the bases."""
 
-    def found(contents: Contents) -> list[dict[str, object]]:
+    def found(contents: Contents) -> list[dict[str, Any]]:
         return [
             of_assembly | of_basis
             for of_basis in bases(contents)

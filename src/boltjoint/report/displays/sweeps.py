@@ -1,7 +1,7 @@
 """Figures and tables of sweeps, on the page of their base case."""
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, figure, table, table_of_same
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 def _sweeps(
     has: Callable[["Sweep"], bool] = lambda _: True,
-) -> Callable[[Contents], Iterator[dict[str, object]]]:
+) -> Callable[[Contents], Iterator[dict[str, Any]]]:
     """The sweeps of a study that have something, and whose base case has a page."""
 
-    def of(contents: Contents) -> Iterator[dict[str, object]]:
+    def of(contents: Contents) -> Iterator[dict[str, Any]]:
         for name, sweep in contents.study.sweeps.items():
             if sweep.case in contents.study.cases and has(sweep):
                 yield {"case": sweep.case, "sweep": name}

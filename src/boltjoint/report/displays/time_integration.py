@@ -1,7 +1,7 @@
 """Tables of time integration and multi-harmonic balance at the peaks of a case."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-def _in_free_modes(contents: Contents) -> Iterator[dict[str, object]]:
+def _in_free_modes(contents: Contents) -> Iterator[dict[str, Any]]:
     for case in contents.study.cases:
         if response := contents.integrated(case):
             yield {"case": case, "basis": response.basis}
 
 
-def _reference_models(contents: Contents) -> Iterator[dict[str, object]]:
+def _reference_models(contents: Contents) -> Iterator[dict[str, Any]]:
     for case in contents.study.cases:
         if bases := contents.bases_of_integration(case):
             yield {"case": case, "basis": bases[0]}
@@ -57,7 +57,7 @@ def _joint_and_response(contents: Contents, artefact: Artefact) -> list[Artefact
 def harmonics(
     artefact: Artefact,
     results: "Results",
-    response: Mapping[str, object],
+    response: Mapping[str, Any],
     forces: Sequence[float],
 ) -> "pd.DataFrame":
     """Peaks by multi-harmonic balance and by time integration."""
@@ -83,7 +83,7 @@ def harmonics(
 def steady_states(
     artefact: Artefact,
     results: "Results",
-    response: Mapping[str, object],
+    response: Mapping[str, Any],
     forces: Sequence[float],
 ) -> "pd.DataFrame":
     """Converged peaks of the reference model against the steady state of time integration."""
@@ -94,7 +94,7 @@ def steady_states(
 
 
 def _load(
-    artefact: Artefact, results: "Results", response: Mapping[str, object]
+    artefact: Artefact, results: "Results", response: Mapping[str, Any]
 ) -> "tuple[Joint, xr.Dataset]":
     from boltjoint.joint.io import joint_from_dataset
 

@@ -22,7 +22,7 @@ class ResponseCurve:
     level
         The excitation level [N or m/s^2].
     frequency, amplitude
-        Of the solutions along the branch [Hz], [mm per unit of the level], shape (solutions,).
+        Frequencies [Hz] and amplitudes [mm per unit of the level] along the branch, (solutions,).
     unstable
         Harmonics of unstable motions, 0 at others, shape (solutions,).
     peak
@@ -31,7 +31,7 @@ class ResponseCurve:
         Frequency and amplitude of the peak with as many harmonics as change nothing, None where it
         was not found.
     error_bar
-        Of ``converged``, relative; not a number where it is not tested.
+        Error bars of ``converged``, relative; not a number where it is not tested.
     broken_off
         Whether the branch ends within the window.
     fell_back

@@ -46,7 +46,7 @@ def plot_microslip(
     table
         As ``tabulate_microslip`` returns it.
     peaks
-        Of the responses in linear modes, by joint, as far as there are.
+        Peaks of the responses in linear modes, by joint, as far as there are.
     """
     figure = Figure(figsize=(8, 7), layout="constrained")
     lost, resonance = figure.subplots(2, sharex=True, height_ratios=(3, 2))

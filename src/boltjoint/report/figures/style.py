@@ -8,7 +8,7 @@ legends or numbers; grey is what the figure is not about.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
@@ -93,10 +93,10 @@ def _mark_empty_axes(figure: Figure) -> None:
 
 def add_legends(
     axes: Axes,
-    lines: Mapping[str, Mapping[str, object]],
+    lines: Mapping[str, Mapping[str, Any]],
     quantity: str,
     levels: Sequence[str],
-    marks: Mapping[str, Mapping[str, object]] | None = None,
+    marks: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> None:
     """Add a legend of lines and marks above the axes, and one of levels beside them."""
     handles = [Line2D([], [], color="0.15", **style) for style in lines.values()]

@@ -4,6 +4,7 @@ import posixpath
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
+from typing import Any
 
 import pandas as pd
 from markupsafe import Markup
@@ -168,7 +169,7 @@ class PageContent:
         return self._table(artefact).html(notes=[DISPLAYS.of(artefact).caption_of(artefact)])
 
     def _take(
-        self, form: str, kind: str, values: dict[str, object], count: int | None = None
+        self, form: str, kind: str, values: dict[str, Any], count: int | None = None
     ) -> list[Artefact]:
         artefacts = [
             artefact

@@ -120,7 +120,7 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     accuracy
         The table of its accuracy in ``headline_basis``.
     content
-        Of a page that has its node-to-node joint, and the backbone of that where there is one.
+        Content of a page that has its node-to-node joint, and the backbone where there is one.
     """
     basis = headline_basis(case)
     resonance = case.resonances(basis)[0]

@@ -4,7 +4,7 @@ import re
 import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import pandas as pd
 from markupsafe import Markup, escape
@@ -21,7 +21,7 @@ _HERE = Path(__file__).parent
 TEMPLATES = template_environment(_HERE, _HERE / "templates")
 
 
-def prose(name: str) -> ModuleType:
+def prose(name: str) -> Any:  # noqa: ANN401
     """The macros of a template, each of which returns HTML."""
     return TEMPLATES.get_template(f"{name}.html.j2").module
 

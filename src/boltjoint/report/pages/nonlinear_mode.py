@@ -25,7 +25,7 @@ class NonlinearMode:
     largest_damping
         The largest damping ratio.
     amplitude
-        Of the output point at that damping [m].
+        Amplitude of the output point at that damping [m].
     level
         Excitation level whose peak has that amplitude.
     """

@@ -25,7 +25,7 @@ def reduced_models(cases: Mapping[str, Case], content: PageContent) -> Markup:
     cases
         By name.
     content
-        Of a page with the tables of accuracy and times of every case and basis, which it takes.
+        Content of a page with the tables of accuracy and times of all, which it takes.
     """
     rows, times_of = [], {}
     for name, case in cases.items():

@@ -1,6 +1,7 @@
 """Tables of the errors of joints and coordinates against a reference."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -124,7 +125,7 @@ def tabulate_models(
     return pd.DataFrame(rows)
 
 
-def _error_estimates(at: xr.Dataset) -> dict[str, object]:
+def _error_estimates(at: xr.Dataset) -> dict[str, Any]:
     """Estimated errors and folds of a response at a force level."""
     return {
         "estimated_peak_error_percent": 100 * float(at["peak_error_estimate"]),

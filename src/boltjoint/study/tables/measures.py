@@ -1,5 +1,7 @@
 """Errors of peaks and curves against a reference."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -51,7 +53,7 @@ def upper_branch(
     return np.where(covers, value, -np.inf).max(axis=1)
 
 
-def peak_of_level(response: xr.Dataset, level: int) -> dict[str, object]:
+def peak_of_level(response: xr.Dataset, level: int) -> dict[str, Any]:
     """Solutions, completeness and peak of a force level."""
     levels = checks.variable("response", response, "force_level", ("force",))
     level = checks.whole("level", level, at_least=0, below=len(levels))

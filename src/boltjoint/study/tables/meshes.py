@@ -7,7 +7,7 @@ Mechanics 29 (1997) 123-160.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -167,7 +167,7 @@ def observed_order(size: Array, value: Array) -> float:
     return float(brentq(excess, lowest, _HIGHEST_ORDER))
 
 
-def _observed(sweep: xr.Dataset, amplitudes: int) -> Iterator[tuple[dict[str, object], Array]]:
+def _observed(sweep: xr.Dataset, amplitudes: int) -> Iterator[tuple[dict[str, Any], Array]]:
     """Observed quantity with its level, and its values by design."""
     for column, level, values in peaks_by_level(sweep):
         yield {"observed": column, "force_N": np.nan, **level, "amplitude_mm": np.nan}, values

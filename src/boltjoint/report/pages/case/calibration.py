@@ -1,6 +1,7 @@
 """What a case says of the joint that is fitted to its measurement."""
 
 import posixpath
+from typing import Any
 
 from markupsafe import Markup
 
@@ -15,7 +16,7 @@ from boltjoint.study.results import Results
 _TEXT = prose("case")
 
 
-def _which(name: str, case: Case) -> dict[str, object]:
+def _which(name: str, case: Case) -> dict[str, Any]:
     return {"case": name, "basis": basis_of_measured(case), "joint": case.measured.joint}
 
 

@@ -22,7 +22,7 @@ class CaseBasis:
     case
         As configured.
     name
-        Of the basis, such as ``free-4``.
+        Name of the basis, such as ``free-4``.
     content
         Figures and tables of the page.
     accuracy, times

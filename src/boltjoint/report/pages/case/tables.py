@@ -141,7 +141,7 @@ def natural_frequencies(name: str, case: Case, content: PageContent) -> Markup:
     name, case
         The case.
     content
-        Of a page that has its node-to-node joints.
+        Content of a page that has its node-to-node joints.
     """
     # it takes long to import
     from boltjoint.joint.io import joint_from_dataset

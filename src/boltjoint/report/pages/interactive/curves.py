@@ -1,6 +1,7 @@
 """Responses and backbones of a case, as its page draws them under the pointer."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,7 +20,7 @@ _MM = 1e3
 _Model = tuple[Basis, JointName, Coordinates]
 
 
-def curves_of_case(name: str, case: Case, results: Results) -> dict[str, object] | None:
+def curves_of_case(name: str, case: Case, results: Results) -> dict[str, Any] | None:
     """Responses and backbones by resonance, as JSON can hold them; None without any.
 
     Parameters
@@ -67,7 +68,7 @@ def _responses(case: Case) -> list[tuple[Basis, JointName, Coordinates, int]]:
 
 def _model(
     name: str, model: _Model, resonance: int, levels: list[float], results: Results
-) -> dict[str, object] | None:
+) -> dict[str, Any] | None:
     """A model around a resonance: its curves, and of a backbone that; None without results."""
     basis, joint, coordinates = model
     fields = {"case": name, "basis": basis, "joint": joint, "resonance": resonance}
@@ -87,7 +88,7 @@ def _model(
     return content
 
 
-def _curve(curve: ResponseCurve) -> dict[str, object]:
+def _curve(curve: ResponseCurve) -> dict[str, Any]:
     """A curve, as JSON can hold it."""
     peak = None
     if curve.peak is not None:
@@ -113,7 +114,7 @@ def _ranges(mask: np.ndarray) -> Iterator[list[int]]:
         yield [first, end - 1]
 
 
-def _backbone(backbone: xr.Dataset, levels: list[float], limit: float | None) -> dict[str, object]:
+def _backbone(backbone: xr.Dataset, levels: list[float], limit: float | None) -> dict[str, Any]:
     """A backbone, and its states at the peaks of the levels, as JSON can hold them."""
     amplitude = backbone["response_amplitude"].to_numpy() * _MM
     of_mode = {

@@ -23,11 +23,11 @@ def hysteresis_loops(
     joint
         The joint, as its file holds it.
     motion
-        Of its modes.
+        Coordinates of its modes.
     samples
-        Of a period, from its start.
+        Samples of a period, from its start.
     frequency
-        Of the motion [Hz], for forces that depend on it.
+        Frequency of the motion [Hz], for forces that depend on it.
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -34,7 +35,7 @@ class Surface:
     face
         Corners of the faces by their place among the nodes, shape (faces, 4).
     part
-        Of each face, shape (faces,).
+        Values of each face, shape (faces,).
     """
 
     node: NDArray[np.int64]
@@ -58,7 +59,7 @@ class Surface:
             face, part = face[drawn], part[drawn]
         return cls(node, positions_of(assembly, "coordinate", "node")[node], face, part)
 
-    def packed(self, assembly: xr.Dataset) -> dict[str, object]:
+    def packed(self, assembly: xr.Dataset) -> dict[str, Any]:
         """Places [mm], faces, edges and parts, as JSON can hold them."""
         names = _names_of_parts(assembly)
         parts = []
@@ -74,21 +75,21 @@ class Surface:
         return {"nodes": pack(self.position * _MM), "parts": parts}
 
 
-def packed_displacement(displacement: Array) -> dict[str, object]:
+def packed_displacement(displacement: Array) -> dict[str, Any]:
     """A displacement, shape (nodes, 3), in whole numbers of a unit that suits it."""
     largest = float(np.abs(displacement).max()) or 1.0
     numbers = np.rint(displacement / largest * _LARGEST)
     return {"values": pack(numbers, "<i2"), "unit": largest / _LARGEST}
 
 
-def packed_contact(assembly: xr.Dataset, surface: Surface | None) -> dict[str, object]:
+def packed_contact(assembly: xr.Dataset, surface: Surface | None) -> dict[str, Any]:
     """Pairs, and the cells of the contact surface that belong to each, as JSON can hold them.
 
     The place of a corner of a cell is the mean of four pairs, so that it moves with them. Of
     contact points without a mesh there are no cells.
     """
     contact = ContactSurface.of(assembly)
-    content: dict[str, object] = {"places": pack(contact.position * _MM)}
+    content: dict[str, Any] = {"places": pack(contact.position * _MM)}
     if len(contact.facet):
         facet = contact.facet
         pairs = np.arange(len(contact.position))

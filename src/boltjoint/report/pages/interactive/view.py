@@ -1,5 +1,7 @@
 """The joint of a case in space: mesh, modes, deflections, contact, and loops of its pairs."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -32,7 +34,7 @@ _SAMPLES = 48
 _LARGEST = 127
 
 
-def view_of_case(name: str, case: Case, results: Results) -> dict[str, object] | None:
+def view_of_case(name: str, case: Case, results: Results) -> dict[str, Any] | None:
     """The joint of a case in its most trusted basis, as JSON can hold it.
 
     None where the contact under preload is not among the results.
@@ -56,7 +58,7 @@ def view_of_case(name: str, case: Case, results: Results) -> dict[str, object] |
     surface = Surface.of(assembly)
     pair = ContactSurface.of(assembly).pairs_at(stored)
     load = preload["normal_load"].to_numpy()
-    view: dict[str, object] = {
+    view: dict[str, Any] = {
         "case": name,
         "basis": basis,
         "unit": "m/s²" if case.is_base_excited else "N",
@@ -89,7 +91,7 @@ def view_of_case(name: str, case: Case, results: Results) -> dict[str, object] |
     return view
 
 
-def _modes(joint: Joint, shape: NDArray[np.float64]) -> list[dict[str, object]]:
+def _modes(joint: Joint, shape: NDArray[np.float64]) -> list[dict[str, Any]]:
     """The lowest modes by the state of the contact, as displacements of the surface."""
     return [
         {
@@ -105,7 +107,7 @@ def _modes(joint: Joint, shape: NDArray[np.float64]) -> list[dict[str, object]]:
 
 def _peaks(
     joint: Joint, response: xr.Dataset, shape: NDArray[np.float64] | None
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """Deflection, contact states, motion and loops at the peak of each level."""
     peaks = []
     states = response["contact_state"].transpose("force", "element").to_numpy()
@@ -131,7 +133,7 @@ def _peaks(
     return peaks
 
 
-def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, object]:
+def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, Any]:
     """Relative motion of the elements [µm], and their loops where friction acts along a line."""
     loops = hysteresis_loops(joint, motion, _SAMPLES, frequency)
     if loops is None:

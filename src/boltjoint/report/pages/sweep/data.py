@@ -6,6 +6,7 @@ Of many designs some are drawn, so that the page stays small. Arrays of numbers 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -135,7 +136,7 @@ class SweepData:
         most = max(1, min(self.limits.responses, self.limits.amplitudes // values))
         return min(self.designs.size, most)
 
-    def packed(self) -> dict[str, object]:
+    def packed(self) -> dict[str, Any]:
         """All that the page draws, as JSON can hold it."""
         return {
             "colours": _colours(),
@@ -152,7 +153,7 @@ class SweepData:
             "indices": self._indices(),
         }
 
-    def _responses(self) -> dict[str, object]:
+    def _responses(self) -> dict[str, Any]:
         drawn = self.designs[: self.responses]
         amplitude = by_level(self.sweep, "response_amplitude")[:, drawn][..., self.frequencies]
         bands = response_quantiles(self.sweep, _SHARES)[..., self.frequencies]
@@ -163,7 +164,7 @@ class SweepData:
             "bands": pack(MM * bands),
         }
 
-    def _indices(self) -> list[Mapping[str, object]]:
+    def _indices(self) -> list[Mapping[str, Any]]:
         """Rows of the table, the peaks and levels by their places."""
         if self.indices is None:
             return []
@@ -197,7 +198,7 @@ def by_level(sweep: xr.Dataset, name: str) -> Array:
     return values.to_numpy().reshape(values.sizes["force"], -1, *rest)
 
 
-def _key(name: str, values: xr.DataArray, designs: Sequence[int]) -> dict[str, object]:
+def _key(name: str, values: xr.DataArray, designs: Sequence[int]) -> dict[str, Any]:
     """A key that varies, with its values."""
     unit = values.attrs["units"]
     return {
