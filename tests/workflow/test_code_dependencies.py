@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import boltjoint
-from boltjoint.provenance.code_dependencies import library_sources, source_hash
+from boltjoint.provenance.code_dependencies import Sources
 
 PACKAGE = Path(boltjoint.__file__).resolve().parent
 
@@ -44,7 +44,7 @@ def tree(tmp_path):
     def imported(text):
         script = tmp_path / "script.py"
         script.write_text(text, encoding="utf-8")
-        found = library_sources(script, package)
+        found = Sources(package).used_by(script)
         assert found == sorted(found)
         return [Path(path).relative_to(package.resolve()).as_posix() for path in found]
 
@@ -110,7 +110,7 @@ def test_boltjoint_is_the_package_by_default(tmp_path):
         "names",
         "regular_file",
     )
-    assert library_sources(script) == [str(PACKAGE / f"{name}.py") for name in modules]
+    assert Sources().used_by(script) == [str(PACKAGE / f"{name}.py") for name in modules]
 
 
 def test_imports_for_type_checkers_do_not_count(tmp_path):
@@ -124,7 +124,7 @@ def test_imports_for_type_checkers_do_not_count(tmp_path):
         "if TYPE_CHECKING:\n    from package import typed\n"
         "from package import used\n"
     )
-    found = [Path(source).stem for source in library_sources(script, package)]
+    found = [Path(source).stem for source in Sources(package).used_by(script)]
     assert found == ["__init__", "used"]
 
 
@@ -141,7 +141,7 @@ def script(tmp_path):
 
 
 def hash_of(script):
-    return source_hash(script, script.parent / "package")
+    return Sources(script.parent / "package").hash_of(script)
 
 
 def test_the_hash_follows_the_content_of_what_is_used(script):

@@ -23,7 +23,7 @@ from small_study import (
     write_config,
 )
 
-from boltjoint.provenance.code_dependencies import library_sources
+from boltjoint.provenance.code_dependencies import Sources
 
 STRUCTURE = "assemblies/*"
 FREE, ENRICHED = SETTINGS["convergence"]["bases"]
@@ -185,6 +185,7 @@ def edit(path, date=None):
         os.utime(path, (date, date))
 
 
+SOURCES = Sources(ROOT / "src/boltjoint")
 RULES = "".join(path.read_text() for path in sorted(ROOT.glob("workflow/rules/*.smk")))
 
 
@@ -224,9 +225,7 @@ def test_scripts_use_no_more_of_the_library_than_they_need(module, used_by, not_
     file = str(ROOT / f"src/boltjoint/{module}.py")
     assert Path(file).exists()
     users = {
-        path.stem
-        for path in ROOT.glob("workflow/scripts/*.py")
-        if file in library_sources(path, ROOT / "src/boltjoint")
+        path.stem for path in ROOT.glob("workflow/scripts/*.py") if file in SOURCES.used_by(path)
     }
     assert used_by <= users
     assert not not_used_by & users
@@ -246,7 +245,7 @@ def test_figures_and_tables_use_no_more_of_the_library_than_they_need(module, us
     users = {
         path.stem
         for path in ROOT.glob("src/boltjoint/report/displays/*.py")
-        if file in library_sources(path, ROOT / "src/boltjoint")
+        if file in SOURCES.used_by(path)
     }
     assert used_by <= users
     assert not not_used_by & users

@@ -18,7 +18,7 @@ from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.provenance import environment
-from boltjoint.provenance.code_dependencies import source_hash
+from boltjoint.provenance.code_dependencies import Sources
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.reproduction.case_studies import INDEX, name_case_studies, name_tables
 from boltjoint.study import estimate, layout, plausible
@@ -99,7 +99,7 @@ wildcard_constraints:
     joint=JointName.wildcard(),
 
 
-hash_of = cache(source_hash)
+hash_of = cache(Sources().hash_of)
 
 
 def library(script, modules=()):

@@ -14,94 +14,153 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1]
 
 
-def source_hash(script: str | Path, package: str | Path = PACKAGE) -> str:
-    """A hash of the content of a script and of every file of a package that it uses.
-
-    It depends on the names of the modules in the package, not on where the package lies, nor on
-    dates.
+class Sources:
+    """The files of a package as they are now, each read once, for any number of scripts.
 
     Parameters
     ----------
-    script, package
-        As for ``library_sources``.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-
-    Raises
-    ------
-    ValueError
-        As from ``library_sources``.
-    """
-    digest = blake2b(Path(script).read_bytes(), digest_size=8)
-    for source in map(Path, library_sources(script, package)):
-        content = source.read_bytes()
-        # with the length of each, no content can be moved from one module to the next unseen
-        digest.update(f"\n{source.relative_to(Path(package).resolve())} {len(content)}\n".encode())
-        digest.update(content)
-    return digest.hexdigest()
-
-
-def library_sources(script: str | Path, package: str | Path = PACKAGE) -> list[str]:
-    """The files of a package that a script imports, directly or through other files of it.
-
-    Files that are not Python, such as templates, count with the package in whose folder they lie.
-    The text is parsed and nothing runs. Imports inside functions count, those for type checkers
-    (``if TYPE_CHECKING:``) do not; an import by a computed name (``importlib.import_module``) is
-    not seen.
-
-    Parameters
-    ----------
-    script
-        A Python file.
     package
         The folder of the package, by default that of boltjoint.
-
-    Returns
-    -------
-    list of str
-        Absolute paths, sorted, with the ``__init__.py`` and data files of every package on the way.
-
-    Raises
-    ------
-    ValueError
-        If an imported module of the package does not exist.
     """
-    package = Path(package).resolve()
-    files: set[Path] = set()
-    waiting = [Path(script).resolve()]
-    while waiting:
-        file = waiting.pop()
-        if file.name == "__init__.py" and file.is_relative_to(package):
-            files.update(_data_files(file.parent))
-        for module in _imported_modules(file.read_text(encoding="utf-8"), file, package):
-            for source in _files_of(module, package, imported_in=file):
-                if source not in files:
-                    files.add(source)
-                    waiting.append(source)
-    return sorted(str(path) for path in files)
 
+    def __init__(self, package: str | Path = PACKAGE) -> None:
+        self._package = Path(package).resolve()
+        self._files = _files_by_module(self._package)
+        self._content: dict[str, bytes] = {}
+        self._uses: dict[str, set[str]] = {}
 
-@cache  # most scripts lead to the same modules
-def _imported_modules(text: str, file: Path, package: Path) -> tuple[str, ...]:
-    """Dotted names of the package's modules that a file of this text imports."""
-    names: list[str] = []
-    for node in _statements(ast.parse(text, filename=str(file))):
-        if isinstance(node, ast.Import):
-            modules = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = _absolute_name(node, file, package)
-            modules = [base]
-            for alias in node.names:
+    def used_by(self, script: str | Path) -> list[str]:
+        """The files of the package that a script imports, directly or through other files of it.
+
+        Files that are not Python, such as templates, count with the package in whose folder they
+        lie. The text is parsed and nothing runs. Imports inside functions count, those for type
+        checkers (``if TYPE_CHECKING:``) do not; an import by a computed name
+        (``importlib.import_module``) is not seen.
+
+        Parameters
+        ----------
+        script
+            A Python file.
+
+        Returns
+        -------
+        list of str
+            Absolute paths, sorted, with the ``__init__.py`` and data files of every package on the
+            way.
+
+        Raises
+        ------
+        ValueError
+            If an imported module of the package does not exist.
+        """
+        used: set[str] = set()
+        waiting = {str(Path(script).resolve())}
+        while waiting:
+            files = self._used_by_file(waiting.pop())
+            waiting |= {file for file in files - used if file.endswith(".py")}
+            used |= files
+        return sorted(used)
+
+    def hash_of(self, script: str | Path) -> str:
+        """A hash of the content of a script and of every file of the package that it uses.
+
+        It depends on the names of the modules in the package, not on where the package lies, nor on
+        dates.
+
+        Parameters
+        ----------
+        script
+            As for ``used_by``.
+
+        Returns
+        -------
+        str
+            Sixteen hexadecimal digits.
+
+        Raises
+        ------
+        ValueError
+            As from ``used_by``.
+        """
+        digest = blake2b(Path(script).read_bytes(), digest_size=8)
+        start = len(f"{self._package}/")
+        for source in self.used_by(script):
+            content = self._content_of(source)
+            # with the length of each, no content can be moved from one module to the next unseen
+            digest.update(f"\n{source[start:]} {len(content)}\n".encode())
+            digest.update(content)
+        return digest.hexdigest()
+
+    def _content_of(self, file: str) -> bytes:
+        if file not in self._content:
+            self._content[file] = Path(file).read_bytes()
+        return self._content[file]
+
+    def _used_by_file(self, file: str) -> set[str]:
+        """The files of the modules that a file imports, and data files that lie beside it."""
+        if file not in self._uses:
+            path = Path(file)
+            files = {each for name in self._imported(path) for each in self._files_of(name, path)}
+            if path.name == "__init__.py" and path.is_relative_to(self._package):
+                files |= {str(each) for each in _data_files(path.parent)}
+            self._uses[file] = files
+        return self._uses[file]
+
+    def _imported(self, file: Path) -> Iterator[str]:
+        """Dotted names of the package's modules that a file imports."""
+        for base, names, level in _imports(self._content_of(str(file)).decode("utf-8"), str(file)):
+            module = self._absolute_name(base, level, file)
+            if module.split(".")[0] == self._package.name:
+                yield module
                 # `from a import b` names a module only if there is one; b may be a function
-                if _file_of(f"{base}.{alias.name}", package) is not None:
-                    modules.append(f"{base}.{alias.name}")
+                yield from (full for name in names if (full := f"{module}.{name}") in self._files)
+
+    def _absolute_name(self, module: str, level: int, file: Path) -> str:
+        """The module of ``from module import ...``, with the leading dots resolved."""
+        if level == 0:
+            return module
+        if not file.is_relative_to(self._package):
+            return ""  # relative to a script: not the package's
+        # one dot is the folder of the file, each further one the folder above
+        folder = file.parents[level - 1].relative_to(self._package.parent)
+        return ".".join([*folder.parts, *filter(None, [module])])
+
+    def _files_of(self, module: str, imported_in: Path) -> Iterator[str]:
+        """The file of a module and the ``__init__.py`` that Python runs before it."""
+        parts = module.split(".")
+        for length in range(1, len(parts) + 1):
+            source = self._files.get(".".join(parts[:length]))
+            if source is None:
+                raise ValueError(
+                    f"{imported_in}: imports {module}, which is not in {self._package}"
+                )
+            yield source
+
+
+def _files_by_module(package: Path) -> dict[str, str]:
+    """The Python files of a package, by their dotted names."""
+    files: dict[str, str] = {}
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package.parent).with_suffix("").parts
+        if path.name == "__init__.py":
+            # a folder comes before a file of the same name
+            files[".".join(parts[:-1])] = str(path)
         else:
-            continue
-        names += (name for name in modules if name.split(".")[0] == package.name)
-    return tuple(names)
+            files.setdefault(".".join(parts), str(path))
+    return files
+
+
+@cache  # by the text, whatever file of this name held before
+def _imports(text: str, file: str) -> tuple[tuple[str, tuple[str, ...], int], ...]:
+    """Imports of a text: module, names taken from it, and leading dots."""
+    imports: list[tuple[str, tuple[str, ...], int]] = []
+    for node in _statements(ast.parse(text, filename=file)):
+        if isinstance(node, ast.Import):
+            imports += ((alias.name, (), 0) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            names = tuple(alias.name for alias in node.names)
+            imports.append((node.module or "", names, node.level))
+    return tuple(imports)
 
 
 def _statements(tree: ast.AST) -> Iterator[ast.AST]:
@@ -115,27 +174,6 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
         yield from _statements(node)
 
 
-def _absolute_name(node: ast.ImportFrom, file: Path, package: Path) -> str:
-    """The module of ``from module import ...``, with the leading dots resolved."""
-    if node.level == 0:
-        return node.module or ""
-    if not file.is_relative_to(package):
-        return ""  # relative to a script: not the package's
-    # one dot is the folder of the file, each further one the folder above
-    folder = file.parents[node.level - 1].relative_to(package.parent)
-    return ".".join([*folder.parts, *filter(None, [node.module])])
-
-
-def _files_of(module: str, package: Path, imported_in: Path) -> Iterator[Path]:
-    """The file of a module and the ``__init__.py`` that Python runs before it."""
-    parts = module.split(".")
-    for length in range(1, len(parts) + 1):
-        source = _file_of(".".join(parts[:length]), package)
-        if source is None:
-            raise ValueError(f"{imported_in}: imports {module}, which is not in {package}")
-        yield source
-
-
 def _data_files(folder: Path) -> Iterator[Path]:
     """Files in the folder of a package that are not Python, without those of packages inside it."""
     for path in folder.iterdir():
@@ -146,11 +184,3 @@ def _data_files(folder: Path) -> Iterator[Path]:
                 yield from _data_files(path)
         elif path.suffix != ".py":
             yield path
-
-
-def _file_of(module: str, package: Path) -> Path | None:
-    stem = package.parent.joinpath(*module.split("."))
-    for source in (stem / "__init__.py", stem.with_name(f"{stem.name}.py")):
-        if source.is_file():
-            return source
-    return None
