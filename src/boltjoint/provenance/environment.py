@@ -3,24 +3,31 @@
 import os
 import platform
 import sys
-from importlib.metadata import distributions
+from email.parser import HeaderParser
+from importlib.metadata import Distribution, distributions
 from pathlib import Path
 
 
 def record() -> dict[str, object]:
     """The machine's processor, cores and system, Python, and the installed packages."""
+    packages = filter(None, map(_name_and_version, distributions()))
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),
         "system": platform.platform(),
         "python": sys.version.split()[0],
-        "packages": {
-            package.metadata["Name"]: package.version
-            for package in sorted(distributions(), key=lambda package: str(package.name).lower())
-            # one that is not quite installed has none
-            if package.name is not None
-        },
+        "packages": dict(sorted(packages, key=lambda package: package[0].lower())),
     }
+
+
+def _name_and_version(package: Distribution) -> tuple[str, str] | None:
+    """As ``metadata`` has them, without its parsing of the whole description for each of them."""
+    text = next(filter(None, map(package.read_text, ("METADATA", "PKG-INFO", ""))), None)
+    if text is None:
+        return None
+    headers = HeaderParser().parsestr(text.partition("\n\n")[0])
+    # one that is not quite installed has none
+    return None if headers["Name"] is None else (headers["Name"], headers["Version"])
 
 
 def _processor() -> str:
