@@ -14,7 +14,12 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if {"project", "finished"} & set(item.fixturenames):
             item.add_marker("workflow")
-    items.sort(key=lambda item: "finished" not in item.fixturenames)
+    items.sort(
+        key=lambda item: (
+            "finished" not in item.fixturenames,
+            item.get_closest_marker("workflow") is None,
+        )
+    )
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import yaml
+from started import run_snakemake
 
 from boltjoint.config.makers import description_of, maker
 
@@ -169,19 +170,21 @@ def environment(folder):
     return os.environ | {"PYTHONPATH": str(library / "src")}
 
 
-def snakemake(folder, *options):
-    return subprocess.run(
-        [*COMMAND, *options],
-        cwd=folder,
-        env=environment(folder),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def snakemake(folder, *options, seed=1):
+    if (folder / "src").exists():
+        return subprocess.run(
+            [*COMMAND, *options],
+            cwd=folder,
+            env=environment(folder),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    return run_snakemake([*COMMAND[3:], *options], folder, environment(folder), seed)
 
 
-def run(folder, *options):
+def run(folder, *options, seed=1):
     """Run the workflow to its end, and return all that it says."""
-    ran = snakemake(folder, *options)
+    ran = snakemake(folder, *options, seed=seed)
     assert ran.returncode == 0, ran.stderr
     return ran.stdout + ran.stderr

@@ -1,6 +1,6 @@
 """Studies of structures that are no half laps: matrices, and a maker of another package."""
 
-import subprocess
+import os
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import pytest
 import yaml
 from matrix_files import exported, keys, write_npz
 from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, mesh_of, run, snakemake, write
+from started import run_snakemake
 
 from boltjoint import dataset
 from boltjoint.config.makers import maker_names
@@ -112,10 +113,10 @@ CUBES = {
 }
 
 
-def test_a_maker_of_another_package_is_used_as_those_of_this_one(tmp_path, monkeypatch):
+def test_a_maker_of_another_package_is_used_as_those_of_this_one(tmp_path):
     """With a friction law and a table: modules that entry points name."""
     package = Path(__file__).with_name("maker_of_cubes")
-    monkeypatch.setenv("PYTHONPATH", f"{package}:{ROOT / 'src'}")
+    environment = os.environ | {"PYTHONPATH": f"{package}:{ROOT / 'src'}"}
     folder = tmp_path / "study"
     case = {**CASE, **OF_CASE, "assembly": "cubes", "outputs": ["top"], "preload_N": 2000}
     case["excitation"] = {"kind": "inputs", "inputs": [{"name": "top"}]}
@@ -126,7 +127,7 @@ def test_a_maker_of_another_package_is_used_as_those_of_this_one(tmp_path, monke
     write(folder / "config/config.yaml", {**SETTINGS, **used})
     for name in ("workflow", "Snakefile"):
         (folder / name).symlink_to(ROOT / name)
-    ran = subprocess.run(COMMAND, cwd=folder, capture_output=True, text=True, check=False)
+    ran = run_snakemake(COMMAND[3:], folder, environment)
     assert ran.returncode == 0, ran.stderr
     preload = dataset.load(folder / "results/assemblies/cubes/preload=2000/preload.nc")
     # the bolts are tightened against the ground: the contact carries what their springs do not

@@ -409,8 +409,8 @@ def test_calculix_finds_the_same(structure, tmp_path):
 
 @pytest.mark.usefixtures("installed")
 def test_workflow_asks_runs_and_compares(tmp_path):
-    for name in ("workflow", "profiles", "resources", "src"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("workflow", "profiles", "resources"):
+        shutil.copytree(ROOT / name, tmp_path / name)
     write(tmp_path / "config/assemblies/three_bolt.yaml", COARSE)
     write(tmp_path / "config/cases/small.yaml", CASE | {"assembly": "three_bolt"})
     write(tmp_path / "config/config.yaml", SETTINGS)
