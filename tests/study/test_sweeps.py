@@ -77,15 +77,16 @@ def joints(case):
     keys = dict(case.contact.options)
     nodes, preload = connect_small(keys.pop("law"), keys, case.preload_N / 1000.0)
     regions = partition_regions(nodes, preload, 3)
-    return [nodes, regions, fit_reduced_joint(regions, 4)[0]]
+    # as many starts find the same elements of all designs
+    return [nodes, regions, fit_reduced_joint(regions, 4, starts=2)[0]]
 
 
 @pytest.mark.parametrize("law", ["constant", "variable"])
 def test_a_design_is_what_it_is_as_a_case_of_its_own(law):
     content = base(law)
-    designs = list_designs(VARY[law], Samples(kind="latin-hypercube", number=12, seed=3), content)
+    designs = list_designs(VARY[law], Samples(kind="latin-hypercube", number=6, seed=3), content)
     problem = SweptJoint(content, joints(Case.model_validate(content)))
-    found = solve_designs([problem], designs, range(12), states=True)
+    found = solve_designs([problem], designs, range(6), states=True)
     assert found["complete"].all()
     for row, values in enumerate(values_of(designs)):
         case = Case.model_validate(with_values(content, values))
@@ -127,7 +128,7 @@ def test_a_stiffness_per_area_varies_too():
 
 
 def test_converged_peaks_of_designs_are_those_of_their_responses():
-    content = base("variable", forces_N=(5.0, 30.0))
+    content = base("variable", forces_N=(5.0,))
     designs = list_designs(VARY["variable"], Samples(kind="sobol", number=2, seed=3), content)
     problem = SweptJoint(content, joints(Case.model_validate(content))[:1])
     solved = solve_designs([problem], designs, range(2), converged=True)
