@@ -78,8 +78,9 @@ _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 _PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
 #: of the joints of a variant: node to node, divided and reduced [s]
 _PER_JOINT = 12.0
-#: of a measured point in each evaluation of a fit [s], and evaluations from one start
-_PER_POINT, _EVALUATIONS = 2e-3, 30
+#: of a measured point in each evaluation of a fit, and for each element, vector and parameter [s];
+#: evaluations from one start
+_PER_POINT, _PER_DERIVATIVE, _EVALUATIONS = 2e-4, 4e-8, 30
 #: of a design at an amplitude of the grid of backbones [s]
 _PER_AMPLITUDE = 1e-3
 #: solutions of a response with steps of the default length, and what holds them, over themselves
@@ -267,7 +268,8 @@ def _of_calibration(contents: Contents, name: str, pairs: float) -> EstimatedJob
     measured, basis = study.cases[name].measured, contents.calibrated(name)["basis"]
     elements, vectors = _elements(measured.joint, pairs), _vectors(study, basis)
     # derivatives by each parameter take two residuals
-    of_point = _PER_POINT + _PER_ELEMENT * elements * vectors * (1 + len(measured.parameters))
+    effort = study.cases[name].contact.declaration.relative_time * elements * vectors
+    of_point = _PER_POINT + _PER_DERIVATIVE * effort * (1 + len(measured.parameters))
     evaluations = _EVALUATIONS * measured.starts
     seconds = of_point * evaluations * study.measured_points.get(name, 1)
     key = f"{CASE_FOLDER}/{name}.yaml: measured.starts"
