@@ -1,0 +1,88 @@
+"""A joint that is fitted to its measurement, in the workflow and by the command."""
+
+import numpy as np
+from planned import planned
+from small_study import CASE, CASES, run, write_config
+
+from boltjoint import dataset
+from boltjoint.command.fit import files_of_fit
+from boltjoint.config.case import Case
+from boltjoint.config.conflicts_of_measured import calibrated_content
+from boltjoint.config.study import load_study
+from boltjoint.dynamics.backbone.backbone_at import backbone_at
+from boltjoint.joint.io import load_joint
+from boltjoint.study.calibrated_joint import CalibratedJoint
+
+FOLDER = "results/cases/small/enriched-8/node-to-node"
+FILE = "config/measured/tip.csv"
+MEASURED = {
+    "basis": "enriched-8",
+    "curves": [
+        {
+            "file": FILE,
+            "resonance": 1,
+            "frequency_error_percent": 0.02,
+            "damping_error_percent": 1,
+        }
+    ],
+    "parameters": {
+        "contact.tangential_stiffness_N_per_m": {"low": 1e7, "high": 1e10},
+        "contact.friction_coefficient": {"low": 0.02, "high": 1},
+        "loss_factor": {"low": 5e-4, "high": 0.05},
+    },
+    "starts": 2,
+}
+#: in place of 1e9 N/m, 0.1 and 0.005
+TRUTH = {
+    "contact.tangential_stiffness_N_per_m": 3e8,
+    "contact.friction_coefficient": 0.25,
+    "loss_factor": 0.003,
+}
+
+
+def simulate(folder):
+    """A measured backbone of the joint with other parameters, with 1 % noise."""
+    case = Case.model_validate(CASE | {"measured": MEASURED})
+    model = CalibratedJoint(load_joint(folder / FOLDER / "joint.nc"), calibrated_content(case))
+    joint, damping = model(TRUTH)
+    amplitudes = np.geomspace(1e-6, 3e-4, 24)
+    curves = backbone_at(joint, amplitudes, resonance=1, damping=damping)
+    noise = np.random.default_rng(1).standard_normal((2, 24)) * [[2e-4], [0.01]]
+    f, z = np.array(curves) * (1 + noise)
+    rows = [f"{1e3 * a},{x},{y}" for a, x, y in zip(amplitudes, f, z, strict=True)]
+    (folder / FILE).parent.mkdir(exist_ok=True)
+    head = "displacement_mm,frequency_Hz,damping_ratio"
+    (folder / FILE).write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+
+
+def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
+    simulate(copied)
+    write_config(copied, CASES | {"small": CASE | {"measured": MEASURED}})
+    files = files_of_fit(copied, "small")
+    assert all("calibration/" in each or "small_enriched-8_node-to-node" in each for each in files)
+    page = "results/report/small.html"
+    new = set(planned(copied))
+    # nothing that was solved before depends on it
+    assert {each for each in new if not each.startswith("results/report/")} == set(files)
+    said = run(copied, *files, page)
+    calibration = dataset.load(copied / FOLDER / "calibration/calibration.nc")
+    for name, value in TRUTH.items():
+        found = calibration.sel(parameter=name)
+        assert found["interval_low"] < value < found["interval_high"]
+    answer = calibration.attrs["answer"]
+    assert f"small: {answer}" in said
+    text = (copied / page).read_text(encoding="utf-8")
+    lead = text[text.index("<h1") : text.index("<h2")]
+    assert answer in lead.replace("\n", " ")
+    assert 'id="measured"' in text
+    assert "calibration/fitted.yaml" in text
+    # the fitted case is one of a study
+    fitted = (copied / FOLDER / "calibration/fitted.yaml").read_text(encoding="utf-8")
+    (copied / "config/cases/small.yaml").write_text(fitted, encoding="utf-8")
+    contact = load_study(copied).case("small").contact
+    assert 0.24 < contact.friction_coefficient < 0.26
+    # another content of the file, whatever its date
+    write_config(copied, CASES | {"small": CASE | {"measured": MEASURED}})
+    lines = (copied / FILE).read_text(encoding="utf-8").splitlines()
+    (copied / FILE).write_text("\n".join(lines[:-1]) + "\n", encoding="utf-8")
+    assert set(files) <= set(planned(copied))
