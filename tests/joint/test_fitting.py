@@ -98,3 +98,14 @@ def test_describing_functions_fit_loops_of_all_amplitudes_better_than_three_loop
         errors.append(loop_error(k, s, fit.tangential_stiffness, fit.slip_force))
     assert errors[1].largest < errors[0].largest
     assert errors[1].rms < errors[0].rms
+
+
+@pytest.mark.parametrize("method", ["loops", "describing-function"])
+def test_a_fit_moves_by_no_more_than_its_elements_do(method):
+    stiffness, slip_force = (each[:40] for each in many_elements())
+    noise = 1e-9 * np.random.default_rng(1).uniform(-1, 1, (2, 40))
+    one = fit_elements(stiffness, slip_force, 7, method=method)
+    other = fit_elements(*(np.array([stiffness, slip_force]) * (1 + noise)), 7, method=method)
+    # minima of describing functions are flat along some of the unknowns
+    for name in ("tangential_stiffness", "slip_force"):
+        np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=1e-5)
