@@ -3,7 +3,9 @@
 Start, steps, location of maxima by their slope and the end of the window are here. What a branch
 rarely needs is not: corners, steps onto other parts of the branch, a start by load stepping, maxima
 that the slope does not show. A path that needs them is not complete, and ``arc_length`` follows the
-branch instead. Its solutions are those of ``arc_length`` to rounding.
+branch instead. Its solutions are those of ``arc_length`` to rounding: there are two of the same on
+purpose, since the many designs of a sweep take a fifth of the time here, or less
+(``docs/benchmarks.md``).
 """
 
 from typing import NamedTuple
@@ -12,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.compiled import call, kept_loop, loop
-from boltjoint.solvers.arc_length import CORNER, CORNER_STEP
+from boltjoint.solvers.arc_length import CORNER
 from boltjoint.solvers.compiled_steps import (
     ORIENTATION,
     SCALE,
@@ -34,6 +36,7 @@ from boltjoint.solvers.compiled_steps import (
     size_of,
     solve_at,
 )
+from boltjoint.solvers.corners import CORNER_STEP
 from boltjoint.solvers.equations import Solution, SolutionBranch
 
 Vector = NDArray[np.float64]
@@ -47,7 +50,7 @@ _MOST_ITERATIONS = 100
 
 
 class Path(NamedTuple):
-    """Solutions of a path: the first ``count`` rows of the arrays.
+    """Solutions of a path: the first ``size`` rows of the arrays.
 
     ``complete``: whether it took its regular course to the far end of the window.
     """
@@ -56,15 +59,15 @@ class Path(NamedTuple):
     p: Vector
     iterations: NDArray[np.int64]
     located: NDArray[np.bool_]
-    count: int
+    size: int
     complete: bool
 
     def branch(self) -> SolutionBranch:
         """The path as ``arc_length.trace`` gives it."""
-        rows = (column[: self.count].tolist() for column in (self.p, self.iterations, self.located))
+        rows = (column[: self.size].tolist() for column in (self.p, self.iterations, self.located))
         solutions = [
             Solution(x, p, iterations, True, located)
-            for x, p, iterations, located in zip(self.x[: self.count], *rows, strict=True)
+            for x, p, iterations, located in zip(self.x[: self.size], *rows, strict=True)
         ]
         return SolutionBranch(solutions, self.complete)
 
@@ -227,8 +230,8 @@ def follow(system: System, start: Vector, window: tuple[float, float], limits: L
         return _follow(system, start, window, limits)
     except np.linalg.LinAlgError:
         # a singular matrix, or one that has overflowed
-        empty = np.empty(0)
-        return Path(empty[None], empty, empty, empty, 0, False)
+        nothing = np.empty((1, 0)), np.empty(0), np.empty(0, np.int64), np.empty(0, np.bool_)
+        return Path(*nothing, 0, False)
 
 
 @kept_loop

@@ -4,7 +4,7 @@ They are those of ``solvers.newton`` and ``solvers.corrector``, whose solutions 
 rounding.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from math import isfinite, sqrt
 from typing import NamedTuple
 
@@ -21,10 +21,10 @@ Matrix = NDArray[np.float64]
 
 
 #: by functions and types of arrays
-_ADDRESSES: dict[tuple, list[int]] = {}
+_ADDRESSES: dict[tuple[object, ...], tuple[int, int, int, int]] = {}
 
 
-def _types(value: object) -> Hashable:
+def _types(value: object) -> object:
     """What compiled functions are compiled for, of named tuples of arrays and numbers."""
     if isinstance(value, tuple):
         return type(value), *map(_types, value)
@@ -65,10 +65,11 @@ class System(NamedTuple):
         if key not in _ADDRESSES:
             x, jacobian = np.zeros(0), np.zeros((0, 0))
             examples = (0.0, x), (0.0, jacobian), (0.0, x), (x, x)
-            _ADDRESSES[key] = [
+            evaluate, form_jacobian, form_parameter_derivative, observe = (
                 address_of(function, arrays, x, *example)
                 for function, example in zip(functions, examples, strict=True)
-            ]
+            )
+            _ADDRESSES[key] = evaluate, form_jacobian, form_parameter_derivative, observe
         return cls(*_ADDRESSES[key], arrays)
 
 
@@ -103,8 +104,12 @@ class Limits(NamedTuple):
     ) -> "Limits":
         """The limits of a control; by default the scale of the parameter is the same everywhere."""
         relative = -1.0 if relative is None else relative
-        of_control = (getattr(control, name) for name in cls._fields[:9])
-        return cls(*of_control, float(residual_scale), float(largest), float(relative))
+        return cls(
+            **{name: getattr(control, name) for name in cls._fields[:9]},
+            residual_scale=float(residual_scale),
+            largest_scale=float(largest),
+            relative_scale=float(relative),
+        )
 
 
 #: systems up to this size are solved in place, larger ones by LAPACK

@@ -175,7 +175,7 @@ class Continuation:
         )
         guess = self._balance.stuck_solution(window[0]) if start is None else start
         path = follow(system, guess, window, limits)
-        if path.count == 0 and start is None:
+        if path.size == 0 and start is None:
             path = follow(system, self._start(window[0]), window, limits)
         return path.branch() if path.complete else None
 
