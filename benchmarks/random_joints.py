@@ -19,8 +19,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from boltjoint.dynamics.response.branch import to_dataset
 from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.dynamics.response.response_file import to_dataset
 from boltjoint.dynamics.response.stability import StabilityOptions
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan

@@ -19,7 +19,7 @@ from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response import branch, folds
+from boltjoint.dynamics.response import folds, response_file
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
 from boltjoint.dynamics.response.methods import LinearModes, ResponseDependentModes
@@ -318,7 +318,7 @@ ATTACKS = {
         lambda: backbones(loss_factor=-0.01),
         lambda: steady(loss_factor=-0.01),
         lambda: periodic(loss_factor=-0.01),
-        lambda: branch.to_dataset(JOINT, [solved()], -0.01),
+        lambda: response_file.to_dataset(JOINT, [solved()], -0.01),
     ],
     "excitation_force": [lambda: HarmonicBalance(JOINT, 0.01, np.inf)],
     "basis": [
@@ -429,8 +429,8 @@ ATTACKS = {
         lambda: periodic(start=np.zeros((2, 3))),
         lambda: periodic(start=PeriodicMotion(("sin", "cos"), np.zeros((2, 2)))),
     ],
-    "branches": [lambda: branch.to_dataset(JOINT, [], 0.01)],
-    "errors": [lambda: branch.to_dataset(JOINT, [solved()], 0.01, [])],
+    "branches": [lambda: response_file.to_dataset(JOINT, [], 0.01)],
+    "errors": [lambda: response_file.to_dataset(JOINT, [solved()], 0.01, [])],
     "amplitudes": [
         lambda: trace_backbone(MODE, (1e-7, 1e-8)),
         lambda: trace_backbone(MODE, (0.0, 1.0)),

@@ -17,7 +17,7 @@ from boltjoint.damping import LossFactor
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response import branch, folds
+from boltjoint.dynamics.response import branch, folds, response_file
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint import bands, clusters, fitting, hysteresis, io, model, partition
@@ -231,7 +231,7 @@ CALLS = {
         {"components": ("sin", "cos"), "modal_coordinate": np.zeros((2, 3))},
     ),
     "to_dataset": (
-        branch.to_dataset,
+        response_file.to_dataset,
         {
             "joint": JOINT,
             "branches": [boltjoint.solve_branch(JOINT, **SOLVED)],

@@ -9,13 +9,9 @@ from small_joint import make_joint
 
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.dynamics.response.branch import (
-    estimate_branch_error,
-    estimate_solution_error,
-    relative_residual,
-    to_dataset,
-)
+from boltjoint.dynamics.response.branch import estimate_branch_error, estimate_solution_error
 from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
+from boltjoint.dynamics.response.response_file import relative_residual, to_dataset
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton

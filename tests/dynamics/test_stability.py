@@ -12,9 +12,10 @@ from small_joint import make_joint
 from boltjoint import dataset
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response import stability
-from boltjoint.dynamics.response.branch import OutputPoint, to_dataset
+from boltjoint.dynamics.response.branch import OutputPoint
 from boltjoint.dynamics.response.folds import FoldedBranch, find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.response_file import to_dataset
 from boltjoint.dynamics.response.stability import (
     StabilityOptions,
     find_stability,

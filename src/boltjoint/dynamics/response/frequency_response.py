@@ -20,9 +20,9 @@ from boltjoint.dynamics.response.branch import (
     BranchError,
     ErrorLimits,
     estimate_branch_error,
-    to_dataset,
 )
 from boltjoint.dynamics.response.methods import LinearModes, Method, Problem, ResponseDependentModes
+from boltjoint.dynamics.response.response_file import to_dataset
 from boltjoint.dynamics.response.synthesis import ModalSynthesis
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.joint.model import Joint
