@@ -3,7 +3,6 @@
 import pandas as pd
 
 from boltjoint.reproduction.published import Published
-from boltjoint.study.tables.joints import in_order_of_slip
 
 #: columns beside those called ``published_...`` that hold or compare published values
 _COMPARISONS = ("source_table", "k_ratio", "slip_force_ratio", "difference_points")
@@ -64,6 +63,9 @@ def elements(table: pd.DataFrame, joint: str, published: Published) -> pd.DataFr
     printed = published.parameters(joint)
     if printed.empty:
         return table
+    # imported here: other tables need no joints
+    from boltjoint.study.tables.joints import in_order_of_slip
+
     theirs = in_order_of_slip(
         printed["joint"].to_numpy(),
         {"k_kN_per_mm": printed["k_kN_per_mm"], "slip_force_N": printed["mu_n_N"]},

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from boltjoint.config.bolts import MATERIAL_WORDS
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.report.comparison import Beside, BesideElements, Comparison
-from boltjoint.reproduction import beside, index, solution_times
+from boltjoint.reproduction import beside
 from boltjoint.reproduction.published import BASIS, Published
 from boltjoint.reproduction.words import numbers_in_source, numbers_of_figures, thesis
 from boltjoint.study.tables.html import number
@@ -186,14 +186,21 @@ class ThesisComparison(Comparison):
 
     def times(self, basis: str, joint: str, table: pd.DataFrame) -> Markup:
         """Times of a joint beside those that the source prints, in its arrangement."""
+        # imported here, as in the methods below: jobs of figures and tables need no pages
+        from boltjoint.reproduction import solution_times
+
         return solution_times.beside_published(joint, table) if basis == BASIS else Markup()
 
     def time_saved(self, times: Mapping[tuple[str, str], pd.DataFrame]) -> Markup:
         """The time that reduced models save, here and in the source, by case and basis."""
+        from boltjoint.reproduction import solution_times
+
         return solution_times.time_saved(
             {case: table for (case, basis), table in times.items() if basis == BASIS}
         )
 
     def sections(self, study: "Study", artefacts: "Sequence[Artefact]") -> "list[Section]":
         """Indices of the source's tables and figures."""
+        from boltjoint.reproduction import index
+
         return index.sections(study, artefacts, self.published)
