@@ -186,6 +186,7 @@ class KeptFactors:
 
     def __init__(self) -> None:
         self._factors: _Factors | None = None
+        self._precision: type[np.floating] = np.float32
 
     def solve(
         self,
@@ -214,8 +215,15 @@ class KeptFactors:
         if solution is not None:
             return solution
         jacobian = matrix()
-        self._factors = _Factors.of(jacobian)
+        if right.size <= _IN_DOUBLE_PRECISION:
+            self._precision = np.float64
+        self._factors = _Factors.of(jacobian, self._precision)
         solution = self._precondition(along, right, tolerance)
+        if solution is None and self._precision is np.float32:
+            # near a sharp resonance terms cancel to a millionth of themselves
+            self._precision = np.float64
+            self._factors = _Factors.of(jacobian, self._precision)
+            solution = self._precondition(along, right, tolerance)
         return solve(jacobian, right) if solution is None else solution
 
     def _precondition(
@@ -234,8 +242,7 @@ class KeptFactors:
 class _Factors(NamedTuple):
     """Factors of a matrix whose rows and columns are scaled to 1.
 
-    Of many unknowns they are in single precision: these precondition GMRES as well, and take half
-    of the time.
+    Those in single precision mostly precondition GMRES as well, and take half of the time.
     """
 
     rows: Vector
@@ -244,7 +251,7 @@ class _Factors(NamedTuple):
     pivots: NDArray[np.int32]
 
     @classmethod
-    def of(cls, matrix: Matrix) -> "_Factors | None":
+    def of(cls, matrix: Matrix, precision: type[np.floating]) -> "_Factors | None":
         """Factors of a matrix; None where it is singular or not finite."""
         size = abs(matrix)
         rows = size.max(axis=1)
@@ -254,7 +261,6 @@ class _Factors(NamedTuple):
         columns = size.max(axis=0)
         if not np.all(columns):
             return None
-        precision = np.float32 if rows.size > _IN_DOUBLE_PRECISION else np.float64
         scaled = np.divide(matrix, rows[:, None] * columns, out=size).astype(precision, order="F")
         factors, pivots, singular = get_lapack_funcs("getrf", (scaled,))(scaled, overwrite_a=True)
         return None if singular else cls(rows, columns, factors, pivots)
