@@ -1,6 +1,6 @@
 """A study beside the thesis: what its tables, figures and pages ask of the source."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -15,8 +15,6 @@ from boltjoint.reproduction.words import numbers_in_source, numbers_of_figures, 
 from boltjoint.study.tables.html import number
 
 if TYPE_CHECKING:
-    from boltjoint.config.study import Study
-    from boltjoint.report.pages.document import Section
     from boltjoint.study.artefact_list import Artefact
 
 #: columns of the source's table of cases, by the keys of a case
@@ -183,24 +181,3 @@ class ThesisComparison(Comparison):
             [thesis().sums(*sums, is_circular), numbers_in_source("Table", printed)],
             f"table-{'-'.join(printed)}-{artefact.basis}",
         )
-
-    def times(self, basis: str, joint: str, table: pd.DataFrame) -> Markup:
-        """Times of a joint beside those that the source prints, in its arrangement."""
-        # imported here, as in the methods below: jobs of figures and tables need no pages
-        from boltjoint.reproduction import solution_times
-
-        return solution_times.beside_published(joint, table) if basis == BASIS else Markup()
-
-    def time_saved(self, times: Mapping[tuple[str, str], pd.DataFrame]) -> Markup:
-        """The time that reduced models save, here and in the source, by case and basis."""
-        from boltjoint.reproduction import solution_times
-
-        return solution_times.time_saved(
-            {case: table for (case, basis), table in times.items() if basis == BASIS}
-        )
-
-    def sections(self, study: "Study", artefacts: "Sequence[Artefact]") -> "list[Section]":
-        """Indices of the source's tables and figures."""
-        from boltjoint.reproduction import index
-
-        return index.sections(study, artefacts, self.published)
