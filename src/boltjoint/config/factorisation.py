@@ -5,7 +5,7 @@ from typing import Literal
 
 from boltjoint.config.types import Problems
 
-#: the first chooses by size and symmetry: of half laps always the second
+#: the first chooses by size and symmetry: of symmetric half laps always the second
 Factorisation = Literal["auto", "superlu", "nested-dissection", "pardiso"]
 
 #: packages of the extra ``fast``, by the method

@@ -159,9 +159,9 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
 
 
 def _factorisation(structure: Structure) -> dict[str, str]:
-    """The method of the factors where one is named."""
-    method = structure.factorisation
-    return {} if method == AUTO else {"factorisation": method}
+    """The method of the factors, also the one that is chosen where it takes a package."""
+    is_default = structure.factorisation == AUTO and structure.symmetry is not None
+    return {} if is_default else {"factorisation": structure.factor_method}
 
 
 def _compressed(dims: str | tuple[str, ...], values: object, unit: str, what: str) -> xr.Variable:
