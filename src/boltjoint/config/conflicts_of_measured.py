@@ -29,6 +29,11 @@ def basis_of_measured(case: Case) -> Basis:
     return case.measured.basis or case.modes[0]
 
 
+def calibrated_joint(name: str, case: Case) -> dict[str, Any]:
+    """Case, basis and joint whose parameters are fitted to a measurement, for names of files."""
+    return {"case": name, "basis": basis_of_measured(case), "joint": case.measured.joint}
+
+
 def calibrated_keys(case: Case) -> list[str]:
     """The keys of a case that may be fitted: they need no other joint."""
     return [key for key in rescaled_keys(case) if key not in LEVEL_KEYS]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from boltjoint.config.case import Case
-from boltjoint.config.conflicts_of_measured import basis_of_measured
+from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
@@ -53,6 +53,6 @@ def _fitted(name: str, case: Case) -> str:
     """The answer of the calibration of a case, where it has been made."""
     if case.measured is None:
         return ""
-    which = {"case": name, "basis": basis_of_measured(case), "joint": case.measured.joint}
+    which = calibrated_joint(name, case)
     path = layout.path("calibration", **which)
     return calibration_answer(name, case, Results([path])) if Path(path).exists() else ""

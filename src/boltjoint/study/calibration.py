@@ -54,7 +54,7 @@ def calibrate(
         If a mode is not in the model, or it cannot be solved at any start.
     """
     model = CalibratedJoint(joint, case)
-    curves = measured_backbones(measured, texts)
+    curves, units = measured_backbones(measured, texts)
     parameters = [
         Parameter(key, each.low, each.high, each.log, _start(model, key, each.start, measured))
         for key, each in measured.parameters.items()
@@ -64,7 +64,7 @@ def calibrate(
     stored = xr.Dataset(
         {
             **_of_parameters(calibration, model),
-            **_of_curves(calibration),
+            **_of_curves(calibration, units),
             **_of_points(calibration),
             **_on_grid(calibration),
             "cost": quantity("start", calibration.costs, "1", "half the sum of squares of a fit"),
@@ -81,11 +81,17 @@ def calibrate(
     return stored
 
 
-def measured_backbones(measured: Measured, texts: Mapping[str, str]) -> list[MeasuredBackbone]:
-    """The curves of a measurement, from the texts of their files."""
-    curves = []
+def measured_backbones(
+    measured: Measured, texts: Mapping[str, str]
+) -> tuple[list[MeasuredBackbone], list[str]]:
+    """The curves of a measurement, from the texts of their files, and units of their amplitudes.
+
+    A unit that the file does not tell is empty.
+    """
+    curves, units = [], []
     for each in measured.curves:
         table = read_backbone_table(texts[each.file], each.file, each.rows)
+        units.append(UNITS.get(table.quantity, "kg^1/2 m") if table.has_unit else "")
         deviations = table.deviations(
             each.frequency_error_percent or 0.0, each.damping_error_percent or 0.0
         )
@@ -102,7 +108,7 @@ def measured_backbones(measured: Measured, texts: Mapping[str, str]) -> list[Mea
                 name=each.label,
             )
         )
-    return curves
+    return curves, units
 
 
 def _start(
@@ -158,14 +164,14 @@ def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str
     }
 
 
-def _of_curves(calibration: Calibration) -> dict[str, xr.Variable]:
+def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Variable]:
     measured = calibration.compared.measured
     tests = calibration.checks_of_curves
     of = ("curve", "curve_quantity")
     words = {
         "curve": [each.name for each in measured],
         "amplitude_quantity": [each.quantity for each in measured],
-        "amplitude_unit": [UNITS.get(each.quantity, "kg^1/2 m") for each in measured],
+        "amplitude_unit": units,
     }
     return {
         **{

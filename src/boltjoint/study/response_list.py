@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from boltjoint.config.case import Case
-from boltjoint.config.conflicts_of_measured import basis_of_measured
+from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName, Preload
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ class Responses:
 
     def calibrated(self, case: str) -> dict[str, Any]:
         """Case, basis and joint whose parameters are fitted to a measurement."""
-        found = self.study.case(case)
-        return {"case": case, "basis": basis_of_measured(found), "joint": found.measured.joint}
+        return calibrated_joint(case, self.study.case(case))
 
     def integrated(self, case: str) -> Response | None:
         """The response whose peaks are checked by time integration: the first in free modes."""

@@ -38,7 +38,7 @@ def plot_calibration(calibration: xr.Dataset) -> Figure:
             _plot(calibration, place, column[2 * row], column[2 * row + 1], *names)
         quantity = str(calibration["amplitude_quantity"].to_numpy()[place])
         unit = str(calibration["amplitude_unit"].to_numpy()[place])
-        column[-1].set_xlabel(f"{_WORDS.get(quantity, quantity)} ({unit})")
+        column[-1].set_xlabel(f"{_WORDS.get(quantity, quantity)} ({unit or 'unit not told'})")
         column[-1].set_xscale("log")
         label_decades(column[-1], "x")
     panels[0, 0].legend(loc="best")

@@ -1,12 +1,11 @@
 """What a case says of the joint that is fitted to its measurement."""
 
 import posixpath
-from typing import Any
 
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
-from boltjoint.config.conflicts_of_measured import basis_of_measured
+from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.report.displays.calibration import SECTION
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.markup import prose
@@ -16,21 +15,17 @@ from boltjoint.study.results import Results
 _TEXT = prose("case")
 
 
-def _which(name: str, case: Case) -> dict[str, Any]:
-    return {"case": name, "basis": basis_of_measured(case), "joint": case.measured.joint}
-
-
 def calibration_answer(name: str, case: Case, results: Results) -> str:
     """The answer of a calibration in sentences; empty of a case without one."""
-    if case.measured is None or not results.has("calibration", **_which(name, case)):
+    if case.measured is None or not results.has("calibration", **calibrated_joint(name, case)):
         return ""
-    return str(results.dataset("calibration", **_which(name, case)).attrs["answer"])
+    return str(results.dataset("calibration", **calibrated_joint(name, case)).attrs["answer"])
 
 
 def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
     """Figure and tables of a calibration; empty of a case without one."""
     if case.measured is None:
         return Markup()
-    file = layout.path("fitted_case", **_which(name, case))
+    file = layout.path("fitted_case", **calibrated_joint(name, case))
     here = posixpath.dirname(layout.page(name))
     return _TEXT.calibration(posixpath.relpath(file, here), file) + content.section(SECTION)
