@@ -36,6 +36,12 @@ def problems_of(study, changes=None):
     return list(caught.value.problems)
 
 
+@pytest.mark.parametrize("file", sorted((ROOT / "config").glob("*.yaml")), ids=lambda f: f.stem)
+def test_sweeps_of_shipped_studies_are_on_the_page_of_a_case(file):
+    study = load_study(ROOT, {"study": f"config/{file.name}"})
+    assert {sweep.case for sweep in study.sweeps.values()} <= set(study.cases)
+
+
 def test_shipped_study_is_the_source_study():
     study = load_study(ROOT)
     assert list(study.cases) == [
