@@ -179,21 +179,27 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         seconds = _MODES * square * max(number / 4, 1)
         yield EstimatedJob(str(basis), name, memory, seconds, key, f"to find {number} modes")
     if any(basis.is_contact_adapted for basis in bases):
-        # pairs of one half of the width, along x and z
-        candidates = min(pairs + study.contact_adapted_basis.free_modes, COUNTLESS)
+        # pairs of one half of the width, along x and z; with friction along both tangents all
+        # pairs, in three directions
+        laws = [case.contact.declaration for case in study.cases.values() if case.assembly == name]
+        is_lateral = any("lateral" in law.directions for law in laws)
+        whole = 2 if is_lateral and assembly.has_mirror_images else 1
+        of_motion = whole * vector
+        columns = whole * pairs * (1.5 if is_lateral else 1)
+        candidates = min(columns + study.contact_adapted_basis.free_modes, COUNTLESS)
         memory = (
             _PROCESS
-            + factors
-            + _CANDIDATES * candidates * vector / 2
+            + whole ** (4 / 3) * factors
+            + _CANDIDATES * candidates * of_motion / 2
             + _SQUARES * _NUMBER * candidates**2
-            + 3 * min(study.contact_adapted_basis.maximum_vectors, candidates) * vector
+            + 3 * min(study.contact_adapted_basis.maximum_vectors, candidates) * of_motion
         )
         options = study.contact_adapted_basis
         states = options.states * options.resonances
         of_states = _NUMBER * _VECTORS_OF_STATE * states * candidates
         if of_states > memory:
             key = f"{CONFIG_FILE}: contact_adapted_basis.states"
-        seconds = _PRINCIPAL * square * max(states * options.adaptations / _STATES, 1)
+        seconds = _PRINCIPAL * whole**2 * square * max(states * options.adaptations / _STATES, 1)
         does = "to find the vectors of contact-adapted bases"
         yield EstimatedJob("pod_modes", name, memory + of_states, seconds, key, does)
     if contents.select("patterns", form="data", assembly=name):
