@@ -47,11 +47,16 @@ class _Running:
 
     def __init__(self, connection):
         self._answer = connection.makefile("rb")
-        self.pid = int(self._answer.readline())
+        self.pid = self._number()
 
     def wait(self):
         """Its exit code."""
-        return int(self._answer.readline())
+        return self._number()
+
+    def _number(self):
+        line = self._answer.readline()
+        assert line, "the process that starts programs has ended"
+        return int(line)
 
 
 @contextmanager
@@ -93,12 +98,13 @@ def _serve(address):
         listener.bind(address)
         listener.listen(64)
         os.write(1, b"ready\n")
-        ending = os.fork()
-        if not ending:
+        server = os.getpid()
+        if os.fork() == 0:
             # no more than a watch on the end of the tests
             listener.close()
             sys.stdin.buffer.read()
-            os.kill(os.getppid(), signal.SIGTERM)
+            if os.getppid() == server:
+                os.kill(server, signal.SIGTERM)
             os._exit(0)
         # nobody waits for what attends to the programs
         signal.signal(signal.SIGCHLD, signal.SIG_IGN)
