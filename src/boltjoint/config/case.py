@@ -126,7 +126,8 @@ class Case(EntryWithLaterKeys):
     the tolerances of ``contact_adapted_basis`` ask for, at least 8. N is at most
     ``contact_adapted_basis.maximum_vectors`` there, and at most ``free_modes`` and two for each
     contact pair on one side of the centre line and on it. Laws of friction along both tangents have
-    such bases of all motion, symmetric or not."""
+    such bases of all motion, symmetric or not: the resonances of all cases of the assembly are then
+    counted as in ``all-N``."""
     coordinates: Several[Unknowns]
     """Unknowns of all blocks that give none: ``linear``, all vectors of the basis; ``rdnm-N`` or
     ``complex-rdnm-N``, N real or complex response-dependent modes, at most the vectors of the
