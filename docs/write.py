@@ -1,13 +1,14 @@
 """Write the pages of this folder that quote results: ``make docs``.
 
-They quote those of ``make reproduce STUDY=config/convergence.yaml``.
+They quote those of ``make reproduce STUDY=config/convergence.yaml``, or of another study:
+``python docs/write.py --study config/short.yaml accuracy``.
 
 A template that quotes a result names table, row and column, or the quantity computed from results.
 """
 
+import argparse
 import re
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -18,7 +19,7 @@ import numpy as np
 import pandas as pd
 import sweeps
 
-from boltjoint.config.study import load_study
+from boltjoint.config.study import Study, load_study
 from boltjoint.joint.io import load_joint
 from boltjoint.names import Basis
 from boltjoint.report.pages import accuracy
@@ -38,6 +39,9 @@ FIGURES = {
 
 class Tables:
     """The tables of a finished study, by the values that select a row."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
 
     def rows(self, table: str, **which: object) -> pd.DataFrame:
         """All rows of a table whose columns have these values."""
@@ -88,8 +92,7 @@ class Tables:
 
     def cases(self, kind: str) -> list[str]:
         """The cases that have a table of a kind; at least one must, unless it holds times."""
-        study = load_study(HERE.parent)
-        found = [case for case in study.cases if self._path(kind, case).exists()]
+        found = [case for case in self.study.cases if self._path(kind, case).exists()]
         # a study may leave out the timing
         if not found and kind != "models":
             raise LookupError(f"no {kind}_*.csv: make reproduce STUDY=config/convergence.yaml")
@@ -170,7 +173,7 @@ class Tables:
 
     def in_larger_basis(self, what: str, law: str | None = None) -> float:
         """Largest error against a larger basis [%] with the most harmonics, of cases of a law."""
-        laws = {name: case.contact.law for name, case in load_study(HERE.parent).cases.items()}
+        laws = {name: case.contact.law for name, case in self.study.cases.items()}
         found = [row for row in self.larger_basis() if law in (None, laws[row["case"]])]
         return max(abs(row[f"peak_{what}_error_percent"]) for row in found)
 
@@ -186,8 +189,7 @@ class Tables:
 
     def assemblies(self) -> list[str]:
         """The assemblies whose resonances are compared with the full model."""
-        study = load_study(HERE.parent)
-        return [name for name in study.assemblies if self._path("patterns", name).exists()]
+        return [name for name in self.study.assemblies if self._path("patterns", name).exists()]
 
     def patterns(self, assembly: str) -> pd.DataFrame:
         """Largest error of a resonance [%] by basis, and by springs and resonance."""
@@ -242,9 +244,8 @@ class Tables:
 
     def fits(self) -> list[dict[str, object]]:
         """Cost of fitted elements and their errors against their regions, in all cases."""
-        study = load_study(HERE.parent)
         parts = []
-        for case in study.cases:
+        for case in self.study.cases:
             for path in sorted(RESULTS.glob(f"tables/fits_{case}_*-*.csv"), reverse=True):
                 basis = path.stem.removeprefix(f"fits_{case}_")
                 if re.fullmatch(Basis.PATTERN, basis):
@@ -293,8 +294,9 @@ def _formatted(form: str, value: float, digits: int) -> str:
     return format(value, form.format(digits)) if form else _digits(value, digits)
 
 
-def write(pages: Sequence[str] = ()) -> None:
+def write(study: str, pages: Sequence[str] = ()) -> None:
     """Fill the templates of some pages, or of all, and copy the figures that they show."""
+    tables = Tables(load_study(HERE.parent, {"study": study}))
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE),
         undefined=jinja2.StrictUndefined,
@@ -309,7 +311,7 @@ def write(pages: Sequence[str] = ()) -> None:
     for template in sorted(HERE.glob("*.md.j2")):
         if pages and template.name.removesuffix(".md.j2") not in pages:
             continue
-        text = environment.get_template(template.name).render(t=Tables(), sweeps=sweeps)
+        text = environment.get_template(template.name).render(t=tables, sweeps=sweeps)
         template.with_suffix("").write_text(text, encoding="utf-8")
     (HERE / "figures").mkdir(exist_ok=True)
     for page in pages or FIGURES:
@@ -318,4 +320,8 @@ def write(pages: Sequence[str] = ()) -> None:
 
 
 if __name__ == "__main__":
-    write(sys.argv[1:])
+    parser = argparse.ArgumentParser(description="Write the pages that quote results.")
+    parser.add_argument("pages", nargs="*")
+    parser.add_argument("--study", default="config/convergence.yaml")
+    arguments = parser.parse_args()
+    write(arguments.study, arguments.pages)
