@@ -32,7 +32,7 @@ def test_a_motion_whose_period_doubles_is_unstable(monkeypatch):
     solutions = branch.frequency, branch.modal_coordinate
     folds = find_folds(branch.frequency)
     # motions from the solutions alone
-    monkeypatch.setattr(folds, "_LARGE", 0)
+    monkeypatch.setattr("boltjoint.dynamics.response.folds._LARGE", 0)
     balance = HarmonicBalance(joint, damping, force)
     finer = FoldedBranch(balance, *solutions, folds, 15, 1024)
     components = finer.balance.components

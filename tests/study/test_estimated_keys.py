@@ -60,6 +60,21 @@ PLACES = {
         }
     },
     ("assembly", "mesh.layers_in_washer"): {"assembly": _WASHERS},
+    ("case", "measured.starts"): {
+        "case": {
+            "measured": {
+                "curves": [
+                    {
+                        "file": "config/backbone.csv",
+                        "resonance": 1,
+                        "frequency_error_percent": 0.1,
+                        "damping_error_percent": 5,
+                    }
+                ],
+                "parameters": {"loss_factor": {"low": 1e-4, "high": 0.1}},
+            }
+        }
+    },
     ("case", "verification_forces_N[]"): {
         "case": {"forces_N": _MANY, "modes": ["free-2"]},
         "config": {"solver": {}},
@@ -134,6 +149,9 @@ WITHOUT = {
         "damping": _OF_MATERIAL,
         "excitation": "a vector of the modes, whatever the number of points",
         "loss_factor": _OF_MATERIAL,
+        "measured.curves": "points of their files, which are counted",
+        "measured.parameters": _OF_MATERIAL,
+        "measured.seed": "the number of the random numbers that are drawn",
         "preload_N": _OF_MATERIAL,
         "preload_ratios": "as many as bolts",
         "regions.tolerance": "at most 64 regions",
@@ -239,6 +257,9 @@ def estimated(folder, contents):
 def is_seen(tmp_path_factory):
     """Whether the estimate grows by half with another number of a key."""
     folder = tmp_path_factory.mktemp("study")
+    (folder / "config").mkdir()
+    table = "displacement_mm,frequency_Hz,damping_ratio\n0.1,340,0.01\n0.2,339,0.02\n"
+    (folder / "config/backbone.csv").write_text(table, encoding="utf-8")
 
     def contents_of(place):
         changes = PLACES.get(place, {})
