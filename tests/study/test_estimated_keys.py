@@ -258,8 +258,9 @@ def is_seen(tmp_path_factory):
     """Whether the estimate grows by half with another number of a key."""
     folder = tmp_path_factory.mktemp("study")
     (folder / "config").mkdir()
-    table = "displacement_mm,frequency_Hz,damping_ratio\n0.1,340,0.01\n0.2,339,0.02\n"
-    (folder / "config/backbone.csv").write_text(table, encoding="utf-8")
+    rows = [f"{0.01 * (1 + n)},340,0.01" for n in range(500)]
+    table = "\n".join(["displacement_mm,frequency_Hz,damping_ratio", *rows])
+    (folder / "config/backbone.csv").write_text(f"{table}\n", encoding="utf-8")
 
     def contents_of(place):
         changes = PLACES.get(place, {})
