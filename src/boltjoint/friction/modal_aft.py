@@ -70,6 +70,13 @@ class ModalSliders(NamedTuple):
         X = sliders.tangential_stiffness[:, None] * R
         return cls(R, N, X, V, sliders.normal_load, sliders.friction_coefficient)
 
+    def by_displacement(self, on: NDArray[np.int64], by_x: Array, by_n: Array) -> Array:
+        """Derivatives ``by_x X + by_n V`` of some elements by the modes, (elements, modes)."""
+        derivative = by_x[:, None] * self.X[on]
+        if self.V is not None:
+            derivative += by_n[:, None] * self.V[on]
+        return derivative
+
     def force_and_tangent(
         self, basis: HarmonicBasis, amplitude: Array
     ) -> tuple[Array, "ModalSliderTangent"]:
@@ -150,12 +157,8 @@ class ModalSliderTangent:
     @cached_property
     def _positions(self) -> Array:
         """Positions of the sliders by the displacement that determined them, (changes, modes)."""
-        elements, (_, on, by_x, by_n, *_) = self.elements, self.changes.of_slider.T
-        on = on.astype(np.int64)
-        positions = by_x[:, None] * elements.X[on]
-        if elements.V is not None:
-            positions += by_n[:, None] * elements.V[on]
-        return positions
+        _, on, by_x, by_n, *_ = self.changes.of_slider.T
+        return self.elements.by_displacement(on.astype(np.int64), by_x, by_n)
 
     @cached_property
     def _stiffness(self) -> Array:
@@ -168,12 +171,9 @@ class ModalSliderTangent:
         ends = np.stack([end, element, -by_x, -by_n, -np.ones_like(end)], axis=1)
         changes = np.concatenate([begins, ends[end < samples]])
         for sample, on, (by_x, by_n, load_by_n) in _by_sample(changes):
-            X = by_x[:, None] * elements.X[on]
             if elements.V is not None:
-                V = elements.V[on]
-                X += by_n[:, None] * V
-                G[sample] += elements.N[on].T @ (load_by_n[:, None] * V)
-            G[sample] += elements.R[on].T @ X
+                G[sample] += elements.N[on].T @ (load_by_n[:, None] * elements.V[on])
+            G[sample] += elements.R[on].T @ elements.by_displacement(on, by_x, by_n)
         return np.cumsum(G, axis=0, out=G)
 
 
@@ -279,9 +279,7 @@ def _by_slider(
         derivative = rows[: len(together)]
         for row, (sample, on, columns) in zip(derivative, together, strict=True):
             by_x, by_n, begin, end = columns
-            position = by_x[:, None] * elements.X[on]
-            if elements.V is not None:
-                position += by_n[:, None] * elements.V[on]
+            position = elements.by_displacement(on, by_x, by_n)
             parts = during(sample, begin.astype(np.int64), end.astype(np.int64))
             both = (position[:, :, None] * parts[:, None, :]).reshape(on.size, -1)
             np.matmul(elements.R[on].T, both, out=row.reshape(modes, -1))
