@@ -12,7 +12,7 @@ from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
-from boltjoint.reproduction.pages import comparison_of_pages
+from boltjoint.reproduction.pages import PagesBesideThesis
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.results import Results
 
@@ -57,7 +57,7 @@ NODES = Artefact("joint", case="mine", basis=Basis("free-4"), joint=REFERENCE[0]
 
 def source_of(case=None):
     """The thesis, of a case study or of none."""
-    return comparison_of_pages(map(str, SOURCE.iterdir()), case)
+    return PagesBesideThesis.among(map(str, SOURCE.iterdir()), case)
 
 
 def save(artefact, frame=None):

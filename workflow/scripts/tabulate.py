@@ -2,7 +2,7 @@
 
 from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.reproduction.comparison import comparison
+from boltjoint.reproduction.comparison import ThesisComparison
 from boltjoint.study.results import Results
 from boltjoint.study.tables import html as tables
 
@@ -11,6 +11,6 @@ results, params = Results(snakemake.input), snakemake.params
 tabulated = zip(params.artefacts, params.options, params.counterparts, strict=True)
 for artefact, options, counterpart in tabulated:
     display = DISPLAYS.of(artefact)
-    source = comparison(snakemake.input, counterpart)
+    source = ThesisComparison.among(snakemake.input, counterpart)
     table = display.content(artefact, results, options, source)
     tables.write(table, *artefact.paths[:2], display.heading_of(artefact))

@@ -5,13 +5,13 @@ from boltjoint.config.solver import Solver
 from boltjoint.provenance import logs
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.document import save_page
-from boltjoint.reproduction.pages import comparison_of_pages
+from boltjoint.reproduction.pages import PagesBesideThesis
 from boltjoint.study.results import Results
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)
 case, solver = Case.model_validate(params.case), Solver.model_validate(params.solver)
-source = comparison_of_pages(snakemake.input, case.published)
+source = PagesBesideThesis.among(snakemake.input, case.published)
 content = (params.artefacts, results, source)
 page = case_page(snakemake.wildcards.case, case, solver, *content, params.cases)
 save_page(page, snakemake.output.page, snakemake.output.packed)

@@ -51,20 +51,6 @@ _TABLES = {
 _SAME = 1e-3
 
 
-def comparison(paths: Iterable[str], case: str | None = None) -> Comparison:
-    """The published tables among some files; where they are not, of no source.
-
-    Parameters
-    ----------
-    paths
-        The files that may be read.
-    case
-        Name of a case study of the source, of which tables and pages are.
-    """
-    published = Published.among(map(str, paths), case)
-    return Comparison() if published.is_empty else ThesisComparison(published)
-
-
 class ThesisComparison(Comparison):
     """A study that is compared with the thesis.
 
@@ -76,6 +62,20 @@ class ThesisComparison(Comparison):
 
     def __init__(self, published: Published) -> None:
         self.published = published
+
+    @classmethod
+    def among(cls, paths: Iterable[str], case: str | None = None) -> Comparison:
+        """With the published tables among some files; where they are not, with no source.
+
+        Parameters
+        ----------
+        paths
+            The files that may be read.
+        case
+            Name of a case study of the source, of which tables and pages are.
+        """
+        published = Published.among(map(str, paths), case)
+        return Comparison() if published.is_empty else cls(published)
 
     @property
     def is_empty(self) -> bool:

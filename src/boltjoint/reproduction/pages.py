@@ -1,23 +1,16 @@
 """What pages ask of the source: apart, since jobs of figures and tables need no pages."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.study import Study
-from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.document import Section
 from boltjoint.reproduction import index, solution_times
 from boltjoint.reproduction.comparison import ThesisComparison
-from boltjoint.reproduction.published import BASIS, Published
+from boltjoint.reproduction.published import BASIS
 from boltjoint.study.artefact_list import Artefact
-
-
-def comparison_of_pages(paths: Iterable[str], case: str | None = None) -> Comparison:
-    """As ``reproduction.comparison.comparison``, for pages too."""
-    published = Published.among(map(str, paths), case)
-    return Comparison() if published.is_empty else PagesBesideThesis(published)
 
 
 class PagesBesideThesis(ThesisComparison):
