@@ -6,7 +6,7 @@ from curves import SIZE, Combustion
 from scipy.optimize import root
 
 from boltjoint.solvers.equations import Derivative, StepControl
-from boltjoint.solvers.newton import NewtonKrylov
+from boltjoint.solvers.newton import KeptFactors, NewtonKrylov
 
 CONTROL = StepControl(tolerance=1e-8, maximum_iterations=30)
 
@@ -38,3 +38,23 @@ def test_a_singular_jacobian_gives_no_correction(value):
 
     solver = NewtonKrylov(Singular(), CONTROL)
     assert not solver.solve(np.zeros(SIZE), 1.0).converged
+
+
+@pytest.mark.parametrize("smallest", [1e-2, 1e-12])
+def test_a_matrix_that_single_precision_does_not_hold_is_solved_as_well(smallest):
+    # as near a sharp resonance, where terms cancel
+    random = np.random.default_rng(3)
+    turn = np.linalg.qr(random.normal(size=(600, 600)))[0]
+    matrix = turn @ np.diag(np.geomspace(1, smallest, 600)) @ turn.T
+    factors, asked = KeptFactors(), []
+
+    def jacobian():
+        asked.append(None)
+        return matrix.copy()
+
+    for _ in range(2):
+        right = random.normal(size=600)
+        solution = factors.solve(lambda x: matrix @ x, jacobian, right, 1e-5)
+        assert np.linalg.norm(matrix @ solution - right) < 2e-5 * np.linalg.norm(right)
+    # the factors are kept
+    assert len(asked) == 1
