@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from small_study import ASSEMBLY, CASE, SETTINGS, write
 
-from boltjoint.config.backbone_table import MOST_POINTS, read_backbone_table
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.csv_table import TableError
+from boltjoint.config.measured import MOST_POINTS, read_backbone_table
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.study import estimate

@@ -5,8 +5,7 @@ import inspect
 import pytest
 from pydantic import ValidationError
 
-from boltjoint.config.settings import Fitting
-from boltjoint.config.solver import Solver
+from boltjoint.config.settings import Fitting, Solver
 from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence, LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint

@@ -10,8 +10,8 @@ from matrix_files import described
 from scipy import sparse
 from threadpoolctl import ThreadpoolController
 
-from boltjoint.config import factorisation
-from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
+from boltjoint.config import types
+from boltjoint.config.types import Factorisation, conflicts_of_factorisation
 from boltjoint.structure import factors
 from boltjoint.structure.elements.assembly import assemble
 from boltjoint.structure.factors import AUTO, METHODS, chosen_method, factorise
@@ -22,7 +22,7 @@ from boltjoint.structure.structure_file import structure_from_dataset, structure
 
 @pytest.fixture(params=METHODS)
 def method(request):
-    package = factorisation.PACKAGES.get(request.param)
+    package = types.PACKAGES_OF_FACTORISATION.get(request.param)
     if package is not None and find_spec(package) is None:
         pytest.skip(f"{package} is not installed")
     return request.param
@@ -98,8 +98,8 @@ def test_methods_of_files_are_those_of_the_library():
 
 
 def test_a_method_without_its_package_is_refused_in_files_and_in_calls(structure, monkeypatch):
-    monkeypatch.setattr(factorisation, "find_spec", lambda package: None)
-    for name, package in factorisation.PACKAGES.items():
+    monkeypatch.setattr(types, "find_spec", lambda package: None)
+    for name, package in types.PACKAGES_OF_FACTORISATION.items():
         message = f"{name} needs {package}: pip install boltjoint"
         assert next(conflicts_of_factorisation(name)) == (("factorisation",), f"{message}[fast]")
         with pytest.raises(ValueError, match=message):

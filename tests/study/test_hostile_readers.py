@@ -11,7 +11,7 @@ from measured_bar import calibration_of_truth
 from small_study import CASE, write_config
 
 from boltjoint import checksums, regular_file
-from boltjoint.config import backbone_table, csv_table, gap_map, strict_yaml
+from boltjoint.config import csv_table, gap_map, measured, strict_yaml
 from boltjoint.config.distributions import Linear
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Saltelli
@@ -141,7 +141,7 @@ CALLS = {
     "tabulate_correlation": (calibration.tabulate_correlation, {"calibration": CALIBRATION}),
     "tabulate_residuals": (calibration.tabulate_residuals, {"calibration": CALIBRATION}),
     "read_backbone_table": (
-        backbone_table.read_backbone_table,
+        measured.read_backbone_table,
         {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},
     ),
     "tabulate_sensors": (sensors.tabulate_sensors, {"response": RESPONSE}),

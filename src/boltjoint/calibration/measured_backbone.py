@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.config.backbone_table import MODAL
+from boltjoint.config.measured import MODAL
 from boltjoint.measurement.identification import IdentifiedMode
 from boltjoint.measurement.signals import MOTIONS
 

@@ -9,7 +9,6 @@ from pydantic import Field, PrivateAttr
 from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Direction, Point
-from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
 from boltjoint.config.makers import maker
 from boltjoint.config.mesh_size import MeshSize
 from boltjoint.config.types import (
@@ -17,12 +16,14 @@ from boltjoint.config.types import (
     DeckName,
     Description,
     ElementKindName,
+    Factorisation,
     KeyPath,
     Name,
     NotNegative,
     Number,
     Positive,
     Problems,
+    conflicts_of_factorisation,
 )
 
 #: along x, y, z

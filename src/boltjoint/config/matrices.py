@@ -10,12 +10,12 @@ from pydantic import Field, PrivateAttr
 from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Direction, Point
-from boltjoint.config.factorisation import Factorisation, conflicts_of_factorisation
 from boltjoint.config.makers import maker
 from boltjoint.config.mesh_size import MeshSize
 from boltjoint.config.types import (
     INTEGRAL,
     Description,
+    Factorisation,
     KeyPath,
     MatrixFile,
     Name,
@@ -24,6 +24,7 @@ from boltjoint.config.types import (
     Positive,
     Problems,
     VariableName,
+    conflicts_of_factorisation,
 )
 
 #: number of a degree of freedom

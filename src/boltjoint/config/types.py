@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Annotated, TypeVar
+from importlib.util import find_spec
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
@@ -189,3 +190,17 @@ PATTERNS = {
 
 # left out of model_dump(), so that a result made from the dump does not go stale with the text
 Description = Annotated[str, Field(exclude=True)]
+
+
+#: the first chooses by size and symmetry: of symmetric half laps always the second
+Factorisation = Literal["auto", "superlu", "nested-dissection", "pardiso"]
+
+#: packages of the extra ``fast``, by the method
+PACKAGES_OF_FACTORISATION = {"nested-dissection": "pymetis", "pardiso": "pypardiso"}
+
+
+def conflicts_of_factorisation(method: Factorisation) -> Problems:
+    """A method whose package is not installed."""
+    package = PACKAGES_OF_FACTORISATION.get(method)
+    if package is not None and find_spec(package) is None:
+        yield ("factorisation",), f"{method} needs {package}: pip install boltjoint[fast]"

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from threadpoolctl import ThreadpoolController
 
 from boltjoint import checks
-from boltjoint.config.factorisation import PACKAGES
+from boltjoint.config.types import PACKAGES_OF_FACTORISATION
 
 Array = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def chosen_method(method: str, unknowns: int, *, is_symmetric: bool) -> str:
     """
     if method != AUTO:
         return method
-    package = find_spec(PACKAGES["nested-dissection"])
+    package = find_spec(PACKAGES_OF_FACTORISATION["nested-dissection"])
     is_large = unknowns >= _LARGE and not is_symmetric
     return "nested-dissection" if is_large and package is not None else "superlu"
 

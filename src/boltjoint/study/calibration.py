@@ -11,8 +11,7 @@ from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter
-from boltjoint.config.backbone_table import read_backbone_table
-from boltjoint.config.measured import Measured
+from boltjoint.config.measured import Measured, read_backbone_table
 from boltjoint.config.units import unit_of
 from boltjoint.dataset import quantity
 from boltjoint.joint.model import Joint

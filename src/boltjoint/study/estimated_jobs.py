@@ -23,8 +23,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from boltjoint.config.mesh_size import COUNTLESS
-from boltjoint.config.settings import Timing
-from boltjoint.config.solver import Solver
+from boltjoint.config.settings import Solver, Timing
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import (

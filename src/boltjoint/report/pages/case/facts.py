@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.contact import ContactEntry, SurfaceEntry
-from boltjoint.config.solver import Solver
+from boltjoint.config.settings import Solver
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.names import JointName, Preload

@@ -6,7 +6,7 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
-from boltjoint.config.solver import Solver
+from boltjoint.config.settings import Solver
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.case.calibration import calibration_answer, calibration_section
