@@ -9,7 +9,7 @@ CONFIG = $(if $(STUDY),--config "study=$(STUDY)")
 PROFILE ?=
 WHERE = $(if $(PROFILE),--profile $(PROFILE),--cores $(CORES))
 
-.PHONY: reproduce test oldest lint docs reference benchmark verify clean
+.PHONY: reproduce test oldest lint docs site reference benchmark verify clean
 
 reproduce: .venv/ready
 	$(BIN)/snakemake $(WHERE) $(CONFIG)
@@ -32,9 +32,15 @@ lint: .venv/ready
 	$(BIN)/snakefmt --check Snakefile workflow/Snakefile workflow/rules
 	$(BIN)/snakemake --lint
 
-# the pages of docs/ that quote results, from those of make reproduce STUDY=config/convergence.yaml
+# the pages of docs/ that quote results, from those of make reproduce STUDY=config/convergence.yaml, and the site
 docs: .venv/ready
 	$(BIN)/python docs/write.py
+	$(MAKE) site
+
+# results/site/index.html, without results and without a network; its examples run once, and again after an edit
+site: .venv/ready
+	OMP_NUM_THREADS=1 $(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir results/site-cache docs results/site
+	@echo "Open results/site/index.html"
 
 # schemas of the YAML files, and the tables of their keys in config/README.md
 reference: .venv/ready
