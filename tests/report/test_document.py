@@ -5,8 +5,7 @@ import re
 import numpy as np
 from page_examples import DRAWING
 
-from boltjoint.report.pages.document import compressed_page
-from boltjoint.report.pages.markup import inline_svg
+from boltjoint.report.pages.document import compressed_page, inline_svg
 
 
 def test_drawing_keeps_only_what_it_needs():

@@ -8,7 +8,7 @@ from small_study import CASE, write_config
 
 from boltjoint.config.study import load_study
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.report.figures.calibration import plot_calibration
+from boltjoint.report.figures.backbones import plot_calibration
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.tables.calibration import (
     tabulate_correlation,

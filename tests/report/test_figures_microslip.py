@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 from figure_parts import curves, legend_texts, texts_in
 
-from boltjoint.report.figures.microslip import Peaks, plot_microslip
+from boltjoint.report.figures.backbones import Peaks, plot_microslip
 from boltjoint.study.tables.microslip import tabulate_microslip
 
 

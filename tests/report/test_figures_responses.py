@@ -7,7 +7,8 @@ from small_joint import make_joint
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import frequency_window
-from boltjoint.report.figures.responses import plot_backbones, plot_response
+from boltjoint.report.figures.backbones import plot_backbones
+from boltjoint.report.figures.responses import plot_response
 from boltjoint.report.figures.style import save_figure
 from boltjoint.solvers.equations import StepControl
 

@@ -3,8 +3,8 @@ import pandas as pd
 import pytest
 from figure_parts import curves, marks, texts_in
 
+from boltjoint.report.figures.responses import plot_times
 from boltjoint.report.figures.style import save_figure
-from boltjoint.report.figures.times import plot_times
 
 PUBLISHED = ("published", "published_reduction_percent")
 

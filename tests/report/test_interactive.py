@@ -12,11 +12,15 @@ from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.report.figures.curves import response_curves
+from boltjoint.report.pages.document import compressed_json, pack
 from boltjoint.report.pages.interactive.curves import curves_of_case
-from boltjoint.report.pages.interactive.hysteresis import hysteresis_loops
-from boltjoint.report.pages.interactive.natural_modes import natural_modes
-from boltjoint.report.pages.interactive.packing import compressed_json, pack
-from boltjoint.report.pages.interactive.surface import Surface, packed_contact, packed_displacement
+from boltjoint.report.pages.interactive.view import (
+    Surface,
+    hysteresis_loops,
+    natural_modes,
+    packed_contact,
+    packed_displacement,
+)
 from boltjoint.structure.extent import LINEAR
 from boltjoint.study import layout
 from boltjoint.study.results import Results

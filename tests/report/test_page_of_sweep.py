@@ -12,8 +12,13 @@ from sweep_examples import GRID_SIZES, KEYS, LEVELS, content_of, sweep_of
 
 from boltjoint.report.figures.sweeps import plot_sensitivity
 from boltjoint.report.pages.content import address_of_sweep
-from boltjoint.report.pages.sweep.data import DEFAULT_LIMITS, SweepData, by_level
-from boltjoint.report.pages.sweep.page import sweep_page, tabulate_failures
+from boltjoint.report.pages.sweep.page import (
+    DEFAULT_LIMITS,
+    SweepData,
+    by_level,
+    sweep_page,
+    tabulate_failures,
+)
 from boltjoint.study.tables import html
 from boltjoint.study.tables.sweeps import tabulate_sensitivity
 

@@ -14,7 +14,7 @@ from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
-from boltjoint.reproduction import beside
+from boltjoint.reproduction import comparison
 from boltjoint.reproduction.published import Published
 from boltjoint.study.tables import html as tables
 from boltjoint.study.tables.accuracy import tabulate_accuracy, tabulate_models
@@ -281,7 +281,9 @@ def test_times_stand_beside_the_published_ones(study):
         (name, coordinates, 1): timed.assign(cpu_s=(1 + place) * timed["cpu_s"])
         for place, (name, coordinates) in enumerate(product(found, ("linear", "rdnm-1")))
     }
-    table = beside.times(tabulate_times(timings), Published(SOURCE, "three_bolt_constant"))
+    table = comparison.times_beside(
+        tabulate_times(timings), Published(SOURCE, "three_bolt_constant")
+    )
     table = table.set_index(["joint", "coordinates", "force_N"])
     assert len(table) == 6 * len(FORCES)
     assert table.loc[("node-to-node", "linear", 1.0), "published_s"] == 695.3
@@ -306,7 +308,7 @@ def test_times_stand_beside_the_published_ones(study):
 def test_elements_stand_beside_the_published_ones_in_order_of_slip(study):
     found, _ = study
     dataset = joint_to_dataset(found["regions=6/elements=4"])
-    table = beside.elements(
+    table = comparison.elements_beside(
         tabulate_elements(dataset), "regions=6/elements=4", Published(SOURCE, "three_bolt_constant")
     )
     assert len(table) == 24
@@ -321,7 +323,9 @@ def test_joint_that_was_not_published_stands_alone(study):
     found, _ = study
     dataset = joint_to_dataset(found["regions=6/elements=4"])
     for published in (Published(SOURCE), Published(SOURCE, "four_bolt_constant")):
-        table = beside.elements(tabulate_elements(dataset), "regions=6/elements=4", published)
+        table = comparison.elements_beside(
+            tabulate_elements(dataset), "regions=6/elements=4", published
+        )
         assert "published_k_kN_per_mm" not in table
 
 
@@ -383,7 +387,7 @@ def test_elements_under_variable_load_stand_beside_the_published_ones(case, regi
     reduced, _ = fit_reduced_joint(of_regions, 4, starts=1)
     name = f"regions={regions}/elements=4"
     table = tabulate_elements(joint_to_dataset(reduced))
-    table = beside.elements(table, name, Published(SOURCE, case))
+    table = comparison.elements_beside(table, name, Published(SOURCE, case))
     assert len(table) == 4 * regions
     assert table[["k_ratio", "slip_force_ratio"]].notna().all(axis=None)
     assert set(table["source_table"]) == {tables}
@@ -442,7 +446,9 @@ def test_a_time_that_was_not_printed_leaves_its_row_alone(case, joint, table):
         ]
     )
     solved = [("node-to-node", "linear", 1), (joint, "linear", 1), (joint, "rdnm-1", 1)]
-    times = beside.times(tabulate_times(dict.fromkeys(solved, timing)), Published(SOURCE, case))
+    times = comparison.times_beside(
+        tabulate_times(dict.fromkeys(solved, timing)), Published(SOURCE, case)
+    )
     assert len(times) == 6
     times = times.set_index(["joint", "coordinates", "force_N"])
     assert times.loc[(joint, "linear"), "published_reduction_percent"].notna().all()
@@ -523,7 +529,7 @@ def test_times_of_a_case_that_was_not_published_stand_alone(study):
     methods = [LinearModes(jacobian=jacobian) for jacobian in JACOBIANS]
     times = time_solver(found["node-to-node"], [1.0], methods, repeats=1, damping=0.01)
     table = tabulate_times({("node-to-node", "linear", 1): times})
-    table = beside.times(table, Published(SOURCE))
+    table = comparison.times_beside(table, Published(SOURCE))
     assert not [name for name in table if "published" in name or "source" in name]
     assert table["cpu_s"].item() > 0
 

@@ -185,7 +185,7 @@ def _fit(given: argparse.Namespace) -> int:
 def _answers(folder: Path) -> str:
     """What a run says at its end, of a study that is up to date."""
     from boltjoint.config.study import load_study
-    from boltjoint.report.answers import answers
+    from boltjoint.report.pages.headline import answers
 
     os.chdir(folder)
     return answers(load_study(Path.cwd()))

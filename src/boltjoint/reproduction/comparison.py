@@ -9,13 +9,112 @@ from markupsafe import Markup
 from boltjoint.config.bolts import MATERIAL_WORDS
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.report.comparison import Beside, BesideElements, Comparison
-from boltjoint.reproduction import beside
 from boltjoint.reproduction.published import BASIS, Published
 from boltjoint.reproduction.words import numbers_in_source, numbers_of_figures, thesis
 from boltjoint.study.tables.html import number
 
 if TYPE_CHECKING:
     from boltjoint.study.artefact_list import Artefact
+
+
+#: columns beside those called ``published_...`` that hold or compare published values
+_COMPARISONS = ("source_table", "k_ratio", "slip_force_ratio", "difference_points")
+
+
+def frequencies_beside(table: pd.DataFrame, published: Published) -> pd.DataFrame:
+    """Natural frequencies beside the published ones, by assembly and bending mode.
+
+    Parameters
+    ----------
+    table
+        As ``tabulate_frequencies`` returns it.
+    published
+        The published tables; without any there are no columns for them.
+    """
+    if published.is_empty:
+        return table
+    printed = published.natural_frequencies().rename(columns={"frequency_Hz": "published_Hz"})
+    table = table.merge(printed, how="left", on=["assembly", "bending_mode"])
+    table["difference_percent"] = 100 * (table["frequency_Hz"] / table["published_Hz"] - 1)
+    return table
+
+
+def contact_beside(table: pd.DataFrame, published: Published) -> pd.DataFrame:
+    """Numbers of pairs and of loaded pairs beside those of published friction elements.
+
+    Parameters
+    ----------
+    table
+        As ``tabulate_contact`` returns it.
+    published
+        The published tables; without any there are no columns for them.
+    """
+    if published.is_empty:
+        return table
+    printed = published.contact_nodes().set_index(["assembly", "contact_law"])["contact_nodes"]
+    table = table.copy()
+    for law, column in (("variable", "pairs"), ("constant", "loaded_pairs")):
+        numbers = [printed.get((assembly, law)) for assembly in table["assembly"]]
+        table.insert(int(table.columns.get_loc(column)) + 1, f"published_{column}", numbers)
+    return table
+
+
+def elements_beside(table: pd.DataFrame, joint: str, published: Published) -> pd.DataFrame:
+    """Fitted elements beside the published ones, both in the order in which they slip.
+
+    The source takes normal stiffnesses equal to the tangential ones.
+
+    Parameters
+    ----------
+    table
+        As ``tabulate_elements`` returns it.
+    joint
+        Name of the joint, ``regions=N/elements=M``.
+    published
+        The published tables.
+    """
+    printed = published.parameters(joint)
+    if printed.empty:
+        return table
+    # imported here: other tables need no joints
+    from boltjoint.study.tables.joints import in_order_of_slip
+
+    theirs = in_order_of_slip(
+        printed["joint"].to_numpy(),
+        {"k_kN_per_mm": printed["k_kN_per_mm"], "slip_force_N": printed["mu_n_N"]},
+    ).rename(columns={name: f"published_{name}" for name in ("k_kN_per_mm", "slip_force_N")})
+    table = table.merge(theirs, how="left", on=["region", "element"])
+    table["k_ratio"] = table["k_kN_per_mm"] / table["published_k_kN_per_mm"]
+    table["slip_force_ratio"] = table["slip_force_N"] / table["published_slip_force_N"]
+    return table.assign(source_table=printed["source_table"].iloc[0])
+
+
+def times_beside(table: pd.DataFrame, published: Published) -> pd.DataFrame:
+    """Solution times beside the published ones, which are about the first resonance.
+
+    Parameters
+    ----------
+    table
+        As ``tabulate_times`` returns it.
+    published
+        The published tables; without a case study there are no columns for them.
+    """
+    if published.case is None:
+        return table
+    printed = published.time_reductions().assign(resonance=1)
+    on = ["joint", "coordinates", "resonance", "force_N"]
+    table = table.merge(printed, how="left", on=on)
+    table["difference_points"] = (
+        table["reduction_forward_difference_percent"] - table["published_reduction_percent"]
+    )
+    return table
+
+
+def without_published(table: pd.DataFrame) -> pd.DataFrame:
+    """A table without columns of published values and of comparisons with them."""
+    published = [column for column in table if column.startswith("published_")]
+    return table.drop(columns=[*published, *_COMPARISONS], errors="ignore")
+
 
 #: columns of the source's table of cases, by the keys of a case
 _COLUMNS = {
@@ -42,9 +141,9 @@ _DIVISIONS = {"constant": "similar loads", "variable": "by the load along the mi
 
 #: what sets published values beside those of a table, by its kind
 _TABLES = {
-    "natural_frequencies": beside.frequencies,
-    "contact": beside.contact,
-    "times": beside.times,
+    "natural_frequencies": frequencies_beside,
+    "contact": contact_beside,
+    "times": times_beside,
 }
 
 #: difference of preloads, relative, by which one was computed from the other
@@ -107,12 +206,12 @@ class ThesisComparison(Comparison):
     def beside(self, artefact: "Artefact", table: pd.DataFrame) -> pd.DataFrame:
         """A table of the study with published values beside its own."""
         if artefact.kind == "elements":
-            return beside.elements(table, str(artefact.joint), self.published)
+            return elements_beside(table, str(artefact.joint), self.published)
         return _TABLES[artefact.kind](table, self.published)
 
     def on_page(self, basis: str, table: pd.DataFrame) -> pd.DataFrame:
         """A table without published values, unless the source has the basis."""
-        return table if basis == BASIS else beside.without_published(table)
+        return table if basis == BASIS else without_published(table)
 
     def configuration(self, quantities: Iterable[tuple[str, str, str | None]]) -> Beside:
         """The column of the source beside the configuration of a case.

@@ -47,8 +47,8 @@ def backbone(
     artefact: Artefact, results: "Results", joints: list[JointName], forces: list[float]
 ) -> "Figure":
     """Natural frequency and damping ratio over amplitude."""
+    from boltjoint.report.figures.backbones import plot_backbones
     from boltjoint.report.figures.curves import response_curves
-    from boltjoint.report.figures.responses import plot_backbones
 
     backbones = {
         joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints
@@ -105,7 +105,7 @@ _OF_BACKBONES = {
 def microslip(artefact: Artefact, results: "Results", joints: Sequence[JointName]) -> "Figure":
     """Friction dissipation and natural frequency over amplitude, and the power of microslip."""
     from boltjoint.joint.io import joint_from_dataset
-    from boltjoint.report.figures.microslip import Peaks, plot_microslip
+    from boltjoint.report.figures.backbones import Peaks, plot_microslip
     from boltjoint.study.tables.microslip import peak_dissipation
 
     peaks = {}

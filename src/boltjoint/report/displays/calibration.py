@@ -45,7 +45,7 @@ def _of(artefact: Artefact, results: "Results") -> "xr.Dataset":
 )
 def calibration(artefact: Artefact, results: "Results") -> "Figure":
     """Measured points, fitted curves and residuals."""
-    from boltjoint.report.figures.calibration import plot_calibration
+    from boltjoint.report.figures.backbones import plot_calibration
 
     return plot_calibration(_of(artefact, results))
 

@@ -1,11 +1,11 @@
-"""Figures and tables of frequency responses: curves, contact states, errors, times."""
+"""Figures and tables of frequency responses: curves, sensors, contact, errors, costs, times."""
 
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
-from boltjoint.study.display import assembly_of_case, data_of, figure, table
+from boltjoint.study.display import assembly_of_case, data_of, figure, table, table_of_same
 from boltjoint.study.response_list import Response
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from boltjoint.report.comparison import Comparison
     from boltjoint.study.results import Results
+
 
 _OF_JOINT = ("case", "basis", "joint")
 _OF_RESPONSE = (*_OF_JOINT, "coordinates", "resonance")
@@ -127,7 +128,7 @@ def states(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
 )
 def times(artefact: Artefact, results: "Results", comparison: "Comparison") -> "Figure":
     """Solution times over force."""
-    from boltjoint.report.figures.times import plot_times
+    from boltjoint.report.figures.responses import plot_times
 
     table = results.table("times", case=artefact.case, basis=artefact.basis)
     return plot_times(table, artefact.resonance, comparison.reductions_of_time)
@@ -211,3 +212,114 @@ def _load(
         response[1:]: results.dataset("response", case=artefact.case, **response._asdict())
         for response in responses
     }
+
+
+def _with_several_sensors(contents: Contents) -> Iterator[dict[str, Any]]:
+    """Responses of the node-to-node joints in linear modes, in cases with several sensors."""
+    for case, described in contents.study.cases.items():
+        named = (*described.sensors, *described.outputs)
+        sensors = named or contents.study.assembly(described.assembly).output_names
+        for response in contents.responses(case):
+            if len(sensors) > 1 and (response.joint, response.coordinates) == REFERENCE:
+                yield {"case": case, **response._asdict()}
+
+
+_OF_SENSORS = {
+    "of": _with_several_sensors,
+    "reads": (data_of("response", by=_OF_RESPONSE),),
+    "section": "responses",
+}
+
+
+@figure(
+    "sensors",
+    **_OF_SENSORS,
+    job="responses_{case}_{basis}",
+    order=1,
+    title="Sensors around resonance {resonance} in {basis}",
+    caption="First-harmonic amplitude of each sensor over the excitation level, node to node in "
+    "linear modes; under base excitation it is relative to the supports.",
+)
+def sensors(artefact: Artefact, results: "Results") -> "Figure":
+    """Amplitude of each sensor over frequency."""
+    from boltjoint.report.figures.responses import plot_sensors
+
+    return plot_sensors(results.dataset("response", **artefact.fields))
+
+
+@table(
+    "sensors",
+    **_OF_SENSORS,
+    job="basis_{case}_{basis}",
+    order=2,
+    title="sensors around resonance {resonance} in {basis}",
+    caption="Largest amplitude of each sensor in the response, and where it is.",
+)
+def peaks_of_sensors(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Largest amplitude of each sensor, by level."""
+    from boltjoint.study.tables.sensors import tabulate_sensors
+
+    return tabulate_sensors(results.dataset("response", **artefact.fields))
+
+
+def _converged_cases(contents: Contents) -> Iterator[dict[str, Any]]:
+    for case in contents.study.cases:
+        if contents.converged(case) and "timing" not in contents.study.omit:
+            yield {"case": case}
+
+
+def _compared(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    """Responses and times around the resonance of the converged response."""
+    return [
+        data
+        for kind in ("response", "timing")
+        for response in contents.compared(artefact.case)
+        for data in contents.select(kind, form="data", case=artefact.case, **response._asdict())
+    ]
+
+
+@figure(
+    "models",
+    of=_converged_cases,
+    reads=(table_of_same,),
+    job="convergence",
+    page="accuracy",
+    section="models",
+    title="Error against cost",
+    caption="Largest errors of the peak over all forces, and the time for all of them. Where "
+    "branches broke off, a cross marks the largest error of the others.",
+)
+def models(artefact: Artefact, results: "Results") -> "Figure":
+    """Errors of all models beside their cost."""
+    from boltjoint.report.figures.convergence import plot_models
+
+    return plot_models(results.table("models", **artefact.fields))
+
+
+@table(
+    "models",
+    of=_converged_cases,
+    reads=(_compared,),
+    job="models_{case}",
+    page="accuracy",
+    section="models",
+    title="all models against the reference model",
+    options=lambda contents, artefact: {
+        "compared": contents.compared(artefact.case),
+        "converged": contents.converged(artefact.case),
+    },
+)
+def errors_and_costs(
+    artefact: Artefact, results: "Results", compared: list[Response], converged: Response
+) -> "pd.DataFrame":
+    """Errors and costs of all models."""
+    from boltjoint.study.tables.accuracy import tabulate_models
+
+    fields = {
+        tuple(response): {"case": artefact.case, **response._asdict()} for response in compared
+    }
+    return tabulate_models(
+        {model: results.dataset("response", **of) for model, of in fields.items()},
+        {model: results.data("timing", **of) for model, of in fields.items()},
+        tuple(converged),
+    )

@@ -1,4 +1,4 @@
-"""Figures and tables of the assemblies: meshes, modes, contact under preload."""
+"""Figures and tables of structures: bodies, modes, contact and deformation under preload."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,90 @@ if TYPE_CHECKING:
 
     from boltjoint.report.comparison import Comparison
     from boltjoint.study.results import Results
+
+
+Fields = Callable[[Contents], list[dict[str, Any]]]
+
+
+def _other_assemblies(contents: Contents) -> list[dict[str, Any]]:
+    return [
+        {"assembly": name}
+        for name, assembly in contents.study.assemblies.items()
+        if assembly.HAS_SOLIDS
+    ]
+
+
+def _other_preloads(contents: Contents) -> list[dict[str, Any]]:
+    return [
+        {"assembly": name, "preload_N": preload}
+        for name, preload in contents.preloads()
+        if contents.study.assembly(name).HAS_SOLIDS
+    ]
+
+
+def _other_modes(contents: Contents) -> list[dict[str, Any]]:
+    """Assemblies in each basis whose vectors are modes."""
+    return [
+        of_assembly | {"basis": basis}
+        for basis in contents.bases()
+        if not basis.is_contact_adapted
+        for of_assembly in _other_assemblies(contents)
+    ]
+
+
+_OF_SOLIDS = {"job": "structure_{assembly}", "page": "structure"}
+_ASSEMBLY = data_of("assembly", by=["assembly"])
+
+
+@figure(
+    "solids",
+    of=_other_assemblies,
+    reads=(_ASSEMBLY,),
+    section="dimensions",
+    title="Bodies of {assembly}",
+    caption="Seen from above at an angle; below, the contact points through the bodies.",
+    **_OF_SOLIDS,
+)
+def solids(artefact: Artefact, results: "Results") -> "Figure":
+    """The bodies of an assembly and its contact points."""
+    from boltjoint.report.figures.solids import plot_solids
+
+    return plot_solids(results.dataset("assembly", **artefact.fields))
+
+
+@figure(
+    "solid_modes",
+    of=_other_modes,
+    reads=(_ASSEMBLY, data_of("modes", by=["assembly", "basis"])),
+    section="modes",
+    title="Modes of {assembly}, basis {basis}",
+    caption="Displacements are enlarged, and by colour, from dark for none to light.",
+    **_OF_SOLIDS,
+)
+def solid_modes(artefact: Artefact, results: "Results") -> "Figure":
+    """The modes of an assembly."""
+    from boltjoint.report.figures.solids import plot_solid_modes
+
+    assembly = results.dataset("assembly", assembly=artefact.assembly)
+    return plot_solid_modes(assembly, results.dataset("modes", **artefact.fields))
+
+
+@figure(
+    "solid_deformation",
+    of=_other_preloads,
+    reads=(_ASSEMBLY, data_of("preload", by=["assembly", "preload_N"])),
+    section="contact",
+    title="Shape of {assembly} with {preload_N} N per bolt",
+    caption="Displacements are enlarged, and by colour, from dark for none to light.",
+    **_OF_SOLIDS,
+)
+def solid_deformation(artefact: Artefact, results: "Results") -> "Figure":
+    """The shape of an assembly under preload."""
+    from boltjoint.report.figures.solids import plot_solid_deformation
+
+    assembly = results.dataset("assembly", assembly=artefact.assembly)
+    return plot_solid_deformation(assembly, results.dataset("preload", **artefact.fields))
+
 
 _UNDER_PRELOAD = "{assembly} with {preload_N} N per bolt"
 

@@ -11,6 +11,9 @@ from boltjoint.structure.extent import LINEAR
 
 #: millimetres of a metre
 _MM = 1e3
+#: where the largest displacement is a tenth of the length
+LIMIT_LINE = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
+LIMIT = f"linear model ends ({LINEAR:.0%} of the length)".replace("%", " %")
 
 
 @dataclass(frozen=True)

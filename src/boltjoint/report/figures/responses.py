@@ -1,27 +1,35 @@
-"""Figures of frequency responses, backbones and the motion of sensors."""
+"""Figures of frequency responses, of the motion of sensors, and of computing times."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from boltjoint.names import JointName
-from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
+from boltjoint.names import Coordinates, JointName
+from boltjoint.report.figures.curves import (
+    LIMIT,
+    LIMIT_LINE,
+    ResponseCurve,
+    response_curves,
+)
 from boltjoint.report.figures.style import (
     BREAK_MARK,
+    COORDINATE_LINES,
     MM,
     MODEL_LINE,
     REFERENCE_LINE,
+    REGION_COLOURS,
     add_legends,
     figure_style,
     label_decades,
     level_colours,
     method_label,
 )
-from boltjoint.structure.extent import LINEAR
 
 #: response over the excitation level, by the unit of the level
 _RATIOS = {
@@ -34,11 +42,6 @@ _ERROR_BAR_LINE = {"linewidth": 0.8, "alpha": 0.8}
 _UNSTABLE_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
 #: where stability is that of one harmonic
 _ONE_HARMONIC = {"linestyle": (0, (1.0, 1.5))}
-#: where the largest displacement is a tenth of the length
-_LIMIT_LINE = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
-_LIMIT = f"linear model ends ({LINEAR:.0%} of the length)".replace("%", " %")
-#: amplitude over that limit at which axes end
-_BEYOND = 3
 #: response over its peak down to which a curve is in the axes
 _FLANK = 1 / 2
 #: margin on both sides of that, over its width, and at least over the frequency
@@ -116,8 +119,8 @@ def plot_response(
             beyond = x[y > curve.linear_limit]
             if beyond.size and dataset is response:
                 ends = [beyond.min(), beyond.max()]
-                axes.plot(ends, [curve.linear_limit] * 2, color=colour, **_LIMIT_LINE)
-                marks[_LIMIT] = _LIMIT_LINE
+                axes.plot(ends, [curve.linear_limit] * 2, color=colour, **LIMIT_LINE)
+                marks[LIMIT] = LIMIT_LINE
             if curve.broken_off:
                 axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **BREAK_MARK)
                 marks["branch breaks off"] = BREAK_MARK
@@ -130,62 +133,6 @@ def plot_response(
     axes.grid(True)
     add_legends(axes, {name: style for name, (_, style) in layers.items()}, "force", levels, marks)
     return figure
-
-
-@figure_style
-def plot_backbones(
-    backbones: Mapping[str, xr.Dataset], forces: Sequence[float], limit: float | None = None
-) -> Figure:
-    """Natural frequency and damping ratio over amplitude, by joint.
-
-    Parameters
-    ----------
-    backbones
-        ``backbone.nc`` by joint.
-    forces
-        Excitations [N] whose peaks are marked.
-    limit
-        Amplitude [mm] beyond which the linear model of the structure does not hold: the axes end at
-        ``_BEYOND`` times that.
-    """
-    figure = Figure(figsize=(8, 6), layout="constrained")
-    panels = figure.subplots(2, sharex=True)
-    for (joint, backbone), colour in zip(
-        backbones.items(), level_colours(len(backbones)), strict=True
-    ):
-        amplitude = backbone["response_amplitude"].to_numpy() * MM
-        label = "\n".join([JointName(joint).label, *_isolated_branches(backbone)])
-        peaks = np.array(list(peaks_on_backbone(backbone, forces).values()))
-        for axes, name, scale in zip(
-            panels, ("natural_frequency", "damping_ratio"), (1.0, 100.0), strict=True
-        ):
-            values = backbone[name].to_numpy() * scale
-            axes.plot(amplitude, values, color=colour, linewidth=1.3, label=label)
-            if peaks.size:
-                at_peaks = np.interp(np.log(peaks), np.log(amplitude), values)
-                axes.plot(peaks, at_peaks, "o", color=colour, markersize=4)
-    panels[0].set_ylabel("natural frequency (Hz)")
-    panels[1].set_ylabel("damping ratio (%)")
-    panels[1].set_yscale("log")
-    label_decades(panels[1])
-    panels[1].set_xlabel("amplitude at the output point (mm)")
-    for axes in panels:
-        axes.set_xscale("log")
-        axes.grid(True)
-        if limit is not None:
-            low, high = axes.get_xlim()
-            if limit < high:
-                axes.axvline(limit, color="0.4", label=_LIMIT, **_LIMIT_LINE)
-                axes.set_xlim(low, min(high, _BEYOND * limit))
-    panels[0].legend()
-    return figure
-
-
-def _isolated_branches(backbone: xr.Dataset) -> Iterator[str]:
-    """Each range of excitation with an isolated branch, in words."""
-    unit = backbone["isolated_from"].attrs["units"]
-    for low, high in zip(backbone["isolated_from"], backbone["isolated_to"], strict=True):
-        yield f"isolated branch from {float(low):.4g} to {float(high):.4g} {unit}"
 
 
 def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -243,4 +190,87 @@ def plot_sensors(response: xr.Dataset) -> Figure:
     panels[-1].set_xlabel("frequency (Hz)")
     labels = [f"{level:g} {unit}" for level in levels]
     add_legends(panels[0], {"node to node, linear modes": REFERENCE_LINE}, "level", labels, {})
+    return figure
+
+
+_TIME_LINE = {"linewidth": 1.1, "markersize": 3.5}
+_MARK_OF_SOURCE = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
+
+
+@figure_style
+def plot_times(
+    times: pd.DataFrame, resonance: int = 1, source: tuple[str, str] | None = None
+) -> Figure:
+    """Solution times over force of every joint and coordinates, by kind of Jacobian.
+
+    Below the times are their ratios to those of the node-to-node joint in linear modes. Ratios
+    of a source are drawn beside those with finite differences.
+
+    Parameters
+    ----------
+    times
+        As ``tabulate_times`` returns it.
+    resonance
+        The resonance that the branches were solved around.
+    source
+        Name of another source of reductions of time, and its column.
+
+    Raises
+    ------
+    ValueError
+        If nothing was solved around that resonance.
+    """
+    times = times[times["resonance"] == resonance]
+    if times.empty:
+        raise ValueError(f"nothing was solved around resonance {resonance}")
+    forces = np.unique(times["force_N"])
+    # forces are spread evenly: their logarithms would leave most of the width to the lowest
+    times = times.assign(place=np.searchsorted(forces, times["force_N"]))
+    colours = dict(
+        zip(times["joint"].unique(), ("0.15", *REGION_COLOURS) * len(times), strict=False)
+    )
+    styles = dict(zip(times["coordinates"].unique(), COORDINATE_LINES * len(times), strict=False))
+    figure = Figure(figsize=(8, 6.4), layout="constrained")
+    jacobians = {"analytic": "", "forward-difference": "_forward_difference"}
+    jacobians = {
+        name: ending for name, ending in jacobians.items() if times[f"cpu{ending}_s"].notna().any()
+    }
+    panels = figure.subplots(2, len(jacobians), sharex=True, sharey="row", squeeze=False)
+    for (seconds, ratios), (jacobian, ending) in zip(panels.T, jacobians.items(), strict=True):
+        for (joint, coordinates), rows in times.groupby(["joint", "coordinates"], sort=False):
+            rows = rows.sort_values("force_N")
+            place, cpu = rows["place"], rows[f"cpu{ending}_s"]
+            ratio = 1 - rows[f"reduction{ending}_percent"] / 100
+            colour, style = {"color": colours[joint]}, styles[coordinates]
+            label = method_label(joint, coordinates)
+            complete = rows["complete"].astype(bool)
+            seconds.plot(place, cpu.where(complete), label=label, **colour, **style, **_TIME_LINE)
+            if not complete.all():
+                seconds.plot(place[~complete], cpu[~complete], **colour, **BREAK_MARK)
+            ratios.plot(place, ratio, label=label, **colour, **style, **_TIME_LINE)
+            if source is not None and jacobian == "forward-difference":
+                name, column = source
+                ratio, style = 1 - rows[column] / 100, {**style, **_MARK_OF_SOURCE}
+                ratios.plot(place, ratio, label=f"{label}, {name}", **colour, **style)
+        seconds.set_title(f"{jacobian} Jacobian")
+        ratios.set_xticks(np.arange(forces.size), [f"{force:g}" for force in forces])
+        ratios.set_xlabel("force (N)")
+        for axes in (seconds, ratios):
+            axes.set_yscale("log")
+            label_decades(axes)
+            axes.grid(True)
+    panels[0, 0].set_ylabel("processor time (s)")
+    panels[1, 0].set_ylabel("time over that of\nnode-to-node, linear modes")
+    plain = {"color": "0.4"}
+    entries = {JointName(j).label: Line2D([], [], color=c, lw=3) for j, c in colours.items()}
+    for coordinates, style in styles.items():
+        entries[Coordinates(coordinates).short_label] = Line2D(
+            [], [], **plain, **style, **_TIME_LINE
+        )
+    if source and "forward-difference" in jacobians and times[source[1]].notna().any():
+        style = {**COORDINATE_LINES[0], **_MARK_OF_SOURCE}
+        entries[source[0]] = Line2D([], [], **plain, **style)
+    if not times["complete"].all():
+        entries["branch breaks off"] = Line2D([], [], **plain, **BREAK_MARK)
+    figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
     return figure

@@ -12,8 +12,13 @@ from markupsafe import Markup
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.report.pages.document import Section
-from boltjoint.report.pages.markup import figure_with_caption, joined, prose, table_with_caption
+from boltjoint.report.pages.document import (
+    Section,
+    figure_with_caption,
+    joined,
+    prose,
+    table_with_caption,
+)
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.results import Results

@@ -9,11 +9,17 @@ from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
+from boltjoint.report.pages.accuracy import identity
 from boltjoint.report.pages.content import PageContent, StudyTable, format_residual_in_time
-from boltjoint.report.pages.document import Section, render_page
+from boltjoint.report.pages.document import (
+    Section,
+    joined,
+    link,
+    prose,
+    render_page,
+    table_with_caption,
+)
 from boltjoint.report.pages.headline import ALL, NOT_TESTED, ONE, peaks_of_reference, summary
-from boltjoint.report.pages.markup import joined, link, prose, table_with_caption
-from boltjoint.report.pages.reduced_models import identity
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust, headline_basis
 from boltjoint.study.results import Results

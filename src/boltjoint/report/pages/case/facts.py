@@ -14,7 +14,7 @@ from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.names import JointName, Preload
 from boltjoint.report.pages.content import PageContent
-from boltjoint.report.pages.markup import table_with_caption
+from boltjoint.report.pages.document import table_with_caption
 from boltjoint.study.results import Results
 from boltjoint.study.tables.html import number
 

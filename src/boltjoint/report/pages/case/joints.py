@@ -8,8 +8,8 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, StudyTable, capitalize, select
+from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.report.pages.headline import ALL, ONE, peaks_of_coordinates, statement_of
-from boltjoint.report.pages.markup import prose, table_with_caption
 from boltjoint.study.tables.html import number
 
 

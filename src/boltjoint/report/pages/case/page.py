@@ -9,7 +9,6 @@ from boltjoint.config.case import Case
 from boltjoint.config.settings import Solver
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.comparison import Comparison
-from boltjoint.report.pages.case.calibration import calibration_answer, calibration_section
 from boltjoint.report.pages.case.facts import facts
 from boltjoint.report.pages.case.joints import (
     CaseBasis,
@@ -27,10 +26,14 @@ from boltjoint.report.pages.case.tables import (
     solution_times,
 )
 from boltjoint.report.pages.content import PageContent, address_of_sweep, capitalize
-from boltjoint.report.pages.document import Section, render_page
-from boltjoint.report.pages.headline import headline, summary
-from boltjoint.report.pages.interactive.parts import InteractiveParts
-from boltjoint.report.pages.markup import joined, prose
+from boltjoint.report.pages.document import Section, joined, prose, render_page
+from boltjoint.report.pages.headline import (
+    calibration_answer,
+    calibration_section,
+    headline,
+    summary,
+)
+from boltjoint.report.pages.interactive.curves import InteractiveParts
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust

@@ -14,7 +14,7 @@ from boltjoint.report.pages.content import (
     largest_errors,
     with_fewest_harmonics,
 )
-from boltjoint.report.pages.markup import prose, table_with_caption
+from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.study.response_list import by_trust
 
 _TEXT = prose("case")
@@ -145,7 +145,7 @@ def natural_frequencies(name: str, case: Case, content: PageContent) -> Markup:
     """
     # it takes long to import
     from boltjoint.joint.io import joint_from_dataset
-    from boltjoint.report.pages.interactive.natural_modes import natural_modes
+    from boltjoint.report.pages.interactive.view import natural_modes
 
     rows = []
     for basis in by_trust(case.bases):

@@ -1,15 +1,17 @@
-"""Responses and backbones of a case, as its page draws them under the pointer."""
+"""Responses and backbones of a case under the pointer, and the parts of a page that answer it."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
-from boltjoint.report.pages.interactive.packing import pack
+from boltjoint.report.pages.document import TEMPLATES, compressed_json, compressed_plotly, pack
 from boltjoint.structure.extent import LINEAR
 from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
@@ -146,3 +148,41 @@ def _colours(count: int) -> list[str]:
     from boltjoint.report.figures.style import level_colours
 
     return [to_hex(colour) for colour in level_colours(count)]
+
+
+@dataclass(frozen=True)
+class InteractiveParts:
+    """Drawings of a case that answer the pointer, each empty where there is nothing to draw.
+
+    Parameters
+    ----------
+    responses
+        Responses and backbones.
+    view
+        The joint in space.
+    scripts
+        Data and library, at the end of the page.
+    """
+
+    responses: Markup
+    view: Markup
+    scripts: Markup
+
+    @classmethod
+    def of_case(cls, name: str, case: Case, results: Results) -> "InteractiveParts":
+        """Those of a case, of as many of its files as are among the results."""
+        # what computes takes long to import
+        from boltjoint.report.pages.interactive.view import view_of_case
+
+        curves, view = curves_of_case(name, case, results), view_of_case(name, case, results)
+        if curves is None and view is None:
+            return cls(Markup(), Markup(), Markup())
+        template = TEMPLATES.get_template("interactive/templates/interactive.html.j2").module
+        packed = (
+            None if content is None else compressed_json(content) for content in (curves, view)
+        )
+        return cls(
+            template.responses("m/s²" if case.is_base_excited else "N") if curves else Markup(),
+            template.view() if view else Markup(),
+            template.scripts(*packed, compressed_plotly()),
+        )

@@ -1,4 +1,4 @@
-"""Tables of time integration and multi-harmonic balance at the peaks of a case."""
+"""Tables of the peaks of a case with more harmonics, and of their verification in time."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,93 @@ if TYPE_CHECKING:
 
     from boltjoint.joint.model import Joint
     from boltjoint.study.results import Results
+
+
+def _bases(contents: Contents) -> Iterator[dict[str, Any]]:
+    for case in contents.study.cases if contents.study.harmonic_convergence else ():
+        for basis in contents.lowest_references(case):
+            yield {"case": case, "basis": basis}
+
+
+def _response(contents: Contents, artefact: Artefact) -> dict[str, Any]:
+    return contents.lowest_references(artefact.case)[artefact.basis]._asdict()
+
+
+def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
+    fields = _response(contents, artefact)
+    return contents.select("response", form="data", case=artefact.case, **fields)
+
+
+@table(
+    "harmonic_peaks",
+    of=_bases,
+    reads=(_reads,),
+    job="basis_{case}_{basis}",
+    section="harmonics",
+    title="peaks with more harmonics, in {basis}",
+    options=lambda contents, artefact: {"response": _response(contents, artefact)},
+)
+def harmonic_peaks(
+    artefact: Artefact, results: "Results", response: Mapping[str, Any]
+) -> "pd.DataFrame":
+    """Peaks of the node-to-node joint with increasing numbers of harmonics."""
+    from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
+
+    solved = results.dataset("response", case=artefact.case, **response)
+    return tabulate_harmonic_peaks(solved)
+
+
+def _smaller_bases(contents: Contents) -> Iterator[dict[str, Any]]:
+    for case in contents.study.cases if contents.study.harmonic_convergence else ():
+        bases = contents.bases_of_integration(case)
+        if len(bases) > 1:
+            yield {"case": case, "basis": bases[0]}
+
+
+def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, Any]:
+    """The node-to-node joint of a case in the basis larger than its converged one."""
+    basis = contents.bases_of_integration(artefact.case)[1]
+    return {"case": artefact.case, "basis": basis, "joint": REFERENCE[0]}
+
+
+@table(
+    "larger_basis",
+    of=_smaller_bases,
+    reads=(
+        lambda contents, artefact: contents.select("joint", **_in_larger_basis(contents, artefact)),
+        _reads,
+    ),
+    job="larger_basis_{case}_{basis}",
+    page="accuracy",
+    section="bases",
+    title="peaks with more harmonics in {basis}, against those in the largest basis",
+    options=lambda contents, artefact: {
+        "response": _response(contents, artefact),
+        "joint": _in_larger_basis(contents, artefact),
+        "forces": contents.integrated_levels(artefact.case),
+        "steps": contents.study.solver.steps,
+    },
+    stage="larger_basis",
+)
+def larger_basis(
+    artefact: Artefact,
+    results: "Results",
+    response: Mapping[str, Any],
+    joint: Mapping[str, Any],
+    forces: Sequence[float],
+    steps: Mapping[str, Any],
+) -> "pd.DataFrame":
+    """Converged peaks of the reference model against those in a larger basis."""
+    from boltjoint.joint.io import joint_from_dataset
+    from boltjoint.solvers.equations import StepControl
+    from boltjoint.study.tables.harmonics import tabulate_larger_basis
+
+    return tabulate_larger_basis(
+        results.dataset("response", case=artefact.case, **response),
+        joint_from_dataset(results.dataset("joint", **joint)),
+        forces,
+        StepControl(**steps),
+    )
 
 
 def _in_free_modes(contents: Contents) -> Iterator[dict[str, Any]]:
