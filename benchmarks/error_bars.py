@@ -30,7 +30,7 @@ from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.peak_sequence import converge_peak
+from boltjoint.dynamics.response.harmonic_convergence import converge_peak
 from boltjoint.dynamics.response.phase_resonance import PeakSearch, find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.coupled import CoupledConstantLoad, CoupledVariableLoad

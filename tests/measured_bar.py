@@ -8,9 +8,8 @@ from small_joint import make_joint
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.measured import Measured
-from boltjoint.dynamics.backbone.backbone_at import backbone_at
-from boltjoint.study.calibrated_joint import CalibratedJoint
-from boltjoint.study.calibration import calibrate
+from boltjoint.study.calibration import CalibratedJoint, calibrate
+from boltjoint.study.designs import backbone_at
 
 FILE = "config/bar.csv"
 FRICTION, STIFFNESS = "contact.friction_coefficient", "contact.tangential_stiffness_N_per_m"

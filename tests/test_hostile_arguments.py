@@ -22,12 +22,12 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint import bands, clusters, fitting, hysteresis, io, model, partition
 from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.measurement.identification import scatter_between
 from boltjoint.measurement.local_regression import RegressionOptions
-from boltjoint.measurement.scatter import scatter_between
 from boltjoint.measurement.signals import Signals
 from boltjoint.measurement.stepped_sine import identify_constant_response
 from boltjoint.solvers.equations import LaggedControl
-from boltjoint.structure import contact_law, elasticity
+from boltjoint.structure import contact_equilibrium, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
 from boltjoint.structure.makers.half_lap import plan
 from boltjoint.structure.segments.weighted_points import weighted_points
@@ -246,7 +246,7 @@ CALLS = {
         {"joint": JOINT, "frequency": 70.0, "force": 1.0, "damping": 0.01, "harmonics": 3},
     ),
     "contact_force": (
-        contact_law.contact_force,
+        contact_equilibrium.contact_force,
         {"relative": np.zeros((1, 3)), "stiffness": np.ones(1), "friction_coefficient": 0.1},
     ),
     "assemble": (

@@ -35,7 +35,7 @@ ROOMS = (
         "options",
         "other_packages",
     ),
-    *("checksums", "machine", "regular_file", "compiled", "checks", "__init__"),
+    *("checksums", "regular_file", "compiled", "checks", "__init__"),
 )
 #: by the file, the syntax tree
 TREES = {

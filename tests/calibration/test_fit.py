@@ -178,8 +178,8 @@ def test_keys_of_contact_are_fitted_by_a_function():
     lowest, highest = joint.resonance_range()[0]
     amplitudes = np.geomspace(1e-7, 3e-5, 12)
     near = curve_of(np.tile([(lowest + highest) / 2, 0.01], (12, 1)), amplitudes)
-    from boltjoint.calibration.model_curves import ModelCurves
     from boltjoint.calibration.parameters import ParameterSpace
+    from boltjoint.calibration.residuals import ModelCurves
 
     space = ParameterSpace(tuple(parameters))
     compared = ModelCurves(model, (near,), space)

@@ -11,7 +11,7 @@ import boltjoint
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter
-from boltjoint.calibration.residual_checks import check_curve, runs_probability, stiffening
+from boltjoint.calibration.residuals import check_curve, runs_probability, stiffening
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.model import Joint
 

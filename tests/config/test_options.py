@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from boltjoint.config.settings import Fitting, Solver
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence, LeftOutHarmonics
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl

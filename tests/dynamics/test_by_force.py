@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.response.curves import by_force
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
+from boltjoint.dynamics.response.response_file import by_force
 
 FORCES = [1.0, 20.0]
 

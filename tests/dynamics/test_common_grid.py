@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from boltjoint.dynamics.response.curves import amplitude_on_grid
+from boltjoint.study.common_to_designs import amplitude_on_grid
 
 
 def resonance(frequency):

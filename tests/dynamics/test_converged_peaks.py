@@ -11,7 +11,7 @@ from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.peak_sequence import (
+from boltjoint.dynamics.response.harmonic_convergence import (
     HarmonicConvergence,
     LeftOutHarmonics,
     change_by_left_out_harmonics,

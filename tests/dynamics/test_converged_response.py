@@ -11,7 +11,7 @@ from boltjoint.dynamics.response.converged_peaks import (
     solve_converged_response,
 )
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.friction.aft import AlternatingFrequencyTime
 
 FORCES = [0.01, 5.0, 20.0]

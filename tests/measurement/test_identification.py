@@ -8,7 +8,7 @@ from ring_downs import BAND, RATE, backbone, errors, ring_down, two_modes, with_
 
 from boltjoint import identify_ring_down, simulate_ring_down
 from boltjoint.damping import ModalDamping
-from boltjoint.measurement.scatter import scatter_between
+from boltjoint.measurement.identification import scatter_between
 from boltjoint.measurement.signals import Signals
 
 METHODS = "analytic signal", "peak finding"

@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from boltjoint.measurement.identification import IdentifiedMode
-from boltjoint.measurement.scatter import scatter_between
+from boltjoint.measurement.identification import IdentifiedMode, scatter_between
 from boltjoint.measurement.stepped_sine import identify_constant_response
 
 TABLES = Path(__file__).parents[2] / "resources/measured"

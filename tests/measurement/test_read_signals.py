@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boltjoint import read_signals
-from boltjoint.measurement import columns
+from boltjoint.measurement import signals as measured_signals
 from boltjoint.measurement.signals import Signals
 
 TIME = np.arange(200) / 1000
@@ -20,7 +20,7 @@ def write(path, header, *values):
 
 
 def test_examples_hold():
-    assert doctest.testmod(columns).failed == 0
+    assert doctest.testmod(measured_signals).failed == 0
 
 
 def test_units_of_the_names_become_si(tmp_path):

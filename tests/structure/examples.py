@@ -10,9 +10,9 @@ from scipy.sparse.linalg import eigsh, splu
 from boltjoint.config.assembly import Assembly
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
-from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
+from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 from boltjoint.structure.makers.half_lap.blocks import extrude
-from boltjoint.structure.makers.half_lap.calculix.decks import faces_among_nodes
+from boltjoint.structure.makers.half_lap.calculix import faces_among_nodes
 from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
     free_displacements,
@@ -163,7 +163,7 @@ def off_centre(assembly):
     # consistent nodal areas of the faces of bar A
     side_a = assembly["pair_node"].sel(side="A").to_numpy()
     element, face = faces_among_nodes(assembly, side_a).T
-    quad = assembly["connectivity"].to_numpy()[element[:, None], HEXAHEDRON_FACES[face]]
+    quad = assembly["connectivity"].to_numpy()[element[:, None], FACES_OF_HEXAHEDRON[face]]
     place = np.zeros(assembly.sizes["node"], dtype=int)
     place[side_a] = np.arange(len(side_a))
     # seen from above corners turn the other way

@@ -15,9 +15,8 @@ from boltjoint.dataset import save
 from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
-from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, balanced_pod_modes
-from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots
+from boltjoint.structure.basis.snapshots import PODOptions, Snapshot, pattern_snapshots
 from boltjoint.structure.factors import factorise
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from boltjoint.config.deck import Deck
 from boltjoint.structure.makers.deck import check, files_of, size_of
-from boltjoint.structure.makers.deck.facts import facts_of
+from boltjoint.structure.makers.deck.model_check import facts_of
 from boltjoint.structure.makers.deck.structure import model_of_deck, structure_of_deck
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes

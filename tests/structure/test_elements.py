@@ -12,7 +12,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 from scipy.spatial.transform import Rotation
 
 from boltjoint.structure import elasticity
-from boltjoint.structure.elements import integration
+from boltjoint.structure.elements import parent_elements
 from boltjoint.structure.elements.assembly import ElementBlock, assemble, mass, volume
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS, KINDS
 from boltjoint.structure.elements.matrices import (
@@ -85,7 +85,7 @@ def integral_of_monomial(exponent, shape):
     ],
 )
 def test_rules_are_exact_to_their_degree(rule, shape, degree):
-    point, weight = getattr(integration, rule)
+    point, weight = getattr(parent_elements, rule)
     for exponent in product(range(degree + 2), repeat=point.shape[1]):
         if sum(exponent) <= degree:
             exact = integral_of_monomial(exponent, shape)
@@ -103,7 +103,7 @@ def test_faces_are_seen_from_outside_and_close_the_element(name):
     for nodes in kind.faces:
         functions = FACE_FUNCTIONS[len(nodes)]
         triangle = functions.corner.shape[0] == 3
-        rule = integration.TRIANGLE_7_POINTS if triangle else integration.gauss(3, 2)
+        rule = parent_elements.TRIANGLE_7_POINTS if triangle else parent_elements.gauss(3, 2)
         tangents = np.einsum("qia,ak->qik", functions.slopes(rule.point), node[nodes])
         area = rule.weight[:, None] * np.cross(tangents[:, 0], tangents[:, 1])
         total += area.sum(axis=0)
@@ -195,7 +195,7 @@ def test_volume_of_curved_elements(name):
     kind = KINDS[name]
     x = curved(kind)
     rule = {4: "TETRAHEDRON_15_POINTS", 6: "WEDGE_21_POINTS", 8: "HEXAHEDRON_27_POINTS"}
-    point, weight = getattr(integration, rule[kind.corners])
+    point, weight = getattr(parent_elements, rule[kind.corners])
     J = np.einsum("qia,ak->qik", kind.functions.slopes(point), x[0])
     assert element_volumes(kind, x)[0] == pytest.approx(weight @ np.linalg.det(J), rel=1e-13)
     M = element_matrices(kind, x, UNIT)[1]

@@ -7,9 +7,9 @@ import pytest
 from examples import assemble_assembly, block_on_ground, free_displacements, relative_displacements
 
 from boltjoint.dataset import save
-from boltjoint.structure import preload as bolt_preload
-from boltjoint.structure.contact_law import contact_force
-from boltjoint.structure.preload import apply_preload, solve_contact
+from boltjoint.structure import contact_equilibrium
+from boltjoint.structure.contact_equilibrium import contact_force, solve_contact
+from boltjoint.structure.preload import apply_preload
 
 
 def test_derivative_of_the_contact_law():
@@ -163,7 +163,7 @@ def test_weak_friction_that_turns_round_converges(assembly, friction_coefficient
 
 
 def test_old_factors_give_the_solution_of_new_ones(assembly, preload, monkeypatch):
-    monkeypatch.setattr(bolt_preload, "_MAXIMUM_LINEAR_ITERATIONS", 1)
+    monkeypatch.setattr(contact_equilibrium, "_MAXIMUM_LINEAR_ITERATIONS", 1)
     renewed = apply_preload(assembly, 8e3)
     # both leave 1e-10 of the preload unbalanced
     np.testing.assert_allclose(renewed["normal_load"], preload["normal_load"], atol=1e-5)

@@ -12,18 +12,17 @@ from scipy.spatial.transform import Rotation
 
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.elements import integration
+from boltjoint.structure.elements import parent_elements
 from boltjoint.structure.elements.assembly import ElementBlock, assemble
-from boltjoint.structure.elements.kinds import FACE_FUNCTIONS, KINDS
+from boltjoint.structure.elements.kinds import FACE_FUNCTIONS, FACES_OF_HEXAHEDRON, KINDS
 from boltjoint.structure.elements.matrices import IsotropicMaterial
-from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
 from boltjoint.structure.makers.deck.content import Reference
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.reader import read_deck
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
-from boltjoint.structure.segments.clipping import clip_polygons, polygon_areas
+from boltjoint.structure.segments.overlap import clip_polygons, polygon_areas
 from boltjoint.structure.segments.weighted_points import weighted_points
 
 LINEAR = ("C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R")
@@ -65,7 +64,9 @@ def tractions_under_pressure(blocks, turn, stiffness, **options):
     for nodes in faces_where(blocks.node, blocks.blocks[1], on_plane(2, 2.0)):
         functions = FACE_FUNCTIONS[nodes.shape[1]]
         rule = (
-            integration.TRIANGLE_7_POINTS if len(functions.corner) == 3 else integration.gauss(3, 2)
+            parent_elements.TRIANGLE_7_POINTS
+            if len(functions.corner) == 3
+            else parent_elements.gauss(3, 2)
         )
         slopes = np.einsum("qia,fak->fqik", functions.slopes(rule.point), blocks.node[nodes])
         area = np.cross(slopes[:, :, 0], slopes[:, :, 1]) * rule.weight[:, None]
@@ -152,7 +153,7 @@ def test_dual_points_of_coincident_faces_are_pairs_of_nodes(name):
 
 def sides_of_lap(assembly):
     """Faces of both bars on the interface."""
-    face = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES].reshape(-1, 4)
+    face = assembly["connectivity"].to_numpy()[:, FACES_OF_HEXAHEDRON].reshape(-1, 4)
     on_sides = [np.isin(face, nodes).all(axis=1) for nodes in assembly["pair_node"].to_numpy().T]
     return [[face[on]] for on in on_sides]
 

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.contact_law import contact_force
+from boltjoint.structure.contact_equilibrium import contact_force
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Geometry, Structure

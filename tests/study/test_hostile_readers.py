@@ -20,7 +20,7 @@ from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.structure.makers.half_lap import blocks, plan
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.tables import calibration, harmonics, html, measures, meshes, sensors, sweeps
+from boltjoint.study.tables import accuracy, calibration, html, meshes, peaks, sweeps
 
 TEXTS = {
     "table.csv": "a,b\n1,2\n",
@@ -136,7 +136,7 @@ CALLS = {
         meshes.tabulate_convergence,
         {"sweep": SWEEP, "size": np.linspace(1, 2, DESIGNS.sizes["design"]), "amplitudes": 2},
     ),
-    "tabulate_harmonic_peaks": (harmonics.tabulate_harmonic_peaks, {"response": RESPONSE}),
+    "tabulate_harmonic_peaks": (peaks.tabulate_harmonic_peaks, {"response": RESPONSE}),
     "tabulate_parameters": (calibration.tabulate_parameters, {"calibration": CALIBRATION}),
     "tabulate_correlation": (calibration.tabulate_correlation, {"calibration": CALIBRATION}),
     "tabulate_residuals": (calibration.tabulate_residuals, {"calibration": CALIBRATION}),
@@ -144,8 +144,8 @@ CALLS = {
         measured.read_backbone_table,
         {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},
     ),
-    "tabulate_sensors": (sensors.tabulate_sensors, {"response": RESPONSE}),
-    "peak_of_level": (measures.peak_of_level, {"response": RESPONSE, "level": 0}),
+    "tabulate_sensors": (peaks.tabulate_sensors, {"response": RESPONSE}),
+    "peak_of_level": (accuracy.peak_of_level, {"response": RESPONSE, "level": 0}),
     "smallest_jacobian": (
         elasticity.smallest_jacobian,
         {"coordinate": CUBE[0], "connectivity": CUBE[1]},

@@ -9,8 +9,8 @@ from small_joint import make_joint
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence, converge_peak
-from boltjoint.study.tables.harmonics import tabulate_larger_basis
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, converge_peak
+from boltjoint.study.tables.peaks import tabulate_larger_basis
 
 LOSS = 0.01
 FORCES = [1.0, 20.0]

@@ -10,7 +10,6 @@ from boltjoint.config.sweep import Grid, Saltelli, Samples, Table
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
@@ -20,9 +19,8 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
-from boltjoint.study.designs import list_designs, values_of
+from boltjoint.study.designs import SweptJoint, backbone_at, list_designs, values_of
 from boltjoint.study.sweeps import check_designs, error_of_sweep, gather_sweep, solve_designs
-from boltjoint.study.swept_joint import SweptJoint
 from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
 
 #: of the peaks with all harmonics

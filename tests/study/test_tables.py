@@ -17,15 +17,19 @@ from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.reproduction import comparison
 from boltjoint.reproduction.published import Published
 from boltjoint.study.tables import html as tables
-from boltjoint.study.tables.accuracy import tabulate_accuracy, tabulate_models
-from boltjoint.study.tables.harmonics import tabulate_harmonic_peaks
+from boltjoint.study.tables.accuracy import (
+    curve_error,
+    tabulate_accuracy,
+    tabulate_models,
+    upper_branch,
+)
 from boltjoint.study.tables.joints import (
     tabulate_elements,
     tabulate_fits,
     tabulate_regions,
     tabulate_states,
 )
-from boltjoint.study.tables.measures import curve_error, upper_branch
+from boltjoint.study.tables.peaks import tabulate_harmonic_peaks
 from boltjoint.study.timing import tabulate_times, time_solver
 from boltjoint.verification.residual_in_time import check_solutions
 

@@ -4,8 +4,8 @@ import pandas as pd
 
 from boltjoint import dataset
 from boltjoint.provenance import logs
-from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
-from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
+from boltjoint.structure.makers.half_lap.calculix import read_modes, read_preload
+from boltjoint.structure.makers.half_lap.comparison_with_calculix import compare_with_calculix
 from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])

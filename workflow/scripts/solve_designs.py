@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 from boltjoint import dataset
 from boltjoint.config.varied_case import with_values
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.joint.io import ImpossibleJoint, load_joint
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
+from boltjoint.study.designs import SweptJoint
 from boltjoint.study.sweeps import check_designs, solve_designs
-from boltjoint.study.swept_joint import SweptJoint
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)

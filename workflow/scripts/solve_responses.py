@@ -1,7 +1,7 @@
 """Solve the frequency responses of a case in a basis, and trace its backbones."""
 
 from boltjoint import dataset
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.provenance import logs
 from boltjoint.study.solution import CaseInBasis
 

@@ -2,7 +2,7 @@
 
 from boltjoint import dataset
 from boltjoint.provenance import logs
-from boltjoint.structure.makers.half_lap.calculix.decks import write_modes_deck, write_preload_deck
+from boltjoint.structure.makers.half_lap.calculix import write_modes_deck, write_preload_deck
 
 logs.write_to(snakemake.log[0])
 assembly, modes, preload = (

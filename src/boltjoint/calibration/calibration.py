@@ -11,8 +11,7 @@ from scipy.stats import chi2, norm
 
 from boltjoint import checks
 from boltjoint.calibration.importance import ImportanceDraws, importance_draws
-from boltjoint.calibration.model_curves import ModelCurves
-from boltjoint.calibration.residual_checks import CurveCheck, check_curve
+from boltjoint.calibration.residuals import CurveCheck, ModelCurves, check_curve
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from scipy.optimize import least_squares
 from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.model_curves import Model, ModelCurves
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
+from boltjoint.calibration.residuals import Model, ModelCurves
 from boltjoint.config.measured import Loss
 from boltjoint.damping import Damping
 from boltjoint.joint.model import Joint

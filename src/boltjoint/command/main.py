@@ -11,12 +11,49 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from boltjoint import __version__
+from boltjoint import __version__, checks
 from boltjoint.names import NAME
 from boltjoint.study.layout import OVERVIEW
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
+
+
+def files_of_fit(folder: str | Path, case: str) -> list[str]:
+    """The calibration of a case, the fitted case, and their figure and tables.
+
+    Parameters
+    ----------
+    folder
+        The folder that holds ``config/``.
+    case
+        Name of the case.
+
+    Raises
+    ------
+    ConfigError
+        If the configuration cannot be used.
+    ValueError
+        If there is no such case, or it has no measurement.
+    """
+    from boltjoint.config.study import load_study
+    from boltjoint.report.displays import DISPLAYS
+    from boltjoint.report.displays.calibration import SECTION
+    from boltjoint.study.artefact_list import Contents
+
+    study = load_study(checks.path("folder", folder))
+    checks.choice("case", case, tuple(study.cases))
+    if study.cases[case].measured is None:
+        raise ValueError(f"config/cases/{case}.yaml has no key measured: there is nothing to fit")
+    contents = Contents(study, DISPLAYS)
+    shown = [
+        path
+        for each in DISPLAYS.on_page(contents, case)
+        if DISPLAYS.of(each).section == SECTION
+        for path in each.paths
+    ]
+    return [*contents.files("calibration", "fitted_case", case=case), *shown]
+
 
 #: of the workflow, in a checkout and in an installation
 _WORKFLOW = "workflow/Snakefile"
@@ -171,7 +208,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _fit(given: argparse.Namespace) -> int:
-    from boltjoint.command.fit import files_of_fit
+    pass  # XXX
 
     if refused := _refuse_without_study(given.folder):
         return refused

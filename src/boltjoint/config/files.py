@@ -26,7 +26,7 @@ from boltjoint.config.types import (
     KeyPath,
     refusing_exceptions,
 )
-from boltjoint.machine import machine_memory
+from boltjoint.provenance.environment import machine_memory
 from boltjoint.regular_file import require_regular
 
 EntryT = TypeVar("EntryT", bound=Entry)

@@ -117,7 +117,7 @@ class Solver(Entry):
 
     @property
     def harmonic_convergence(self) -> dict[str, float]:
-        """Options of ``dynamics.response.peak_sequence.HarmonicConvergence``."""
+        """Options of ``dynamics.response.harmonic_convergence.HarmonicConvergence``."""
         amplitude = self.harmonic_tolerance
         return {
             "amplitude_tolerance": amplitude,

@@ -1,4 +1,4 @@
-"""The software and machine of a study: processor, system, Python and package versions."""
+"""The software and machine of a study: processor, memory, system, Python and package versions."""
 
 import os
 import platform
@@ -6,6 +6,15 @@ import sys
 from email.parser import HeaderParser
 from importlib.metadata import Distribution, distributions
 from pathlib import Path
+
+
+def machine_memory() -> float:
+    """Memory of this machine, or what its control group (cgroup v2) may have of it [byte]."""
+    memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    limit = Path("/sys/fs/cgroup/memory.max")
+    if limit.is_file() and (text := limit.read_text().strip()) != "max":
+        memory = min(memory, float(text))
+    return memory
 
 
 def record() -> dict[str, object]:

@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from boltjoint import checks
-from boltjoint.structure.hexahedron import CORNERS
+from boltjoint.structure.elements.kinds import CORNERS_OF_HEXAHEDRON
 
 Array = NDArray[np.float64]
 
 #: 2 x 2 x 2 Gauss points, all of weight one
-_GAUSS = CORNERS / np.sqrt(3)
+_GAUSS = CORNERS_OF_HEXAHEDRON / np.sqrt(3)
 
 #: elements whose matrices are in memory together
 _CHUNK = 4096
@@ -203,7 +203,7 @@ def smallest_jacobian(coordinate: Array, connectivity: NDArray[np.integer]) -> A
 
 
 def _smallest_jacobian(corners: Array) -> Array:
-    points = np.concatenate([CORNERS, _GAUSS])
+    points = np.concatenate([CORNERS_OF_HEXAHEDRON, _GAUSS])
     return np.min([np.linalg.det(_jacobian(corners, point)) for point in points], axis=0)
 
 
@@ -262,14 +262,14 @@ def _of_elements(name: str, value: ArrayLike, *shape: int, **limits: float) -> A
 
 
 def _shape(point: Array) -> Array:
-    return np.prod(1 + CORNERS * point, axis=1) / 8
+    return np.prod(1 + CORNERS_OF_HEXAHEDRON * point, axis=1) / 8
 
 
 def _slopes(point: Array) -> Array:
     """Derivatives of the shape functions by the parent coordinates, shape (3, 8)."""
-    factor = 1 + CORNERS * point
+    factor = 1 + CORNERS_OF_HEXAHEDRON * point
     others = np.stack([np.prod(np.delete(factor, axis, 1), axis=1) for axis in range(3)])
-    return CORNERS.T * others / 8
+    return CORNERS_OF_HEXAHEDRON.T * others / 8
 
 
 def _jacobian(corners: Array, point: Array) -> Array:

@@ -16,8 +16,7 @@ from scipy import sparse
 
 from boltjoint import checks
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, as_sparse
-from boltjoint.structure.factors import AUTO, METHODS, chosen_method
-from boltjoint.structure.rigid import rigid_motions
+from boltjoint.structure.factors import AUTO, METHODS, chosen_method, rigid_motions
 
 Array = NDArray[np.float64]
 

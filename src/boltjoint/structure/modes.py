@@ -19,8 +19,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
-from boltjoint.structure.families import Families
-from boltjoint.structure.makers.registry import families_of, structure_of, that_respond
+from boltjoint.structure.makers.registry import Families, families_of, structure_of, that_respond
 from boltjoint.structure.model import Row, Structure
 from boltjoint.structure.subspaces import Subspace, antisymmetric, symmetric, whole
 

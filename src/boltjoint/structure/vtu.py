@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
+from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 
 Array = NDArray[np.float64]
 
@@ -148,5 +148,5 @@ def _faces_on(assembly: xr.Dataset, node: NDArray[np.int64]) -> NDArray[np.int64
     """Faces of the hexahedra with all four corners among the nodes, shape (faces, 4)."""
     among = np.zeros(assembly.sizes["node"], dtype=bool)
     among[node] = True
-    face = assembly["connectivity"].to_numpy()[:, HEXAHEDRON_FACES].reshape(-1, 4)
+    face = assembly["connectivity"].to_numpy()[:, FACES_OF_HEXAHEDRON].reshape(-1, 4)
     return face[among[face].all(axis=1)]

@@ -13,7 +13,7 @@ from boltjoint.config.types import (
     CONFIG_FILE,
     refusing_exceptions,
 )
-from boltjoint.machine import machine_memory as machine_memory
+from boltjoint.provenance.environment import machine_memory as machine_memory
 from boltjoint.structure.bolts import yield_warning
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import all_jobs, jobs_on

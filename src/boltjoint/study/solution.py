@@ -18,8 +18,8 @@ from boltjoint.dynamics.response.converged_peaks import (
     solve_converged_response,
 )
 from boltjoint.dynamics.response.frequency_response import method_of, solve_response
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
-from boltjoint.dynamics.response.peak_sequence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint

@@ -26,8 +26,7 @@ from boltjoint.study.common_to_designs import (
     common_amplitudes,
     common_window,
 )
-from boltjoint.study.designs import values_of, varied
-from boltjoint.study.swept_joint import SweptJoint
+from boltjoint.study.designs import SweptJoint, values_of, varied
 
 if TYPE_CHECKING:
     pass

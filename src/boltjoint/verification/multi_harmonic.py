@@ -18,7 +18,7 @@ from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.dynamics.response.peak_sequence import converge_peak
+from boltjoint.dynamics.response.harmonic_convergence import converge_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl

@@ -10,15 +10,16 @@ from small_study import CASE, ROOT, SETTINGS, snakemake, write
 from test_bolts import ALUMINIUM, BRASS, STEEL, WIDE, bolted
 
 from boltjoint.structure.elasticity import assemble, smallest_jacobian
-from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
-from boltjoint.structure.makers.half_lap.calculix.decks import (
+from boltjoint.structure.makers.half_lap.calculix import (
+    read_modes,
+    read_preload,
     run,
     write_modes_deck,
     write_preload_deck,
 )
-from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
-from boltjoint.structure.makers.half_lap.materials import element_materials
+from boltjoint.structure.makers.half_lap.comparison_with_calculix import compare_with_calculix
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.parts import element_materials
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 

@@ -11,8 +11,8 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.config.gap_map import GapMap
 from boltjoint.dataset import load, quantity, save
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.contact_law import contact_force
-from boltjoint.structure.makers.half_lap.calculix.decks import write_preload_deck
+from boltjoint.structure.contact_equilibrium import contact_force, solve_contact
+from boltjoint.structure.makers.half_lap.calculix import write_preload_deck
 from boltjoint.structure.makers.half_lap.constraints import (
     assemble_assembly,
     free_displacements,
@@ -20,7 +20,7 @@ from boltjoint.structure.makers.half_lap.constraints import (
 )
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.makers.half_lap.structure import structure_of
-from boltjoint.structure.preload import apply_preload, solve_contact
+from boltjoint.structure.preload import apply_preload
 
 #: the lap of the coarse assembly [m]
 LAP, WIDTH = 70e-3, 20e-3

@@ -10,13 +10,14 @@ from scipy.sparse.linalg import splu
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.joint.node_to_node import connect_nodes
-from boltjoint.structure.makers.half_lap.calculix.comparison import compare_with_calculix
-from boltjoint.structure.makers.half_lap.calculix.decks import (
+from boltjoint.structure.makers.half_lap.calculix import (
+    read_modes,
+    read_preload,
     run,
     write_modes_deck,
     write_preload_deck,
 )
-from boltjoint.structure.makers.half_lap.calculix.results import read_modes, read_preload
+from boltjoint.structure.makers.half_lap.comparison_with_calculix import compare_with_calculix
 from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.model import Row
 from boltjoint.structure.modes import find_modes

@@ -9,12 +9,12 @@ import xarray as xr
 from examples import brick_bar
 from scipy import sparse
 
-from boltjoint.structure import contact_law, elasticity, patterns
+from boltjoint.structure import contact_equilibrium, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.basis.pod import basis_of_pod_modes
 from boltjoint.structure.makers.half_lap import constraints
 from boltjoint.structure.makers.half_lap.blocks import extrude
-from boltjoint.structure.makers.half_lap.calculix.decks import write_modes_deck, write_preload_deck
+from boltjoint.structure.makers.half_lap.calculix import write_modes_deck, write_preload_deck
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
 from boltjoint.structure.makers.half_lap.mesh import tributary_area
 from boltjoint.structure.makers.half_lap.plan import (
@@ -88,7 +88,7 @@ def contact(**changes):
         "friction_coefficient": 0.1,
         "force": [0.0, 0.0, 1.0],
     }
-    return bolt_preload.solve_contact(**options | changes)
+    return contact_equilibrium.solve_contact(**options | changes)
 
 
 ATTACKS = {
@@ -175,15 +175,15 @@ ATTACKS = {
     "C": [lambda a: contact(C=sparse.eye_array(4, format="csr"))],
     "stiffness": [
         lambda a: contact(stiffness=[-1.0]),
-        lambda a: contact_law.contact_force(np.zeros((1, 3)), [1.0, 1.0], 0.1),
+        lambda a: contact_equilibrium.contact_force(np.zeros((1, 3)), [1.0, 1.0], 0.1),
         lambda a: patterns.resonances(a, None, -1.0),
     ],
     "friction_coefficient": [
         lambda a: contact(friction_coefficient=-0.1),
-        lambda a: contact_law.contact_force(np.zeros((1, 3)), [1.0], NAN),
+        lambda a: contact_equilibrium.contact_force(np.zeros((1, 3)), [1.0], NAN),
     ],
     "force": [lambda a: contact(force=np.zeros(3)), lambda a: contact(force=[0.0, NAN, 1.0])],
-    "relative": [lambda a: contact_law.contact_force(np.zeros(3), [1.0], 0.1)],
+    "relative": [lambda a: contact_equilibrium.contact_force(np.zeros(3), [1.0], 0.1)],
     "family": [lambda a: find_modes(a, "nope"), lambda a: find_modes(a, 4)],
     "energy_share": [lambda a: classify([[NAN, 0.0, 1.0]], [1.0], 1.0, 1.0)],
     "symmetric_share": [lambda a: classify([[0.0, 0.0, 1.0]], [2.0], 1.0, 1.0)],

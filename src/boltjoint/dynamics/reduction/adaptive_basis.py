@@ -38,9 +38,13 @@ from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.names import FEWEST_AUTOMATIC
 from boltjoint.structure.basis.candidates import Candidates, find_candidates
-from boltjoint.structure.basis.options import PODOptions
 from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
-from boltjoint.structure.basis.snapshots import Snapshot, pattern_snapshots, uniform_modes
+from boltjoint.structure.basis.snapshots import (
+    PODOptions,
+    Snapshot,
+    pattern_snapshots,
+    uniform_modes,
+)
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Structure
 

@@ -1,7 +1,7 @@
 """Peaks and responses with as many harmonics as change nothing: what one harmonic leaves out.
 
 Peaks are sought with more and more harmonics, and the truncation error of the last is estimated
-(``peak_sequence``); responses are solved with as many as their peaks need.
+(``harmonic_convergence``); responses are solved with as many as their peaks need.
 """
 
 import logging
@@ -24,14 +24,14 @@ from boltjoint.dynamics.balance.periodic_motion import (
     motion_at_peak,
 )
 from boltjoint.dynamics.response.frequency_response import as_method, solve_response
-from boltjoint.dynamics.response.methods import LinearModes, Method
-from boltjoint.dynamics.response.peak_sequence import (
+from boltjoint.dynamics.response.harmonic_convergence import (
     HarmonicConvergence,
     LeftOutHarmonics,
     PeakSequence,
     change_by_left_out_harmonics,
     converge_peak,
 )
+from boltjoint.dynamics.response.methods import LinearModes, Method
 from boltjoint.dynamics.response.phase_resonance import PeakSearch
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling

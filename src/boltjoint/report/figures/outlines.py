@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.report.figures.style import MM
-from boltjoint.structure.hexahedron import HEXAHEDRON_FACES
+from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 
 #: distance of surfaces that are drawn one above the other, over the side of the largest square
 _APART = 3.0
@@ -27,7 +27,7 @@ def positions_of(dataset: xr.Dataset, name: str, along: str) -> NDArray[np.float
 def element_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Faces of all elements: nodes, shape (faces, 4), and part, shape (faces,)."""
     connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
-    faces = connectivity[:, HEXAHEDRON_FACES]
+    faces = connectivity[:, FACES_OF_HEXAHEDRON]
     return faces.reshape(-1, 4), np.repeat(assembly["part"].to_numpy(), faces.shape[1])
 
 

@@ -32,8 +32,7 @@ from boltjoint.structure.basis.attachment_modes import (
     symmetric_part,
 )
 from boltjoint.structure.bolts import distance_to_bolts
-from boltjoint.structure.families import ELASTIC
-from boltjoint.structure.makers.registry import families_of
+from boltjoint.structure.makers.registry import ELASTIC, families_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import part_that_moves, whole
 

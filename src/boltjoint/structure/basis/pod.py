@@ -30,8 +30,7 @@ from boltjoint.structure.basis.candidates import (
     Candidates,
     stuck_spring_stiffness,
 )
-from boltjoint.structure.basis.options import PODOptions
-from boltjoint.structure.basis.snapshots import Snapshot
+from boltjoint.structure.basis.snapshots import PODOptions, Snapshot
 from boltjoint.structure.factors import check_held
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import symmetric, whole

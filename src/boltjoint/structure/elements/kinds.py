@@ -11,10 +11,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.elements import integration as rules
-from boltjoint.structure.elements import shape_functions as shapes
-from boltjoint.structure.elements.integration import IntegrationRule
-from boltjoint.structure.elements.shape_functions import ShapeFunctions
+from boltjoint.structure.elements import parent_elements as rules
+from boltjoint.structure.elements import parent_elements as shapes
+from boltjoint.structure.elements.parent_elements import IntegrationRule, ShapeFunctions
 
 #: corners of the faces S1, S2, ... seen from outside: normals point outward
 _FACES_OF_TETRAHEDRON = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
@@ -168,3 +167,23 @@ KINDS = {
         ElementKind("C3D20R", *_BRICK_20, _POINTS_8, _POINTS_27, _POINTS_8, 25),
     )
 }
+
+
+#: of the parent element
+CORNERS_OF_HEXAHEDRON = np.array(
+    [
+        [-1, -1, -1],
+        [1, -1, -1],
+        [1, 1, -1],
+        [-1, 1, -1],
+        [-1, -1, 1],
+        [1, -1, 1],
+        [1, 1, 1],
+        [-1, 1, 1],
+    ],
+    dtype=float,
+)
+#: corners of the six faces, seen from outside
+FACES_OF_HEXAHEDRON = np.array(
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+)

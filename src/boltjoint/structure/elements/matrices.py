@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from boltjoint import checks
-from boltjoint.structure.elements.integration import IntegrationRule
 from boltjoint.structure.elements.kinds import ElementKind
+from boltjoint.structure.elements.parent_elements import IntegrationRule
 
 Array = NDArray[np.float64]
 

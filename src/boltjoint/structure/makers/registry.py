@@ -1,18 +1,35 @@
-"""What the makers of structures make, by their names."""
+"""What the makers of structures make, by their names, and the families of modes they tell."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.config.described import Described
 from boltjoint.config.makers import DEFAULT, maker
-from boltjoint.structure.families import ELASTIC, Families
 from boltjoint.structure.model import Structure
 from boltjoint.structure.structure_file import contact_to_dataset
+
+#: family of modes of which nothing else is told
+ELASTIC = "elastic"
+
+
+class Families(NamedTuple):
+    """Families of modes and the kinetic energies that decided them.
+
+    ``family`` (modes,); ``energy_share`` (modes, 3): along x, y, z over all of it;
+    ``symmetric_share`` (modes,): of motion that is symmetric. The last two are None where the maker
+    does not tell families apart.
+    """
+
+    family: NDArray[np.str_]
+    energy_share: NDArray[np.float64] | None = None
+    symmetric_share: NDArray[np.float64] | None = None
 
 
 def make(description: Described, folder: Path) -> tuple[xr.Dataset, Structure]:

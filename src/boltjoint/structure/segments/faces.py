@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS
-from boltjoint.structure.elements.shape_functions import ShapeFunctions
+from boltjoint.structure.elements.parent_elements import ShapeFunctions
 
 Array = NDArray[np.float64]
 

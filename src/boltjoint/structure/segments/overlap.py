@@ -1,4 +1,4 @@
-"""Integrals over the common parts of facing faces of two surfaces.
+"""Integrals over the common parts of facing faces of two surfaces, whose polygons are clipped.
 
 Polygons of side B are projected on the plane of a polygon of side A and clipped by it. At
 integration points of the common parts, straight lines along the normal of that plane lead to places
@@ -7,6 +7,9 @@ common part lies within one face of either side, so that functions are smooth in
 
 References
 ----------
+I. E. Sutherland, G. W. Hodgman: Reentrant polygon clipping. Communications of the ACM 17 (1974)
+32-42.
+
 M. A. Puso, T. A. Laursen: A mortar segment-to-segment contact method for large deformation solid
 mechanics. Computer Methods in Applied Mechanics and Engineering 193 (2004) 601-629.
 """
@@ -18,13 +21,67 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from boltjoint.structure.elements import integration
-from boltjoint.structure.elements.integration import IntegrationRule
-from boltjoint.structure.elements.shape_functions import TRIANGLE_3
-from boltjoint.structure.segments.clipping import clip_polygons, fans, polygon_areas
+from boltjoint.structure.elements import parent_elements
+from boltjoint.structure.elements.parent_elements import TRIANGLE_3, IntegrationRule
 from boltjoint.structure.segments.faces import FaceGroup, Polygons
 
 Array = NDArray[np.float64]
+
+
+def clip_polygons(subject: Array, window: Array) -> Array:
+    """The common part of convex polygons, counter-clockwise.
+
+    All polygons of an array have as many vertices: shorter ones repeat a vertex.
+
+    Parameters
+    ----------
+    subject, window
+        Shapes (pairs, m, 2) and (pairs, n, 2).
+
+    Returns
+    -------
+    ndarray
+        Shape (pairs, m + n, 2); where the polygons have nothing in common, all vertices are one.
+    """
+    polygon = subject
+    for edge in range(window.shape[1]):
+        polygon = _beside(polygon, window[:, edge - 1], window[:, edge])
+    return polygon
+
+
+def _beside(polygon: Array, start: Array, end: Array) -> Array:
+    """The part of polygons left of lines, with one more vertex."""
+    pairs, count, _ = polygon.shape
+    along = end - start
+    apart = polygon - start[:, None]
+    distance = along[:, None, 0] * apart[..., 1] - along[:, None, 1] * apart[..., 0]
+    following = np.roll(polygon, -1, axis=1)
+    distance_after = np.roll(distance, -1, axis=1)
+    crosses = (distance >= 0) != (distance_after >= 0)
+    change = np.where(crosses, distance - distance_after, 1.0)
+    crossing = polygon + (distance / change)[..., None] * (following - polygon)
+    # of each side: its start where that is inside, then where it crosses the line
+    vertex = np.stack([polygon, crossing], axis=2).reshape(pairs, 2 * count, 2)
+    is_kept = np.stack([distance >= 0, crosses], axis=2).reshape(pairs, 2 * count)
+    order = np.argsort(~is_kept, axis=1, kind="stable")[:, : count + 1]
+    vertex = np.take_along_axis(vertex, order[..., None], axis=1)
+    is_kept = np.take_along_axis(is_kept, order, axis=1)
+    # what is left over repeats the first vertex
+    return np.where(is_kept[..., None], vertex, vertex[:, :1])
+
+
+def polygon_areas(polygon: Array) -> Array:
+    """Areas of polygons, positive where counter-clockwise, shape (pairs,), of (pairs, n, 2)."""
+    apart = polygon[:, 1:] - polygon[:, :1]
+    one, other = apart[:, :-1], apart[:, 1:]
+    return np.sum(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], axis=1) / 2
+
+
+def fans(polygon: Array) -> Array:
+    """Triangles of convex polygons from their first vertex, shape (pairs, n - 2, 3, 2)."""
+    first = np.broadcast_to(polygon[:, :1], polygon[:, 1:-1].shape)
+    return np.stack([first, polygon[:, 1:-1], polygon[:, 2:]], axis=2)
+
 
 #: pairs of polygons that are clipped together
 _CHUNK = 2048
@@ -205,7 +262,7 @@ class _Parts:
         whole = np.flatnonzero(is_whole & ~is_affine)
         if whole.size:
             yield self._sums(*self._points_of_faces(whole))
-        polynomial = integration.TRIANGLE_7_POINTS
+        polynomial = parent_elements.TRIANGLE_7_POINTS
         for rule, parts in (
             (polynomial, np.flatnonzero(is_affine)),
             (_collapsed_rule(), np.flatnonzero(~is_whole & ~is_affine)),
@@ -216,9 +273,9 @@ class _Parts:
     def _points_of_faces(self, parts: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array, Array]:
         """Part, place on side A and area of integration points of whole faces of side A."""
         one = self.groups[0]
-        rule = integration.TRIANGLE_7_POINTS
+        rule = parent_elements.TRIANGLE_7_POINTS
         if len(one.functions.corner) > 3:
-            rule = integration.gauss(_POINTS_OF_FACES, 2)
+            rule = parent_elements.gauss(_POINTS_OF_FACES, 2)
         place = np.tile(rule.point, (parts.size, 1))
         part = np.repeat(parts, len(rule.weight))
         normal = one.normals(self.faces[0][part], place)
@@ -272,6 +329,6 @@ class _Parts:
 
 def _collapsed_rule() -> IntegrationRule:
     """Gauss points of a square whose one side is drawn together to a corner of a triangle."""
-    square = integration.gauss(_POINTS_OF_TRIANGLES, 2)
+    square = parent_elements.gauss(_POINTS_OF_TRIANGLES, 2)
     r, s = (1 + square.point.T) / 2
     return IntegrationRule(np.stack([r, (1 - r) * s], axis=1), square.weight * (1 - r) / 4)

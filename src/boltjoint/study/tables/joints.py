@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from boltjoint.friction import contact_states
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.names import JointName
-from boltjoint.study.tables.measures import PEAK_ERRORS, peak_errors
+from boltjoint.study.tables.accuracy import PEAK_ERRORS, peak_errors
 
 
 def tabulate_regions(joint: xr.Dataset) -> pd.DataFrame:

@@ -1,17 +1,17 @@
-"""What a deck says: nodes, elements, sets, surfaces, materials, constraints, bolts and contact.
+"""What a deck says: nodes, elements, sets, constraints, bolts, contact; and how far it is read.
 
 All is in the units of the deck and in its words; nothing is computed from it here.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.makers.deck.labels import Indices, Members, Numbering, Sets, scoped
-from boltjoint.structure.makers.deck.lines import Place
+from boltjoint.structure.makers.deck.labels import WHOLE, Indices, Members, Numbering, Sets, scoped
+from boltjoint.structure.makers.deck.lines import Block, Place
 
 Array = NDArray[np.float64]
 
@@ -273,3 +273,63 @@ class Deck:
         wanted = self.element_sets.places(members.scope, members.nodes_of, members.place)
         found = [each.node[np.isin(each.place, wanted)].ravel() for each in self.elements]
         return np.unique(np.concatenate([*found, np.zeros(0, np.int64)]))
+
+
+def _none() -> tuple[Array, Array]:
+    return np.eye(3), np.zeros(3)
+
+
+@dataclass
+class Reading:
+    """What is known while a deck is read.
+
+    Attributes
+    ----------
+    deck
+        What was read.
+    kinds
+        Kinds of elements that are read as others.
+    scope
+        Name of the instance in capitals, empty outside.
+    motion
+        Rotation and translation of the instance.
+    system
+        Directions, as rows, and origin in which nodes are given.
+    step
+        Number of the step, 0 before all.
+    """
+
+    deck: Deck
+    kinds: Mapping[str, str]
+    scope: str = WHOLE
+    motion: tuple[Array, Array] = field(default_factory=_none)
+    system: tuple[Array, Array] = field(default_factory=_none)
+    step: int = 0
+    material: Material | None = None
+    interaction: Interaction | None = None
+    coupling: Coupling | None = None
+    instances: set[str] = field(default_factory=set)
+    coordinates: list[Array] = field(default_factory=list)
+    node_places: list[tuple[Place, int]] = field(default_factory=list)
+    connectivity: list[tuple[str, str, Indices, Indices, Block]] = field(default_factory=list)
+
+    def add_nodes(self, label: Indices, coordinate: Array, block: Block) -> None:
+        """Add nodes, whose coordinates are turned into those of the whole."""
+        axes, origin = self.system
+        rotation, translation = self.motion
+        self.deck.nodes.add(self.scope, label)
+        self.coordinates.append((coordinate @ axes + origin) @ rotation.T + translation)
+        self.node_places.append((block.place, len(label)))
+
+    def add_elements(self, kind: str, label: Indices, node: Indices, block: Block) -> None:
+        """Add elements, whose nodes may be told later."""
+        place = self.deck.numbers.add(self.scope, label)
+        self.connectivity.append((self.scope, kind, place, node, block))
+
+    def place_of_node(self, index: int) -> Place:
+        """Keyword that defined a node."""
+        for place, count in self.node_places:
+            if index < count:
+                return place
+            index -= count
+        raise IndexError(index)

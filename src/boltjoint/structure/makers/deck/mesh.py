@@ -9,13 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.structure.elements.assembly import ElementBlock
-from boltjoint.structure.elements.integration import (
-    TRIANGLE_3_POINTS,
-    TRIANGLE_7_POINTS,
-    gauss,
-)
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS, KINDS, ElementKind
 from boltjoint.structure.elements.matrices import IsotropicMaterial, element_volumes
+from boltjoint.structure.elements.parent_elements import TRIANGLE_3_POINTS, TRIANGLE_7_POINTS, gauss
 from boltjoint.structure.makers.deck.content import Deck, Material, Reference
 from boltjoint.structure.makers.deck.labels import Indices
 

@@ -3,16 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.makers.deck import values
+from boltjoint.structure.makers.deck import lines
 from boltjoint.structure.makers.deck.content import (
     Axes,
     FacePiece,
+    Reading,
     Reference,
     SurfaceLines,
 )
 from boltjoint.structure.makers.deck.labels import Members, Sets, scoped
 from boltjoint.structure.makers.deck.lines import Block
-from boltjoint.structure.makers.deck.reading import Reading
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ LIKE_SOLIDS |= {"C3D20RH": 20, "C3D4T": 4, "C3D8T": 8, "C3D10T": 10}
 
 def node(reading: Reading, block: Block) -> None:
     """NODE: numbers and coordinates, in the coordinates of SYSTEM or of cylinders."""
-    label, coordinate = values.numbered_reals(block, 3)
+    label, coordinate = lines.numbered_reals(block, 3)
     kind = block.options.get("SYSTEM", "R").upper()
     if kind == "C":
         angle = np.deg2rad(coordinate[:, 1])
@@ -64,7 +64,7 @@ def element(reading: Reading, block: Block) -> None:
             f"TYPE={kind} is not read{like if kind in LIKE_SOLIDS else ''}; there are: "
             f"{', '.join(known)}"
         )
-    record = values.records(block, length + 1)
+    record = lines.records(block, length + 1)
     reading.add_elements(reading.kinds.get(kind, kind), record[:, 0], record[:, 1:], block)
     if name := block.options.get("ELSET"):
         members = Members(reading.scope, block.place, record[:, 0])
@@ -100,8 +100,8 @@ def _add_set(reading: Reading, block: Block, sets: Sets, name: str) -> None:
         for row in range(len(block.rows)):
             for text in filter(None, block.fields(row)):
                 place = block.place_of(row)
-                if values.is_whole(text):
-                    label = np.array([values.whole(block, row, text)])
+                if lines.is_whole(text):
+                    label = np.array([lines.whole(block, row, text)])
                     sets.add(reading.scope, name, Members(within, place, label))
                 else:
                     sets.add(reading.scope, name, Members(within, place, names=[text]))
@@ -118,12 +118,12 @@ def _plain_numbers(block: Block) -> NDArray[np.int64] | None:
 
 
 def _range(block: Block, row: int) -> NDArray[np.int64]:
-    bounds = [values.whole(block, row, each) for each in block.fields(row) if each]
+    bounds = [lines.whole(block, row, each) for each in block.fields(row) if each]
     if not bounds:
         return np.zeros(0, np.int64)
     first, last = bounds[0], bounds[1] if len(bounds) > 1 else bounds[0]
     step = bounds[2] if len(bounds) > 2 else 1
-    if step < 1 or last < first or (last - first) // step > values.MOST:
+    if step < 1 or last < first or (last - first) // step > lines.MOST:
         raise block.refused(f"{block.rows[row]!r} is no range: first, last, step", row)
     return np.arange(first, last + 1, step)
 
@@ -135,7 +135,9 @@ def surface(reading: Reading, block: Block) -> None:
     if kind not in ("ELEMENT", "NODE"):
         raise block.refused(f"TYPE={kind} is not read: ELEMENT or NODE")
     key = scoped(reading.scope, name)
-    lines = reading.deck.surfaces.setdefault(key, SurfaceLines(name, block.place, kind == "NODE"))
+    surface_lines = reading.deck.surfaces.setdefault(
+        key, SurfaceLines(name, block.place, kind == "NODE")
+    )
     for row in range(len(block.rows)):
         fields = block.fields(row)
         if not fields or not fields[0]:
@@ -144,7 +146,7 @@ def surface(reading: Reading, block: Block) -> None:
         face = fields[1].upper() if len(fields) > 1 and kind == "ELEMENT" else ""
         if face and not (len(face) == 2 and face[0] == "S" and face[1] in "123456"):
             raise block.refused(f"face {face} is not read: S1 to S6", row)
-        lines.pieces.append(FacePiece(reference, int(face[1]) if face else None))
+        surface_lines.pieces.append(FacePiece(reference, int(face[1]) if face else None))
 
 
 def system(reading: Reading, block: Block) -> None:
@@ -152,13 +154,13 @@ def system(reading: Reading, block: Block) -> None:
     if not block.rows:
         reading.system = (np.eye(3), np.zeros(3))
         return
-    first = values.reals(block, 0, 6)
+    first = lines.reals(block, 0, 6)
     origin, x = np.array(first[:3]), np.array(first[3:])
     if len(block.fields(0)) <= 3:
         reading.system = (np.eye(3), origin)
         return
     if len(block.rows) > 1:
-        second = np.array(values.reals(block, 1, 3)) - origin
+        second = np.array(lines.reals(block, 1, 3)) - origin
     else:
         second = np.cross([0.0, 0.0, 1.0], x - origin)
     reading.system = (directions(x - origin, second, block), origin)
@@ -170,7 +172,7 @@ def transform(reading: Reading, block: Block) -> None:
     if kind not in ("R", "C"):
         raise block.refused(f"TYPE={kind} is not read: R or C")
     reference = Reference(block.option("NSET"), reading.scope, block.place)
-    points = tuple(values.reals(block, 0, 6))
+    points = tuple(lines.reals(block, 0, 6))
     if kind == "R":
         directions(np.array(points[:3]), np.array(points[3:]), block)
     reading.deck.axes.append(Axes(reference, kind, points))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from boltjoint.config.deck import Deck
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.elements.suitability import element_warnings
 from boltjoint.structure.makers.deck import interfaces, rigid
@@ -202,3 +203,25 @@ def _of_couplings(assembled: Assembled) -> list[str]:
         f"a coupling of {most // 3} nodes is held by equations: each of its nodes depends on all "
         "others, which costs memory"
     ]
+
+
+MEANING = "Solid bodies from a deck of Abaqus or CalculiX, with the constraints and bolts it has."
+
+
+def facts_of(described: Deck) -> dict[str, float | str | tuple[float, ...]]:
+    """Files, units and the check of the model, by what they are called."""
+    facts, doubts = check_of(described, described.folder)
+    pairs = (f"{each.name}: {' on '.join(each.surfaces)}" for each in described.contact)
+    modes = {
+        "open": "without contact",
+        "closed": "with normal springs of the points that are closed under preload",
+    }
+    return {
+        "deck": ", ".join(described.named_files),
+        "units of the deck": ", ".join(described.units.model_dump().values()),
+        "surfaces in contact": "; ".join(pairs),
+        "modes and bases": modes[described.base],
+        "points": ", ".join(described.input_names) or "none",
+        **facts,
+        "to look at": "; ".join(doubts) or "nothing",
+    }

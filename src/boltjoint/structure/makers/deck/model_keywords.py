@@ -1,6 +1,6 @@
 """Keywords of decks that tell materials, constraints, bolts, contact, supports and loads."""
 
-from boltjoint.structure.makers.deck import values
+from boltjoint.structure.makers.deck import lines
 from boltjoint.structure.makers.deck.content import (
     Beam,
     Boundary,
@@ -12,13 +12,13 @@ from boltjoint.structure.makers.deck.content import (
     Material,
     PointProperty,
     PretensionSection,
+    Reading,
     Reference,
     Section,
     Term,
     Tie,
 )
 from boltjoint.structure.makers.deck.lines import Block
-from boltjoint.structure.makers.deck.reading import Reading
 
 #: displacements that a word of BOUNDARY holds
 _HELD = {
@@ -62,7 +62,7 @@ def elastic(reading: Reading, block: Block) -> None:
     if not "ISOTROPIC".startswith(kind):
         raise block.refused(f"TYPE={kind} is not read: ISOTROPIC")
     _required_row(block)
-    modulus, ratio = values.reals(block, 0, 2)
+    modulus, ratio = lines.reals(block, 0, 2)
     if not modulus > 0:
         raise block.refused(f"Young's modulus {modulus:g} must be greater than 0", 0)
     if not -1 < ratio < 0.5:
@@ -75,7 +75,7 @@ def density(reading: Reading, block: Block) -> None:
     if reading.material is None:
         raise block.refused("no *MATERIAL stands before it")
     _required_row(block)
-    value = values.reals(block, 0, 1)[0]
+    value = lines.reals(block, 0, 1)[0]
     if not value > 0:
         raise block.refused(f"density {value:g} must be greater than 0", 0)
     reading.material.density = value
@@ -94,7 +94,7 @@ def beam_section(reading: Reading, block: Block) -> None:
     if kind not in sizes:
         raise block.refused(f"SECTION={kind} is not read: {', '.join(sizes)}")
     _required_row(block)
-    lengths = tuple(values.reals(block, 0, sizes[kind]))
+    lengths = tuple(lines.reals(block, 0, sizes[kind]))
     if not min(lengths) > 0:
         raise block.refused(f"sizes {lengths} must be greater than 0", 0)
     elements, made_of = _named(reading, block, "ELSET"), block.option("MATERIAL")
@@ -112,7 +112,7 @@ def tie(reading: Reading, block: Block) -> None:
                 block.options.get("NAME", f"{len(reading.deck.ties) + 1}"),
                 _reference(reading, block, row),
                 _reference(reading, block, row, 1),
-                None if tolerance is None else values.real(block, -1, tolerance),
+                None if tolerance is None else lines.real(block, -1, tolerance),
                 block.place_of(row),
                 block.options.get("ADJUST", "YES").upper() != "NO",
             )
@@ -124,7 +124,7 @@ def equation(reading: Reading, block: Block) -> None:
     row = 0
     while row < len(block.rows):
         start = row
-        count = values.whole(block, row, block.fields(row)[0])
+        count = lines.whole(block, row, block.fields(row)[0])
         if count < 1:
             raise block.refused(f"{count} terms: it must have at least 1", row)
         texts: list[tuple[int, str]] = []
@@ -138,12 +138,12 @@ def equation(reading: Reading, block: Block) -> None:
         for number in range(count):
             (at, text), (_, dof), (_, factor) = texts[3 * number : 3 * number + 3]
             node = Reference(text, reading.scope, block.place_of(at))
-            terms.append(Term(node, _dof(block, at, dof), values.real(block, at, factor)))
+            terms.append(Term(node, _dof(block, at, dof), lines.real(block, at, factor)))
         reading.deck.equations.append(Equation(tuple(terms), block.place_of(start)))
 
 
 def _dof(block: Block, row: int, text: str) -> int:
-    dof = values.whole(block, row, text)
+    dof = lines.whole(block, row, text)
     if not 1 <= dof <= _DOFS:
         raise block.refused(f"displacement {dof} is not read: 1 to 6", row)
     return dof
@@ -187,7 +187,7 @@ def distributing_coupling(reading: Reading, block: Block) -> None:
     """DISTRIBUTING COUPLING of CalculiX: nodes with weights, for an element DCOUP3D."""
     elements = _named(reading, block, "ELSET")
     for row in range(len(block.rows)):
-        weight = values.reals(block, row, 1, 1)[0] or 1.0
+        weight = lines.reals(block, row, 1, 1)[0] or 1.0
         nodes = _reference(reading, block, row)
         dofs = (1, 2, 3, 4, 5, 6)
         each = Coupling("", "distributing", elements, nodes, False, dofs, block.place, (weight,))
@@ -211,7 +211,7 @@ def pretension_section(reading: Reading, block: Block) -> None:
     )
     if (surface is None) == (element is None):
         raise block.refused("SURFACE or ELEMENT must be given, and not both")
-    normal = tuple(values.reals(block, 0, 3)) if block.rows else (0.0, 0.0, 0.0)
+    normal = tuple(lines.reals(block, 0, 3)) if block.rows else (0.0, 0.0, 0.0)
     node = _named(reading, block, "NODE")
     section = PretensionSection(node, surface, element, normal, block.place)
     reading.deck.pretension.append(section)
@@ -230,7 +230,7 @@ def boundary(reading: Reading, block: Block) -> None:
         else:
             first = _dof(block, row, word)
             last = _dof(block, row, fields[2]) if len(fields) > 2 and fields[2] else first
-            value = values.reals(block, row, 1, 3)[0]
+            value = lines.reals(block, row, 1, 3)[0]
             ranges = [(first, last, value)]
         for first, last, value in ranges:
             reading.deck.boundaries.append(Boundary(nodes, first, last, value, reading.step))
@@ -242,7 +242,7 @@ def cload(reading: Reading, block: Block) -> None:
         fields = block.fields(row)
         nodes = _reference(reading, block, row)
         dof = _dof(block, row, fields[1] if len(fields) > 1 else "")
-        force = values.reals(block, row, 1, 2)[0]
+        force = lines.reals(block, row, 1, 2)[0]
         reading.deck.loads.append(Load(nodes, dof, force, reading.step))
 
 
@@ -264,14 +264,14 @@ def surface_interaction(reading: Reading, block: Block) -> None:
 def friction(reading: Reading, block: Block) -> None:
     """FRICTION: coefficient."""
     if reading.interaction is not None and block.rows:
-        reading.interaction.friction_coefficient = values.reals(block, 0, 1)[0]
+        reading.interaction.friction_coefficient = lines.reals(block, 0, 1)[0]
 
 
 def surface_behavior(reading: Reading, block: Block) -> None:
     """SURFACE BEHAVIOR: stiffness for each area where pressure and closure are proportional."""
     law = block.options.get("PRESSURE-OVERCLOSURE", "").upper()
     if reading.interaction is not None and block.rows and law == "LINEAR":
-        stiffness = values.reals(block, 0, 1)[0]
+        stiffness = lines.reals(block, 0, 1)[0]
         reading.interaction.stiffness = stiffness if stiffness > 0 else None
 
 
@@ -279,7 +279,7 @@ def mass(reading: Reading, block: Block) -> None:
     """MASS of the elements MASS of a set."""
     _required_row(block)
     elements = _named(reading, block, "ELSET")
-    reading.deck.masses.append(PointProperty(elements, values.reals(block, 0, 1)[0]))
+    reading.deck.masses.append(PointProperty(elements, lines.reals(block, 0, 1)[0]))
 
 
 def spring(reading: Reading, block: Block) -> None:
@@ -289,7 +289,7 @@ def spring(reading: Reading, block: Block) -> None:
     if len(block.rows) < 2:
         raise block.refused("its second data line, the stiffness, is missing")
     elements = _named(reading, block, "ELSET")
-    reading.deck.springs.append(PointProperty(elements, values.reals(block, 1, 1)[0]))
+    reading.deck.springs.append(PointProperty(elements, lines.reals(block, 1, 1)[0]))
 
 
 #: within steps too

@@ -15,10 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.makers.deck import mesh_keywords, model_keywords, values
-from boltjoint.structure.makers.deck.content import Deck, Elements
+from boltjoint.structure.makers.deck import lines, mesh_keywords, model_keywords
+from boltjoint.structure.makers.deck.content import Deck, Elements, Reading
 from boltjoint.structure.makers.deck.lines import Block, read_blocks
-from boltjoint.structure.makers.deck.reading import Reading
 
 Array = NDArray[np.float64]
 
@@ -80,10 +79,10 @@ def _begin_instance(reading: Reading, block: Block, parts: Mapping[str, list[Blo
         raise block.refused(f"there is no part {block.options['PART']}")
     reading.instances.add(name)
     reading.scope = name
-    translation = np.array(values.reals(block, 0, 3)) if block.rows else np.zeros(3)
+    translation = np.array(lines.reals(block, 0, 3)) if block.rows else np.zeros(3)
     rotation = np.eye(3)
     if len(block.rows) > 1:
-        a, b, angle = np.split(np.array(values.reals(block, 1, 7)), [3, 6])
+        a, b, angle = np.split(np.array(lines.reals(block, 1, 7)), [3, 6])
         if angle[0]:
             if not np.linalg.norm(b - a) > 0:
                 raise block.refused("its axis of rotation is a point", 1)

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-    from boltjoint.structure.families import Families
+    from boltjoint.structure.makers.registry import Families
     from boltjoint.structure.model import Structure
 
 __all__ = [
@@ -53,13 +53,13 @@ def families_of(structure: "Structure", q: "np.ndarray") -> "Families":
 
 def loaded_nodes(assembly: "xr.Dataset") -> "np.ndarray":
     """Numbers of the nodes where forces may act and motion may be read."""
-    from boltjoint.structure.makers.half_lap import loads
+    from boltjoint.structure.makers.half_lap import structure
 
-    return loads.nodes_of_bars(assembly)
+    return structure.nodes_of_bars(assembly)
 
 
 def load_on_surface(assembly: "xr.Dataset", surface: str) -> "np.ndarray":
     """Nodal forces of an even load of one newton on a surface, shape (nodes,)."""
-    from boltjoint.structure.makers.half_lap import loads
+    from boltjoint.structure.makers.half_lap import structure
 
-    return loads.load_on_surface(assembly, surface)
+    return structure.load_on_surface(assembly, surface)

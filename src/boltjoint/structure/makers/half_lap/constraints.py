@@ -7,7 +7,7 @@ from scipy import sparse
 
 from boltjoint import checks
 from boltjoint.structure.elasticity import assemble, check_mesh
-from boltjoint.structure.makers.half_lap.materials import element_materials
+from boltjoint.structure.makers.half_lap.parts import element_materials
 
 Array = NDArray[np.float64]
 

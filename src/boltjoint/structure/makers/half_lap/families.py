@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.structure.families import Families
 from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT
+from boltjoint.structure.makers.registry import Families
 from boltjoint.structure.model import Structure
 
 Array = NDArray[np.float64]

@@ -1,1 +1,0 @@
-"""Verification of modes and preload by CalculiX: input decks, results and their comparison."""
