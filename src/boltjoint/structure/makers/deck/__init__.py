@@ -14,7 +14,7 @@ __all__ = ["PAGE", "Description", "check", "files_of", "make", "size_of", "summa
 
 
 #: module that tells pages of them
-PAGE = f"{__name__}.facts"
+PAGE = f"{__name__}.model_check"
 
 
 def make(description: Description, folder: Path) -> "Structure":
