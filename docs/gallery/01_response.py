@@ -23,7 +23,7 @@ joint = Joint(np.array([70.0, 360.0]), at_tip, at_tip, relative_mode, position, 
 # %%
 # One branch for each force. The largest response per force lies between the two linear ones.
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 peak = {}
 for force in (0.01, 1.0, 3.0, 10.0):  # N
     branch = solve_branch(joint, force, damping=0.002)
