@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.friction.law import FrictionLaw
+from boltjoint.friction.protocol import FrictionLaw
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]

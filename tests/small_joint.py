@@ -7,7 +7,7 @@ import xarray as xr
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs

@@ -12,7 +12,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.combined import CombinedLaw, elements_of_pairs
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.element_law import ContactPairs
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import keep_elements, merge_points
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint

@@ -21,7 +21,7 @@ from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.friction.element_law import ContactPairs
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.friction.slider_forms import SlidersInTime
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.verification.residual_in_time import check_solutions

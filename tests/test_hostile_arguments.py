@@ -22,8 +22,8 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint import bands, clusters, fitting, hysteresis, io, model, partition
 from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.measurement.free_decay import RegressionOptions
 from boltjoint.measurement.identification import scatter_between
-from boltjoint.measurement.local_regression import RegressionOptions
 from boltjoint.measurement.signals import Signals
 from boltjoint.measurement.stepped_sine import identify_constant_response
 from boltjoint.solvers.equations import LaggedControl

@@ -16,7 +16,7 @@ from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import DECLARATIONS, OWN_DECLARATIONS
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.other_packages import WithOtherPackages
 

@@ -10,7 +10,7 @@ from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.clusters import find_slip_states
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import count_alike, keep_elements, merge_points

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from boltjoint.friction.contact_states import SEPARATION, STICK_SLIP_SEPARATION
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.node_to_node import connect_nodes, connect_pairs
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_joint import connect_small
 
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.fit_iwan import fit_iwan_joint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint

@@ -7,7 +7,7 @@ import xarray as xr
 from figure_parts import curves, legend_texts, texts_in
 
 from boltjoint.report.figures.backbones import Peaks, plot_microslip
-from boltjoint.study.tables.microslip import tabulate_microslip
+from boltjoint.study.tables.backbones import tabulate_microslip
 
 
 def backbone(power=2.5):

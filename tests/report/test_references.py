@@ -9,8 +9,8 @@ from boltjoint.report.pages.content import (
     anchor_of,
     page_of,
 )
+from boltjoint.reproduction.comparison import numbers_of_figures
 from boltjoint.reproduction.published import Published
-from boltjoint.reproduction.words import numbers_of_figures
 from boltjoint.study.artefact_list import Artefact, Contents
 
 

@@ -13,14 +13,14 @@ from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 from boltjoint.structure.makers.half_lap.blocks import extrude
 from boltjoint.structure.makers.half_lap.calculix import faces_among_nodes
-from boltjoint.structure.makers.half_lap.constraints import (
+from boltjoint.structure.makers.half_lap.mesh import build_assembly, tributary_area
+from boltjoint.structure.makers.half_lap.plan import Plan, rectangle_plan
+from boltjoint.structure.makers.half_lap.structure import (
     assemble_assembly,
     free_displacements,
     relative_displacements,
+    structure_of,
 )
-from boltjoint.structure.makers.half_lap.mesh import build_assembly, tributary_area
-from boltjoint.structure.makers.half_lap.plan import Plan, rectangle_plan
-from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.subspaces import symmetric
 
 #: matrices of a mesh by its nodes, beside which its structure is held

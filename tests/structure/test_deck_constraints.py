@@ -11,11 +11,11 @@ from boltjoint.structure.elements.matrices import ElementOptions
 from boltjoint.structure.makers.deck import rigid
 from boltjoint.structure.makers.deck.assembled import constrain, matrices
 from boltjoint.structure.makers.deck.content import Reference
-from boltjoint.structure.makers.deck.elimination import Rows, eliminate
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.mesh import Faces, mesh_of
 from boltjoint.structure.makers.deck.projection import motion, project
 from boltjoint.structure.makers.deck.reader import read_deck
+from boltjoint.structure.makers.deck.unknowns import Rows, eliminate
 
 AT = Place("test", 0)
 #: the top of the lower cube and the bottom of the upper one

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from boltjoint import solve_branch
 from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.structure.basis.candidates import find_candidates

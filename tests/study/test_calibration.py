@@ -19,7 +19,7 @@ from small_joint import make_joint
 from boltjoint.config.case import Case
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.study.fitted_case import fitted_case
-from boltjoint.study.tables.calibration import (
+from boltjoint.study.tables.backbones import (
     tabulate_correlation,
     tabulate_parameters,
     tabulate_residuals,

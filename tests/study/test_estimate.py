@@ -5,7 +5,7 @@ import yaml
 from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, mesh_of, write
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.mesh_size import mesh_size
+from boltjoint.config.described import mesh_size
 from boltjoint.config.study import load_study
 from boltjoint.study import estimate
 

@@ -20,7 +20,7 @@ from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.structure.makers.half_lap import blocks, plan
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.tables import accuracy, calibration, html, meshes, peaks, sweeps
+from boltjoint.study.tables import accuracy, backbones, html, meshes, peaks, sweeps
 
 TEXTS = {
     "table.csv": "a,b\n1,2\n",
@@ -137,9 +137,9 @@ CALLS = {
         {"sweep": SWEEP, "size": np.linspace(1, 2, DESIGNS.sizes["design"]), "amplitudes": 2},
     ),
     "tabulate_harmonic_peaks": (peaks.tabulate_harmonic_peaks, {"response": RESPONSE}),
-    "tabulate_parameters": (calibration.tabulate_parameters, {"calibration": CALIBRATION}),
-    "tabulate_correlation": (calibration.tabulate_correlation, {"calibration": CALIBRATION}),
-    "tabulate_residuals": (calibration.tabulate_residuals, {"calibration": CALIBRATION}),
+    "tabulate_parameters": (backbones.tabulate_parameters, {"calibration": CALIBRATION}),
+    "tabulate_correlation": (backbones.tabulate_correlation, {"calibration": CALIBRATION}),
+    "tabulate_residuals": (backbones.tabulate_residuals, {"calibration": CALIBRATION}),
     "read_backbone_table": (
         measured.read_backbone_table,
         {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},

@@ -11,11 +11,7 @@ from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint
-from boltjoint.study.tables.microslip import (
-    MicroslipOptions,
-    peak_dissipation,
-    tabulate_microslip,
-)
+from boltjoint.study.tables.backbones import MicroslipOptions, peak_dissipation, tabulate_microslip
 
 LOSS, FORCES = 0.01, [1e-4, 1e-2, 0.1, 1.0]
 

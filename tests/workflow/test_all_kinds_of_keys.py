@@ -12,7 +12,7 @@ from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reductions import reduce_joint

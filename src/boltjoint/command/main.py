@@ -38,7 +38,7 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
     """
     from boltjoint.config.study import load_study
     from boltjoint.report.displays import DISPLAYS
-    from boltjoint.report.displays.calibration import SECTION
+    from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
     from boltjoint.study.artefact_list import Contents
 
     study = load_study(checks.path("folder", folder))
@@ -49,7 +49,7 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
     shown = [
         path
         for each in DISPLAYS.on_page(contents, case)
-        if DISPLAYS.of(each).section == SECTION
+        if DISPLAYS.of(each).section == SECTION_OF_CALIBRATION
         for path in each.paths
     ]
     return [*contents.files("calibration", "fitted_case", case=case), *shown]

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
 from pydantic import Field
 
 from boltjoint.config.bolts import Bolts, Material
-from boltjoint.config.described import Described
-from boltjoint.config.entries import Entry, EntryWithLaterKeys
-from boltjoint.config.excitation import Point, Surface
-from boltjoint.config.gap_map import ELEMENTS_IN_WAVE, Gap, GapShape
-from boltjoint.config.mesh_size import (
+from boltjoint.config.described import (
+    Described,
     MeshSize,
     longest_element_of_lap_mm,
     mesh_size,
     pairs_of_one_side,
 )
+from boltjoint.config.entries import Entry, EntryWithLaterKeys
+from boltjoint.config.excitation import Point, Surface
+from boltjoint.config.gap_map import ELEMENTS_IN_WAVE, Gap, GapShape
 from boltjoint.config.types import (
     INTEGRAL,
     Count,

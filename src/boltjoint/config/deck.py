@@ -6,11 +6,10 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr
 
-from boltjoint.config.described import Described
+from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Direction, Point
 from boltjoint.config.makers import maker
-from boltjoint.config.mesh_size import MeshSize
 from boltjoint.config.types import (
     DeckFile,
     DeckName,

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.forms import Period
-from boltjoint.friction.law import Array, FrictionLaw, HarmonicBasis, ModalElements, ModalTangent
+from boltjoint.friction.protocol import (
+    Array,
+    FrictionLaw,
+    HarmonicBasis,
+    ModalElements,
+    ModalTangent,
+)
 from boltjoint.friction.sliders_at_samples import SampleTables
 from boltjoint.harmonics import Components
 

@@ -27,7 +27,7 @@ from boltjoint.friction.forms import (
     SumOfClosedForms,
     columns_of,
 )
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.friction.sliders_at_samples import Sliders, joined
 
 
@@ -321,7 +321,7 @@ def elements_of_pairs(
     pairs
         The contact under preload.
     law
-        One of ``friction.laws.LAWS``, or its name.
+        One of ``friction.registry.LAWS``, or its name.
     surfaces
         By the names of surfaces, those keys whose values replace those of all there; and ``law``,
         where the surface has another one.

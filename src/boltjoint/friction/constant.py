@@ -25,7 +25,7 @@ from boltjoint.friction.contact_states import STICK, STICK_SLIP
 from boltjoint.friction.declarations import CONSTANT, LawDeclaration
 from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import CompiledForm
-from boltjoint.friction.law import Elements, Kernel
+from boltjoint.friction.protocol import Elements, Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 
 

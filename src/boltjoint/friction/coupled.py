@@ -35,7 +35,7 @@ from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.coupled_kernels import add_forces, find_slip
 from boltjoint.friction.declarations import COUPLED_CONSTANT, COUPLED_VARIABLE, LawDeclaration
 from boltjoint.friction.forms import AtSamples, InTime, Period
-from boltjoint.friction.law import Array
+from boltjoint.friction.protocol import Array
 from boltjoint.friction.slider_forms import states_of_period
 from boltjoint.friction.variable import VariableLoad
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.friction.forms import AtSamples, ClosedForm, InTime, Period
-from boltjoint.friction.law import HarmonicBasis, ModalElements, ModalTangent
+from boltjoint.friction.protocol import HarmonicBasis, ModalElements, ModalTangent
 from boltjoint.harmonics import Components, phase_derivative
 
 Array = NDArray[np.float64]

@@ -1,7 +1,7 @@
 """Friction laws as the configuration and the report know them: words, keys, capabilities.
 
-The laws themselves are in ``friction.laws``. They are compiled; this module is read by every job of
-the workflow, so it imports none of them.
+The laws themselves are in ``friction.registry``. They are compiled; this module is read by every
+job of the workflow, so it imports none of them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -271,7 +271,7 @@ def _knows_bias(law: LawDeclaration) -> bool:
     return "bias" in law.components or law.limit_of is not None
 
 
-#: entry points by which other packages have laws (``friction.laws``)
+#: entry points by which other packages have laws (``friction.registry``)
 GROUP = "boltjoint.laws"
 
 

@@ -16,7 +16,7 @@ from boltjoint import checks
 from boltjoint.friction.dashpots import Dashpots, SamplesWithDashpots, TimeWithDashpots
 from boltjoint.friction.declarations import PER_AREA, LawDeclaration, is_per_area
 from boltjoint.friction.forms import AtSamples, ClosedForm, InTime
-from boltjoint.friction.law import Elements, FrictionLaw, Kernel, in_radians
+from boltjoint.friction.protocol import Elements, FrictionLaw, Kernel, in_radians
 from boltjoint.friction.slider_forms import SlidersAtSamples, SlidersInTime
 from boltjoint.friction.sliders_at_samples import Sliders
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.friction.law import HarmonicBasis, Kernel, ModalElements, ModalTangent
+from boltjoint.friction.protocol import HarmonicBasis, Kernel, ModalElements, ModalTangent
 from boltjoint.friction.sliders_at_samples import SampleTables
 from boltjoint.harmonics import Components
 

@@ -36,7 +36,7 @@ from boltjoint.friction.declarations import IWAN, LawDeclaration
 from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import AtSamples, CompiledForm, InTime, Period
 from boltjoint.friction.iwan_at_samples import Hysteresis, ModalIwan
-from boltjoint.friction.law import Elements, Kernel, ModalElements
+from boltjoint.friction.protocol import Elements, Kernel, ModalElements
 from boltjoint.friction.sliders_at_samples import Sliders
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding

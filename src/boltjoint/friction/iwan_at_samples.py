@@ -28,7 +28,7 @@ from numpy.linalg import multi_dot
 from numpy.typing import NDArray
 
 from boltjoint.compiled import kept_loop, loop
-from boltjoint.friction.law import HarmonicBasis
+from boltjoint.friction.protocol import HarmonicBasis
 from boltjoint.friction.sliders_at_samples import Array
 
 #: origin where there is no reversal

@@ -24,7 +24,7 @@ from boltjoint.friction.dashpots import ClosedFormWithDashpots, Dashpots
 from boltjoint.friction.declarations import KELVIN_VOIGT, LawDeclaration
 from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import ClosedForm, CompiledForm
-from boltjoint.friction.law import Elements, Kernel
+from boltjoint.friction.protocol import Elements, Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.harmonics import Components
 

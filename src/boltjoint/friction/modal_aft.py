@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
 from boltjoint.compiled import kept_loop
-from boltjoint.friction.law import HarmonicBasis
+from boltjoint.friction.protocol import HarmonicBasis
 from boltjoint.friction.sliders_at_samples import (
     CLOSING,
     SEPARATION,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from boltjoint.compiled import kept_loop
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.friction.forms import AtSamples, InTime, Period
-from boltjoint.friction.law import ModalElements
 from boltjoint.friction.modal_aft import ModalSliders
+from boltjoint.friction.protocol import ModalElements
 from boltjoint.friction.sliders_at_samples import Sliders, slider_forces
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from boltjoint.compiled import kept_loop
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import TABULATED, LawDeclaration
 from boltjoint.friction.forms import CompiledForm
-from boltjoint.friction.law import Array, Elements, Kernel
+from boltjoint.friction.protocol import Array, Elements, Kernel
 
 #: tolerance of the interpolation, relative to the describing function; half or twice moves peaks by
 #: less than 4e-8, as the tolerance of the solvers does

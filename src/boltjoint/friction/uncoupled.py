@@ -24,7 +24,7 @@ from boltjoint.friction import constant, variable_kernels
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.declarations import UNCOUPLED_CONSTANT, UNCOUPLED_VARIABLE, LawDeclaration
 from boltjoint.friction.forms import CompiledForm
-from boltjoint.friction.law import Array, Elements, Kernel
+from boltjoint.friction.protocol import Array, Elements, Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.friction.variable import VariableLoad
 

@@ -15,7 +15,7 @@ from boltjoint import checks
 from boltjoint.friction.declarations import VARIABLE, LawDeclaration
 from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import CompiledForm
-from boltjoint.friction.law import Kernel
+from boltjoint.friction.protocol import Kernel
 from boltjoint.friction.sliders_at_samples import Sliders
 from boltjoint.friction.variable_kernels import add_forces, find_states
 

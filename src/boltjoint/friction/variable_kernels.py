@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from boltjoint.compiled import kept_loop, loop
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
-from boltjoint.friction.law import Array, Elements
+from boltjoint.friction.protocol import Array, Elements
 
 Bound = tuple[float, float, float, float]
 """A bound of the slider position: bias, sine, cosine and amplitude."""

@@ -16,9 +16,9 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.combined import CombinedLaw
 from boltjoint.friction.declarations import AND
 from boltjoint.friction.element_law import ElementLaw
-from boltjoint.friction.laws import LAWS
+from boltjoint.friction.registry import LAWS
 from boltjoint.joint.model import MODES, Joint
-from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
+from boltjoint.joint.parts import SurfacePlaces, surfaces_of
 
 logger = logging.getLogger(__name__)
 

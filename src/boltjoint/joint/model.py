@@ -20,9 +20,8 @@ from boltjoint import checks
 from boltjoint.damping import ModalStructure
 from boltjoint.friction.declarations import AXES
 from boltjoint.friction.element_law import ElementLaw
-from boltjoint.friction.law import FrictionLaw
-from boltjoint.joint.parts import Contact, Excitation, Sensors
-from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
+from boltjoint.friction.protocol import FrictionLaw
+from boltjoint.joint.parts import SURFACE, Contact, Excitation, Sensors, SurfacePlaces
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from boltjoint.friction.element_law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import MODES, Joint
-from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
+from boltjoint.joint.parts import SurfacePlaces, surfaces_of
 
 
 def connect_nodes(
@@ -76,7 +76,7 @@ def connect_pairs(
     modes, preload
         As from ``find_modes`` and ``apply_preload``, for the same pairs.
     law
-        One of ``friction.laws.LAWS``, or its name.
+        One of ``friction.registry.LAWS``, or its name.
     surfaces
         By the names of surfaces of the preload, those keys whose values replace those of all there,
         of each pair or per area; and ``law``, where the surface has another one.

@@ -38,8 +38,8 @@ def rescale_contact(
     joint
         A joint made from contact pairs of the law with the coefficients ``before``.
     law
-        One of ``friction.laws.LAWS``, or its name: that of the pairs, which a reduction may have
-        replaced.
+        One of ``friction.registry.LAWS``, or its name: that of the pairs, which a reduction may
+        have replaced.
     before, after
         As for ``node_to_node.connect_pairs``, with ``surfaces``: the same keys, each in the same
         form.

@@ -2,7 +2,7 @@
 
 Two methods are side by side. *Analytic signal*: phase and amplitude of the band-passed signal at
 all times. *Peak finding*: its extrema alone, whose phases are multiples of pi (peak finding and
-fitting). The same local least squares (``local_regression``) differentiate both.
+fitting). The same local least squares (``free_decay``) differentiate both.
 
 The energy of a mode whose frequency w falls with its amplitude a is not that of a linear one. The
 damping ratio of the backbone has the factor of a softening spring::
@@ -22,8 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.measurement.band_pass import AnalyticSignal, analytic_signal, noise_level
-from boltjoint.measurement.local_regression import LocalFit, NoisyDecay, RegressionOptions
+from boltjoint.measurement.free_decay import (
+    AnalyticSignal,
+    LocalFit,
+    NoisyDecay,
+    RegressionOptions,
+    analytic_signal,
+    noise_level,
+)
 from boltjoint.measurement.signals import Signals
 
 Array = NDArray[np.float64]

@@ -12,9 +12,13 @@ from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.case.joints import side_by_side
 from boltjoint.report.pages.content import anchor_of, page_of
 from boltjoint.report.pages.document import Section, link, table_with_caption
-from boltjoint.reproduction.comparison import ThesisComparison
+from boltjoint.reproduction.comparison import (
+    ThesisComparison,
+    numbers_in_source,
+    numbers_of_figures,
+    thesis,
+)
 from boltjoint.reproduction.published import BASIS, Published
-from boltjoint.reproduction.words import numbers_in_source, numbers_of_figures, thesis
 from boltjoint.study.artefact_list import Artefact
 
 _TABLES = {

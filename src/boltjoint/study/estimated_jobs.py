@@ -22,7 +22,7 @@ study on a machine that does nothing else.
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from boltjoint.config.mesh_size import COUNTLESS
+from boltjoint.config.described import COUNTLESS
 from boltjoint.config.settings import Solver, Timing
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS

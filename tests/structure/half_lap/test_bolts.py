@@ -10,12 +10,11 @@ from examples import COARSE, FEWEST, coarse_assembly
 from test_mesh import volume
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.config.mesh_size import mesh_size
+from boltjoint.config.described import mesh_size
 from boltjoint.structure.elasticity import smallest_jacobian
-from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
 from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT, build_assembly
 from boltjoint.structure.makers.half_lap.parts import element_materials
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.half_lap.structure import assemble_assembly, structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.vtu import write_preload

@@ -9,8 +9,7 @@ from boltjoint.damping import RayleighDamping
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.excitation import place_excitation
-from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
-from boltjoint.structure.makers.half_lap.structure import load_on_surface
+from boltjoint.structure.makers.half_lap.structure import assemble_assembly, load_on_surface
 
 TIP = {"y_mm": 0, "z_mm": 10, "direction": "z"}
 

@@ -13,13 +13,13 @@ from boltjoint.dataset import load, quantity, save
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.contact_equilibrium import contact_force, solve_contact
 from boltjoint.structure.makers.half_lap.calculix import write_preload_deck
-from boltjoint.structure.makers.half_lap.constraints import (
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.structure import (
     assemble_assembly,
     free_displacements,
     relative_displacements,
+    structure_of,
 )
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
-from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.preload import apply_preload
 
 #: the lap of the coarse assembly [m]

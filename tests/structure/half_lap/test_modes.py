@@ -9,10 +9,9 @@ from scipy.linalg import eigh
 from boltjoint.config.assembly import Assembly
 from boltjoint.dataset import save
 from boltjoint.structure.contact_points import ContactPoints
-from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
-from boltjoint.structure.makers.half_lap.structure import structure_of
+from boltjoint.structure.makers.half_lap.structure import assemble_assembly, structure_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.subspaces import whole

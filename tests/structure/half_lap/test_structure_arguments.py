@@ -12,7 +12,7 @@ from scipy import sparse
 from boltjoint.structure import contact_equilibrium, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.basis.pod import basis_of_pod_modes
-from boltjoint.structure.makers.half_lap import constraints
+from boltjoint.structure.makers.half_lap import structure
 from boltjoint.structure.makers.half_lap.blocks import extrude
 from boltjoint.structure.makers.half_lap.calculix import write_modes_deck, write_preload_deck
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
@@ -97,7 +97,7 @@ ATTACKS = {
         lambda a: assembled(coordinate=np.where(COORDINATE > 0, NAN, COORDINATE)),
         lambda a: elasticity.smallest_jacobian(np.where(COORDINATE > 0, np.inf, 0.0), CONNECTIVITY),
         lambda a: symmetric_share(np.zeros((2, 2)), [1.0, 1.0], np.zeros((2, 3, 1))),
-        lambda a: constraints.free_displacements(a.drop_vars("coordinate"), tightened=True),
+        lambda a: structure.free_displacements(a.drop_vars("coordinate"), tightened=True),
         lambda a: find_modes(spoiled(a, "coordinate", NAN), "free-1"),
         lambda a: bolt_preload.apply_preload(spoiled(a, "coordinate", NAN), 8e3),
     ],
@@ -107,8 +107,8 @@ ATTACKS = {
         lambda a: assembled(connectivity=CONNECTIVITY.astype(float)),
         lambda a: assembled(connectivity=CONNECTIVITY[:, [4, 5, 6, 7, 0, 1, 2, 3]]),
         lambda a: assembled(connectivity=CONNECTIVITY[0]),
-        lambda a: constraints.assemble_assembly(spoiled(a, "connectivity", a.sizes["node"])),
-        lambda a: constraints.mesh_of(inside_out(a)),
+        lambda a: structure.assemble_assembly(spoiled(a, "connectivity", a.sizes["node"])),
+        lambda a: structure.mesh_of(inside_out(a)),
         lambda a: write_preload_deck(inside_out(a), 1.0, "unwritten.inp"),
     ],
     "youngs_modulus": [
@@ -149,15 +149,15 @@ ATTACKS = {
     "given_up": [lambda a: glue(PLAN.point, [0], [-1])],
     "clamped_node": [lambda a: find_modes(spoiled(a, "clamped_node", -1), "free-1")],
     "section_node": [
-        lambda a: constraints.free_displacements(
+        lambda a: structure.free_displacements(
             spoiled(a, "section_node", a.sizes["node"]), tightened=False
         )
     ],
-    "pair_node": [lambda a: constraints.relative_displacements(spoiled(a, "pair_node", -1))],
+    "pair_node": [lambda a: structure.relative_displacements(spoiled(a, "pair_node", -1))],
     "assembly": [
         lambda a: find_modes(None, "free-1"),
         lambda a: bolt_preload.apply_preload({}, 8e3),
-        lambda a: constraints.assemble_assembly("nope"),
+        lambda a: structure.assemble_assembly("nope"),
     ],
     "preload": [
         lambda a: bolt_preload.apply_preload(a, 0.0),

@@ -6,8 +6,7 @@ from typing import Literal
 import numpy as np
 from scipy import sparse
 
-from boltjoint.config.described import Described
-from boltjoint.config.mesh_size import MeshSize
+from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.types import Count, Positive
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from boltjoint.compiled import call, kept_loop, loop, summing_loop
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
-from boltjoint.friction.law import Elements, address_of_kernel
+from boltjoint.friction.protocol import Elements, address_of_kernel
 from boltjoint.solvers.compiled_steps import System
 
 Array = NDArray[np.float64]

@@ -27,7 +27,7 @@ from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
 from boltjoint.dynamics.backbone.peak_force import PeakSensitivity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.declarations import AXES
-from boltjoint.friction.law import FrictionLaw
+from boltjoint.friction.protocol import FrictionLaw
 from boltjoint.joint.model import Joint, merge_points
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton

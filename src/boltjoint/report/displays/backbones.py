@@ -1,4 +1,4 @@
-"""Figures and tables of backbones, and of microslip and full slip along them."""
+"""Figures and tables of backbones: microslip, full slip, and a joint fitted to its measurement."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -10,6 +10,7 @@ from boltjoint.study.display import data_of, figure, table, table_of_same
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
     from matplotlib.figure import Figure
 
     from boltjoint.study.results import Results
@@ -106,7 +107,7 @@ def microslip(artefact: Artefact, results: "Results", joints: Sequence[JointName
     """Friction dissipation and natural frequency over amplitude, and the power of microslip."""
     from boltjoint.joint.io import joint_from_dataset
     from boltjoint.report.figures.backbones import Peaks, plot_microslip
-    from boltjoint.study.tables.microslip import peak_dissipation
+    from boltjoint.study.tables.backbones import peak_dissipation
 
     peaks = {}
     for name in joints:
@@ -135,8 +136,89 @@ def power_laws(
     artefact: Artefact, results: "Results", joints: Sequence[JointName]
 ) -> "pd.DataFrame":
     """The power law of microslip of each joint."""
-    from boltjoint.study.tables.microslip import tabulate_microslip
+    from boltjoint.study.tables.backbones import tabulate_microslip
 
     return tabulate_microslip(
         {joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints}
     )
+
+
+SECTION_OF_CALIBRATION = "measured"
+
+
+def _calibrated(contents: Contents) -> Iterator[dict[str, Any]]:
+    """Cases with a measurement, with the joint that is fitted."""
+    for case, found in contents.study.cases.items():
+        if found.measured is not None:
+            yield contents.calibrated(case)
+
+
+_OF_CALIBRATION = {
+    "of": _calibrated,
+    "reads": (data_of("calibration", by=["case", "basis", "joint"]),),
+    "section": SECTION_OF_CALIBRATION,
+    "job": "calibration_{case}",
+}
+
+
+def _of(artefact: Artefact, results: "Results") -> "xr.Dataset":
+    return results.dataset("calibration", **artefact.fields)
+
+
+@figure(
+    "calibration",
+    **_OF_CALIBRATION,
+    title="Measured backbone, and the fitted joint",
+    caption="Natural frequency and damping ratio over the measured amplitude: points with their "
+    "stated scatter, the fitted joint with the band that its parameters leave. Residuals are model "
+    "less measurement over the stated standard deviation; grey is 95 % of them.",
+)
+def calibration(artefact: Artefact, results: "Results") -> "Figure":
+    """Measured points, fitted curves and residuals."""
+    from boltjoint.report.figures.backbones import plot_calibration
+
+    return plot_calibration(_of(artefact, results))
+
+
+@table(
+    "fitted_parameters",
+    **_OF_CALIBRATION,
+    order=1,
+    title="fitted parameters",
+    caption="95 % intervals are those that the stated scatter makes. A parameter is not determined "
+    "where its interval is as wide as half of its bounds, or the best fit lies at one.",
+)
+def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Values with intervals and bounds."""
+    from boltjoint.study.tables.backbones import tabulate_parameters
+
+    return tabulate_parameters(_of(artefact, results))
+
+
+@table(
+    "parameter_correlation",
+    **_OF_CALIBRATION,
+    order=2,
+    title="correlation of the parameters",
+    caption="Near 1 or -1 only one of two can be told, or both together.",
+)
+def correlation(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Correlation of each two parameters."""
+    from boltjoint.study.tables.backbones import tabulate_correlation
+
+    return tabulate_correlation(_of(artefact, results))
+
+
+@table(
+    "calibration_residuals",
+    **_OF_CALIBRATION,
+    order=3,
+    title="residuals of the fit",
+    caption="Over the stated scatter a right model has some 1. Small probabilities of residuals so "
+    "large, or of so few changes of their sign over the amplitude, speak against the model.",
+)
+def residuals(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Size and order of the residuals of each curve."""
+    from boltjoint.study.tables.backbones import tabulate_residuals
+
+    return tabulate_residuals(_of(artefact, results))

@@ -189,7 +189,7 @@ def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
 )
 def initial_gap(artefact: Artefact, results: "Results") -> "Figure":
     """The gap of an assembly before its bolts are tightened."""
-    from boltjoint.report.figures.initial_gap import plot_initial_gap
+    from boltjoint.report.figures.half_lap import plot_initial_gap
 
     return plot_initial_gap(results.dataset("assembly", **artefact.fields))
 

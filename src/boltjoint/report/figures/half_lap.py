@@ -1,20 +1,23 @@
-"""Figures of the assembly: mesh, modes, deformation under preload."""
+"""Figures of half laps: mesh, modes, initial gap, and deformation under preload."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
+import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_rgb
+from matplotlib.colors import ListedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path as Shape
 from numpy.typing import NDArray
 
+from boltjoint.report.figures.contact import set_plan_view
 from boltjoint.report.figures.outlines import (
     SAME_POINT,
     ContactSurface,
@@ -26,7 +29,7 @@ from boltjoint.report.figures.outlines import (
     positions_of,
     section_outlines,
 )
-from boltjoint.report.figures.style import BLANK_COLOUR, MM, figure_style, fill_shapes
+from boltjoint.report.figures.style import BLANK_COLOUR, MM, UM, figure_style, fill_shapes
 from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT, part_kinds
 
 #: of bar A, bar B, bolts and washers
@@ -348,3 +351,45 @@ def _round_down(number: float) -> float:
     """The number cut to its first digit."""
     power = 10 ** np.floor(np.log10(number))
     return float(power * np.floor(number / power))
+
+
+@figure_style
+def plot_initial_gap(assembly: xr.Dataset) -> Figure:
+    """Initial gap over the contact, and along the middle and the edges of its width.
+
+    Parameters
+    ----------
+    assembly
+        As ``build_assembly`` returns it, of surfaces with a form error.
+
+    Raises
+    ------
+    ValueError
+        If the assembly has no initial gap.
+    """
+    if "initial_gap" not in assembly:
+        raise ValueError("assembly has no initial gap: its surfaces are flat")
+    surface = ContactSurface.of(assembly)
+    gap = assembly["initial_gap"].to_numpy() * UM
+    figure = Figure(figsize=(8, 4.2), layout="compressed")
+    plan, profile = figure.subplots(2, 1, sharex=True, height_ratios=[1, 1.2])
+    colours = ListedColormap(matplotlib.colormaps["GnBu"](np.linspace(0.08, 1.0, 256)))
+    norm = Normalize(0, gap.max() or 1)
+    cells = [surface.area_of([pair]) for pair in range(gap.size)]
+    fill_shapes(plan, cells, facecolors=colours(norm(gap)), edgecolors="face", linewidths=0.2)
+    figure.colorbar(
+        ScalarMappable(norm, colours), ax=plan, label="initial gap (μm)", pad=0.01, aspect=8
+    )
+    set_plan_view(plan, surface)
+    x, y = (surface.place * MM).T
+    edges = surface.edges_along_middle()
+    lines = [np.c_[x[edge], gap[edge]] for edge in edges]
+    # a hole interrupts the middle
+    profile.add_collection(LineCollection(lines, colors="black", label="middle of the width"))
+    on_edge = np.flatnonzero(np.isclose(y, y.max()))
+    profile.plot(x[on_edge], gap[on_edge], color="black", linestyle="--", label="edge of the width")
+    profile.set(xlabel="x (mm)", ylabel="initial gap (μm)")
+    profile.set_ylim(bottom=0)
+    profile.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
+    profile.grid(True)
+    return figure

@@ -14,7 +14,7 @@ from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
-from boltjoint.report.displays.calibration import SECTION
+from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.structure.extent import LINEAR
@@ -103,7 +103,9 @@ def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
         return Markup()
     file = layout.path("fitted_case", **calibrated_joint(name, case))
     here = posixpath.dirname(layout.page(name))
-    return _TEXT_OF_CASE.calibration(posixpath.relpath(file, here), file) + content.section(SECTION)
+    return _TEXT_OF_CASE.calibration(posixpath.relpath(file, here), file) + content.section(
+        SECTION_OF_CALIBRATION
+    )
 
 
 _TEXT = prose("headline")

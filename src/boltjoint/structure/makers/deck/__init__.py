@@ -7,7 +7,7 @@ from boltjoint.config.deck import Deck as Description
 from boltjoint.config.deck import Summary
 
 if TYPE_CHECKING:
-    from boltjoint.config.mesh_size import MeshSize
+    from boltjoint.config.described import MeshSize
     from boltjoint.structure.model import Structure
 
 __all__ = ["PAGE", "Description", "check", "files_of", "make", "size_of", "summary_of"]

@@ -10,12 +10,11 @@ from scipy import sparse
 from boltjoint.structure.elements.assembly import assemble
 from boltjoint.structure.elements.matrices import ElementOptions
 from boltjoint.structure.makers.deck import beams, constraints
+from boltjoint.structure.makers.deck.bolts import Cut, cut
 from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Deck, Tie
-from boltjoint.structure.makers.deck.elimination import Elimination, Rows, eliminate
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
-from boltjoint.structure.makers.deck.sections import Cut, cut
-from boltjoint.structure.makers.deck.unknowns import Unknowns
+from boltjoint.structure.makers.deck.unknowns import Elimination, Rows, Unknowns, eliminate
 
 Array = NDArray[np.float64]
 

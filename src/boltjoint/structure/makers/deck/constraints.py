@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from boltjoint.structure.makers.deck.bolts import Cut
 from boltjoint.structure.makers.deck.content import Boundary, Coupling, Equation, Tie
-from boltjoint.structure.makers.deck.elimination import Rows
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
 from boltjoint.structure.makers.deck.projection import motion, project
-from boltjoint.structure.makers.deck.sections import Cut
-from boltjoint.structure.makers.deck.unknowns import AXES, Unknowns
+from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
 
 Array = NDArray[np.float64]
 

@@ -5,10 +5,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from boltjoint.structure.makers.deck.elimination import Rows
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
-from boltjoint.structure.makers.deck.unknowns import AXES, Unknowns
+from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from boltjoint.config.deck import Summary
-from boltjoint.config.mesh_size import MeshSize
+from boltjoint.config.described import MeshSize
 from boltjoint.structure.makers.deck.bolts import bolts_of
 from boltjoint.structure.makers.deck.content import Boundary, Deck, Material, Reference
 from boltjoint.structure.makers.deck.interfaces import faces_of_contact

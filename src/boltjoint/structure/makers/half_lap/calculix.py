@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
-from boltjoint.structure.makers.half_lap.constraints import mesh_of
 from boltjoint.structure.makers.half_lap.parts import element_materials
+from boltjoint.structure.makers.half_lap.structure import mesh_of
 
 #: CalculiX needs some tension [Pa] between open surfaces, which smooths its law where they meet
 _TENSION = 1e3

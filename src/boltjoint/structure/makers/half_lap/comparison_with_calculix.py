@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.structure.makers.half_lap.constraints import assemble_assembly
+from boltjoint.structure.makers.half_lap.structure import assemble_assembly
 
 logger = logging.getLogger(__name__)
 

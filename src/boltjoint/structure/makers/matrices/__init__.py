@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from boltjoint.config.described import MeshSize
 from boltjoint.config.matrices import Matrices as Description
-from boltjoint.config.mesh_size import MeshSize
 
 if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
