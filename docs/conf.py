@@ -36,6 +36,7 @@ extensions = [
 ]
 exclude_patterns = ["_templates", "gallery"]
 templates_path = ["_templates"]
+highlight_language = "none"  # of blocks without a language
 html_math_renderer = "mathml"
 suppress_warnings = ["config.cache"]  # the order of examples is a function
 

@@ -106,6 +106,15 @@ def test_pages_load_nothing_from_a_network(site, pages):
     assert [path.name for path, text in styles.items() if remote.search(text)] == []
 
 
+def test_equations_are_typeset(site):
+    html = (site / "theory.html").read_text(encoding="utf-8")
+    assert html.count("<math") > 20
+    assert "merror" not in html
+    # a command that was not understood would stand there as text
+    texts = re.findall(r"<m(?:i|o|text)[^>]*>(.*?)</m", html)
+    assert [text for text in texts if "\\" in text] == []
+
+
 def test_every_public_name_is_documented(site):
     listed = re.findall(r"^   (\w+)$", (DOCS / "reference.md").read_text(), re.MULTILINE)
     assert sorted(listed) == sorted(boltjoint._NAMES)
