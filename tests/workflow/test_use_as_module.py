@@ -1,5 +1,6 @@
 """The workflow as a module of another Snakefile, from a folder that has no file of it."""
 
+import os
 import shutil
 import subprocess
 
@@ -62,24 +63,51 @@ def test_a_prefix_of_results_is_refused(study):
     assert "Traceback" not in said
 
 
-def test_the_workflow_may_lie_on_a_server(study, tmp_path, monkeypatch):
+@pytest.fixture
+def server(tmp_path, monkeypatch):
+    """The folder of a server, which git takes for one, with this workflow as the version v1."""
     repository = tmp_path / "server/owner/boltjoint"
-    for name in ("workflow", "resources"):
+    for name in ("workflow", "resources", "config", "profiles"):
         shutil.copytree(ROOT / name, repository / name)
+    shutil.copy(ROOT / "LICENSE", repository)
     author = "-c user.name=a -c user.email=a@b.c"
     for command in ("init --quiet", "add .", f"{author} commit --quiet -m a", "tag v1"):
         subprocess.run(["git", *command.split()], cwd=repository, check=True)
     for name, value in {
         "XDG_CACHE_HOME": str(tmp_path / "cache"),
-        # git takes this folder for the server
         "GIT_CONFIG_COUNT": "1",
         "GIT_CONFIG_KEY_0": f"url.file://{tmp_path}/server/.insteadOf",
         "GIT_CONFIG_VALUE_0": "https://github.com/",
     }.items():
         monkeypatch.setenv(name, value)
+    return tmp_path / "server"
+
+
+def test_the_workflow_may_lie_on_a_server(study, tmp_path, server):
     use(study, 'github("owner/boltjoint", path="workflow/Snakefile", tag="v1")')
     run(study, TABLE)
     assert len(list((tmp_path / "cache").rglob("natural_frequencies.csv"))) == 1
-    shutil.rmtree(tmp_path / "server")
+    shutil.rmtree(server)
     # it is kept: nothing is asked of the server, and nothing made again
     assert "Nothing to be done" in run(study, TABLE)
+
+
+@pytest.mark.usefixtures("server")
+def test_a_deployed_workflow_runs(study, tmp_path):
+    program = shutil.which("snakedeploy", path=f"{ROOT}/.venv/deploy/bin:{os.environ['PATH']}")
+    if program is None and os.environ.get("BOLTJOINT_DEPLOY") != "required":
+        pytest.skip("snakedeploy is not installed")
+    deployed = tmp_path / "deployed"
+    source = "https://github.com/owner/boltjoint"
+    command = [program, "deploy-workflow", source, deployed, "--tag", "v1"]
+    subprocess.run(command, check=True, capture_output=True)
+    # the module definition is that of the tests above
+    written = (deployed / "workflow/Snakefile").read_text()
+    assert 'github("owner/boltjoint", path="workflow/Snakefile", tag="v1")' in written
+    assert (deployed / "config/cases/three_bolt_constant.yaml").exists()
+    assert (deployed / "profiles/slurm/config.yaml").exists()
+    # the small study in place of the shipped one, which takes longer
+    shutil.rmtree(deployed / "config")
+    shutil.copytree(study / "config", deployed / "config")
+    run(deployed, TABLE)
+    assert (deployed / TABLE).exists()
