@@ -85,6 +85,11 @@ def fit(
     options
         Number of starts, tolerance.
 
+    Returns
+    -------
+    Calibration
+        Parameters with their uncertainty, curves and bands, and why the model cannot be right.
+
     Raises
     ------
     ValueError

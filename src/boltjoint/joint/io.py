@@ -263,6 +263,11 @@ def load_joint(path: str | Path, sampling: Mapping[str, int] | None = None) -> J
     sampling
         ``harmonics`` and ``samples`` of ``AlternatingFrequencyTime``; closed form without.
 
+    Returns
+    -------
+    Joint
+        As it was stored.
+
     Raises
     ------
     ValueError

@@ -48,6 +48,11 @@ def connect_nodes(
     normal_stiffness
         k_v of every pair [N/m], or of each, shape (pairs,).
 
+    Returns
+    -------
+    Joint
+        With an element on each pair that has one.
+
     Raises
     ------
     ValueError

@@ -87,6 +87,11 @@ def partition_regions(
     resonances, options
         For ``clusters``, as for ``cluster_by_motion``; for ``tolerance``, as for ``region_error``.
 
+    Returns
+    -------
+    Joint
+        With a point for each region, on which its elements act; with all points for ``linear``.
+
     Raises
     ------
     ValueError

@@ -40,11 +40,6 @@ def fit_reduced_joint(
     count, method, load_fractions, starts, options
         As for ``fit_elements``.
 
-    Raises
-    ------
-    ValueError
-        If a region has elements under load but fewer than ``count``, or as for ``fit_elements``.
-
     Returns
     -------
     joint : Joint
@@ -52,6 +47,11 @@ def fit_reduced_joint(
     fit : Dataset
         Cost, loop errors, amplitudes and the loops of region and fit, by point; not a number where
         a region has no load.
+
+    Raises
+    ------
+    ValueError
+        If a region has elements under load but fewer than ``count``, or as for ``fit_elements``.
     """
     check_capabilities(joint, COULOMB_ELEMENTS)
     count = checks.whole("count", count, at_least=1)

@@ -101,6 +101,11 @@ def identify_ring_down(
     options
         Options of the local least squares.
 
+    Returns
+    -------
+    IdentifiedMode
+        Frequency [Hz] and damping ratio over amplitude, with standard errors.
+
     Raises
     ------
     ValueError

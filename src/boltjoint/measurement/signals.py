@@ -232,6 +232,11 @@ def read_signals(path: str | PathLike[str], quantity: str | None = None) -> Sign
         ``displacement``, ``velocity``, ``acceleration`` or ``force``; by default the only motion
         that the file has.
 
+    Returns
+    -------
+    Signals
+        Those of the quantity, in SI units.
+
     Raises
     ------
     OSError

@@ -66,6 +66,11 @@ def simulate_ring_down(
     steps
         Fewest steps in a period of that resonance; there is a whole number between two samples.
 
+    Returns
+    -------
+    Signals
+        Of each sensor of the joint.
+
     Raises
     ------
     ValueError

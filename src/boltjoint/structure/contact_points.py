@@ -29,7 +29,7 @@ class ContactPoints:
 
     A traction t [Pa] on side A of point i is the force ``-relative_i^T area_i t`` on the structure.
 
-    Attributes
+    Parameters
     ----------
     relative
         Rows of the displacement of side A minus side B along the first tangent, the second one and

@@ -116,7 +116,7 @@ class Geometry:
 class Structure:
     """A structure in degrees of freedom q, with the contact removed.
 
-    Attributes
+    Parameters
     ----------
     stiffness, mass
         K [N/m] and M [kg], symmetric, shape (dofs, dofs); K may be singular by rigid-body motion.

@@ -26,14 +26,36 @@ _TINY = np.finfo(float).tiny
 class Branch:
     """The response at one force level, in linear modal coordinates.
 
-    ``amplitude`` [m] is that of the first harmonic at the output point; ``modal_coordinate`` has
-    the shape (solutions, components * modes); frequencies are in Hz; ``located`` marks located
-    local maxima; ``in_all_modes`` marks solutions of the balance in all linear modes, also where a
-    branch in response-dependent modes needed them; ``reason`` says why the branch ends before the
-    window does, or has no peak; ``fell_back`` tells that the branch is one in
-    linear modes because that in the given coordinates was too inaccurate; ``has_isolated`` whether
-    there is an isolated branch beside it, ``larger_resonance`` which other resonance has a larger
-    peak in the window, 0 where none has; each is None where that is not known.
+    Parameters
+    ----------
+    force
+        Amplitude of the excitation [N], or acceleration of the supports [m/s^2].
+    frequency
+        Of each solution along the branch [Hz], shape (solutions,).
+    modal_coordinate
+        In all linear modes [kg^1/2 m], shape (solutions, components * modes).
+    amplitude
+        Of the first harmonic at the output point [m], shape (solutions,).
+    iterations
+        Corrector iterations, shape (solutions,).
+    converged
+        Whether the corrector converged, shape (solutions,).
+    located
+        Marks located local maxima, shape (solutions,).
+    in_all_modes
+        Marks solutions of the balance in all linear modes, also where a branch in
+        response-dependent modes needed them, shape (solutions,).
+    complete
+        Whether the branch reaches the end of the window.
+    reason
+        Why the branch ends before the window does, or has no peak.
+    fell_back
+        Whether it is one in linear modes because that in the given coordinates was too inaccurate.
+    has_isolated
+        Whether there is an isolated branch beside it; None where that is not known.
+    larger_resonance
+        Number of another resonance with a larger peak in the window, 0 where none has; None where
+        that is not known.
     """
 
     force: float

@@ -72,6 +72,11 @@ def solve_branch(
         modes,), as in ``Branch``. The step lengths are then those of the default window, so that
         the window may lie close around a peak. Not for modal synthesis.
 
+    Returns
+    -------
+    Branch
+        Its solutions and its peak; whether it is complete, and else why not.
+
     Raises
     ------
     ValueError
@@ -103,10 +108,12 @@ def solve_response(
 
     Parameters
     ----------
-    joint, method, damping, resonance, control
-        As for ``solve_branch``.
+    joint
+        The joint and its structure.
     forces
         Amplitudes of the excitation [N].
+    method, damping, resonance, control
+        As for ``solve_branch``.
 
     Returns
     -------
