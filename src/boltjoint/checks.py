@@ -11,7 +11,7 @@ from math import isfinite
 from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,16 @@ if TYPE_CHECKING:
 
 _Class = TypeVar("_Class")
 _Word = TypeVar("_Word", bound=str)
+
+
+class Limits(TypedDict, total=False):
+    """Limits of a number, or of each of an array."""
+
+    above: float
+    at_least: float
+    below: float
+    at_most: float
+
 
 Shape = Sequence[int | str]
 """Length of each dimension, or a name where any length is allowed."""
@@ -53,7 +63,7 @@ def array(
     shape: Shape | None = None,
     *,
     finite: bool = True,
-    **limits: float,
+    **limits: Unpack[Limits],
 ) -> NDArray[np.float64]:
     """An array of real numbers.
 
@@ -101,7 +111,7 @@ def flags(name: str, value: ArrayLike, shape: Shape | None = None) -> NDArray[np
     return _plain(name, value, "b", "booleans", shape)
 
 
-def number(name: str, value: float, **limits: float) -> float:
+def number(name: str, value: ArrayLike, **limits: Unpack[Limits]) -> float:
     """A finite real number within limits, as for ``array``."""
     plain = value if type(value) is float else _scalar(value)
     if not isinstance(plain, (float, Real)) or isinstance(plain, bool) or not _is_finite(plain):
@@ -296,7 +306,7 @@ def _scalar(value: Any) -> object:  # noqa: ANN401
     return value.item()
 
 
-def _refuse_outside(name: str, entries: NDArray, limits: Mapping[str, float]) -> None:
+def _refuse_outside(name: str, entries: NDArray, limits: Mapping[str, Any]) -> None:
     for limit, bound in limits.items():
         within = _LIMITS[limit][0](entries, bound)
         if not within.all():
@@ -304,7 +314,7 @@ def _refuse_outside(name: str, entries: NDArray, limits: Mapping[str, float]) ->
 
 
 def _refuse_number_outside(
-    name: str, value: float | Real | Integral, limits: Mapping[str, float]
+    name: str, value: float | Real | Integral, limits: Mapping[str, Any]
 ) -> None:
     for limit, bound in limits.items():
         if not _LIMITS[limit][0](value, bound):

@@ -168,7 +168,8 @@ class Calibration:
         checks.choice("parameter", name, self.names)
         n = self.names.index(name)
         parameter = self.compared.space.parameters[n]
-        return tuple(parameter.value(self._profile_end(n, side)) for side in (-1, 1))
+        low, high = (parameter.value(self._profile_end(n, side)) for side in (-1, 1))
+        return low, high
 
     def _profile_end(self, n: int, side: int) -> float:
         low, high = (each[n] for each in self.compared.space.bounds)

@@ -6,7 +6,7 @@ from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
@@ -125,7 +125,9 @@ def fit(
     )
 
 
-def _least_squares(compared: ModelCurves, start: Array, loss: str, options: CalibrationOptions):  # noqa: ANN202
+def _least_squares(
+    compared: ModelCurves, start: Array, loss: str, options: CalibrationOptions
+) -> OptimizeResult | None:
     """The fit from one start; None where the model cannot be solved there."""
     evaluator = _Evaluator(compared)
     try:
@@ -153,7 +155,7 @@ class _Evaluator:
     def __init__(self, compared: ModelCurves) -> None:
         self._compared = compared
         self._x: Array | None = None
-        self._last: tuple[Array, Array] | None = None
+        self._last: tuple[Array, Array] = np.zeros(0), np.zeros((0, 0))
 
     def at(self, x: Array) -> tuple[Array, Array]:
         if self._x is None or not np.array_equal(x, self._x):

@@ -256,4 +256,7 @@ def _laws_in(content: object) -> Iterator[str]:
             yield part["law"]
 
 
-Contact = Annotated[_of_laws(_OF_PAIRS, ContactOfSurface), WrapValidator(_validated)]
+if TYPE_CHECKING:
+    Contact = ContactEntry
+else:
+    Contact = Annotated[_of_laws(_OF_PAIRS, ContactOfSurface), WrapValidator(_validated)]

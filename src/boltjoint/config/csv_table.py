@@ -5,7 +5,7 @@ languages write them. A byte-order mark, any ends of lines and blank lines at th
 """
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from io import StringIO
 from itertools import chain, islice
 from pathlib import Path
@@ -132,7 +132,7 @@ class CsvTable:
         for row in rows:
             if len(row.cells) != len(self.keys):
                 self._refuse(row.line, f"must have {len(self.keys)} values, as many as keys")
-        written = chain.from_iterable(row.cells for row in rows)
+        written: Iterable[str] = chain.from_iterable(row.cells for row in rows)
         kind = "a number"
         if self._has_decimal_commas:
             written = (cell.translate(_COMMAS_AS_POINTS) for cell in written)
@@ -147,8 +147,8 @@ class CsvTable:
             if is_limited.all():
                 return numbers.reshape(-1, len(self.keys))
             first, kind = int(np.argmin(is_limited)), LIMITS
-        row, column = divmod(first, len(self.keys))
-        line, texts = rows[row]
+        place, column = divmod(first, len(self.keys))
+        line, texts = rows[place]
         self._refuse(line, f"{self.keys[column]}: {as_text(texts[column])} must be {kind}")
 
     def _refuse(self, line: int, sentence: str) -> NoReturn:

@@ -1,7 +1,7 @@
 """Damping of a case: the model of structural damping and its parameters."""
 
 import inspect
-from typing import Annotated, Any, Literal, Union, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import Field, create_model
@@ -47,7 +47,7 @@ def _entry(model: type[Damping]) -> type[DampingEntry]:
     kinds = get_type_hints(model)
     keys: dict[str, Any] = {"model": (Literal[model.name], Field(description="The damping model."))}
     for name, (unit, meaning) in model.quantities.items():
-        value = _RATIO if unit == "1" else _COEFFICIENT
+        value: Any = _RATIO if unit == "1" else _COEFFICIENT
         if get_origin(kinds[name]) is tuple:
             value = Annotated[tuple[value, ...], Field(min_length=1)]
         sentence = f"{meaning[0].upper()}{meaning[1:]}."
@@ -56,5 +56,8 @@ def _entry(model: type[Damping]) -> type[DampingEntry]:
     return create_model(name, __base__=DampingEntry, __doc__=text, __module__=__name__, **keys)
 
 
-ENTRIES = tuple(map(_entry, MODELS.values()))
-StructuralDamping = Annotated[Union[ENTRIES], Field(discriminator="model")]  # noqa: UP007
+if TYPE_CHECKING:
+    StructuralDamping = DampingEntry
+else:
+    ENTRIES = tuple(map(_entry, MODELS.values()))
+    StructuralDamping = Annotated[Union[ENTRIES], Field(discriminator="model")]  # noqa: UP007

@@ -120,7 +120,8 @@ class DeckContact(Entry):
     def first_tangent(self) -> Vector:
         """Direction of the first tangent, of any length."""
         if isinstance(self.tangent, str):
-            return tuple(float(axis == self.tangent) for axis in "xyz")
+            x, y, z = (float(axis == self.tangent) for axis in "xyz")
+            return x, y, z
         return self.tangent
 
     def conflicts(self) -> Problems:

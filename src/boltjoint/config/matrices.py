@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from math import pi
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
@@ -361,9 +361,9 @@ class Matrices(Described):
         return own.get(variable) or str(self.file)
 
 
-def _value(entry: object, path: KeyPath) -> str | None:
+def _value(entry: Any, path: KeyPath) -> str | None:  # noqa: ANN401
     for part in path:
-        entry = entry[part] if isinstance(entry, tuple) else getattr(entry, part)
+        entry = entry[int(part)] if isinstance(entry, tuple) else getattr(entry, str(part))
     return entry
 
 

@@ -40,7 +40,10 @@ def read_gap_maps(
         except TableError as error:
             sentence = str(error)
         except (OSError, UnsuitableFile) as error:
-            problem = getattr(error, "sentence", None) or f"cannot be read ({error.strerror})"
+            if isinstance(error, UnsuitableFile):
+                problem = error.sentence
+            else:
+                problem = f"cannot be read ({error.strerror})"
             sentence = f"{as_text(file)} {problem}: must be a CSV file"
             sentence += ", seen from the folder of config/"
         files.note(f"{ASSEMBLY_FOLDER}/{name}.yaml", [(("contact", "gap_um"), sentence)])

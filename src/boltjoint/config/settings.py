@@ -196,7 +196,7 @@ class Fitting(Entry):
     def options(self, joint: str) -> dict[str, Any]:
         """The reduction of a joint of this name, and its options, as for ``reduce_joint``."""
         parsed = JointName(joint)
-        reduction = REDUCTIONS[parsed.reduction]
+        reduction = REDUCTIONS[str(parsed.reduction)]
         count = {"count": parsed.elements} if reduction.has_count else {}
         keys = {argument: getattr(self, key) for key, argument in reduction.options.items()}
         return {"reduction": reduction.name, **count, **keys}

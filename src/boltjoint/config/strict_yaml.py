@@ -181,7 +181,7 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], path: KeyPath = ()
     if len(path) == DEEPEST:
         _refuse(place, f"is nested deeper than {DEEPEST} levels")
     if isinstance(event, yaml.SequenceStartEvent):
-        inner = []
+        inner: list[Any] = []
         while not isinstance(event := next(events), yaml.SequenceEndEvent):
             inner.append(_content(event, events, (*path, len(inner))))
         return inner

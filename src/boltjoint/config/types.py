@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
@@ -168,12 +168,19 @@ DeckFile = Annotated[str, Field(pattern=DECK_FILE)]
 DeckName = Annotated[str, Field(pattern=DECK_NAME)]
 ElementKindName = Annotated[str, Field(pattern=ELEMENT_KIND)]
 VariableName = Annotated[str, Field(pattern=VARIABLE)]
-Joint = Annotated[str, Field(pattern=JointName.PATTERN), AfterValidator(JointName)]
-ModalBasis = Annotated[str, Field(pattern=Basis.PATTERN), AfterValidator(Basis)]
-ComparedModalBasis = Annotated[
-    str, Field(pattern=ComparedBasis.PATTERN), AfterValidator(ComparedBasis)
-]
-Unknowns = Annotated[str, Field(pattern=Coordinates.PATTERN), AfterValidator(Coordinates)]
+if TYPE_CHECKING:
+    # what the validators make of a name
+    Joint = JointName
+    ModalBasis = Basis
+    ComparedModalBasis = ComparedBasis
+    Unknowns = Coordinates
+else:
+    Joint = Annotated[str, Field(pattern=JointName.PATTERN), AfterValidator(JointName)]
+    ModalBasis = Annotated[str, Field(pattern=Basis.PATTERN), AfterValidator(Basis)]
+    ComparedModalBasis = Annotated[
+        str, Field(pattern=ComparedBasis.PATTERN), AfterValidator(ComparedBasis)
+    ]
+    Unknowns = Annotated[str, Field(pattern=Coordinates.PATTERN), AfterValidator(Coordinates)]
 #: the names of a grammar, by its pattern
 GRAMMARS = {parsed.PATTERN: parsed for parsed in (JointName, Basis, ComparedBasis, Coordinates)}
 #: what each pattern asks for

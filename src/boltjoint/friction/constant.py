@@ -65,7 +65,7 @@ class ConstantLoad(ElementLaw):
         check_elements(self)
 
     @classmethod
-    def from_contact(
+    def from_contact(  # type: ignore[override]  # keys are those of its declaration
         cls,
         pairs: ContactPairs,
         *,
@@ -83,7 +83,7 @@ class ConstantLoad(ElementLaw):
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
-        return total[:, None]
+        return np.asarray(total[:, None], dtype=np.float64)
 
     @cached_property
     def closed_form(self) -> CompiledForm | None:

@@ -41,7 +41,7 @@ class Dashpots:
 
     def at_points(self, points: int) -> Array:
         """Damping of each point along the first tangent [N s/m], shape (points,)."""
-        return np.bincount(self.point, self.damping, minlength=points)
+        return np.asarray(np.bincount(self.point, self.damping, minlength=points), dtype=np.float64)
 
     def force(self, motion: Array, w: float, components: Components) -> Array:
         """Harmonic forces on the points, shape of the motion.

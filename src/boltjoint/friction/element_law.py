@@ -118,10 +118,9 @@ class ElementLaw(FrictionLaw):
     declaration: ClassVar[LawDeclaration]
     #: what describes each element beside its point, with unit and meaning
     quantities: ClassVar[dict[str, tuple[str, str]]]
-    #: stiffness of each element in stick [N/m], and force at which all of it slips in the assembled
-    #: state [N], by which regions are made and amplitudes scaled, shape (elements,)
-    tangential_stiffness: Array
-    slip_force: Array
+    #: names that each law has, the last two as fields or properties: by these regions are made and
+    #: amplitudes scaled
+    _ASKED: ClassVar = ("declaration", "quantities", "tangential_stiffness", "slip_force")
 
     def __init_subclass__(cls, **options: object) -> None:
         """Refuse a law that lacks what is asked of all of them."""
@@ -130,7 +129,7 @@ class ElementLaw(FrictionLaw):
             base for base in cls.__mro__ if issubclass(base, ElementLaw) and base is not ElementLaw
         ]
         names = {name for base in own for name in (*vars(base), *base.__annotations__)}
-        if lacking := [name for name in ElementLaw.__annotations__ if name not in names]:
+        if lacking := [name for name in cls._ASKED if name not in names]:
             raise TypeError(f"the law {cls.__name__} has no {' and no '.join(lacking)}")
         declared = isinstance(cls.declaration, LawDeclaration) and cls.declaration.has_closed_form
         if declared and cls.closed_form is None:

@@ -90,7 +90,7 @@ class FourParameterIwan(ElementLaw):
         check_elements(self, {"chi": {"above": -1, "at_most": 0}, "beta": {"at_least": 0}})
 
     @classmethod
-    def from_contact(
+    def from_contact(  # type: ignore[override]  # keys are those of its declaration
         cls,
         pairs: ContactPairs,
         *,
@@ -130,7 +130,7 @@ class FourParameterIwan(ElementLaw):
         """Stiffness of the points at rest [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         total = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
-        return total[:, None]
+        return np.asarray(total[:, None], dtype=np.float64)
 
     def sliders(self, ratio: float = 1.02) -> Sliders:
         """Sliders that stand for the distribution, with the same stiffness and slip force.

@@ -75,7 +75,7 @@ class KelvinVoigtLayer(ElementLaw):
         check_elements(self)
 
     @classmethod
-    def from_contact(
+    def from_contact(  # type: ignore[override]  # keys are those of its declaration
         cls,
         pairs: ContactPairs,
         *,
@@ -104,7 +104,8 @@ class KelvinVoigtLayer(ElementLaw):
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
         points = checks.whole("points", points, at_least=self._points)
         stiffness = self.stiffness_along("tangential")
-        return np.bincount(self.point_of_element, stiffness, minlength=points)[:, None]
+        total = np.bincount(self.point_of_element, stiffness, minlength=points)
+        return np.asarray(total[:, None], dtype=np.float64)
 
     def sliders(self) -> Sliders:
         """The elements, then the springs of their layers, which never slip."""

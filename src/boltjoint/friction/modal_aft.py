@@ -171,7 +171,7 @@ class ModalSliderTangent:
         ends = np.stack([end, element, -by_x, -by_n, -np.ones_like(end)], axis=1)
         changes = np.concatenate([begins, ends[end < samples]])
         for sample, on, (by_x, by_n, load_by_n) in _by_sample(changes):
-            if elements.V is not None:
+            if elements.V is not None and elements.N is not None:
                 G[sample] += elements.N[on].T @ (load_by_n[:, None] * elements.V[on])
             G[sample] += elements.R[on].T @ elements.by_displacement(on, by_x, by_n)
         return np.cumsum(G, axis=0, out=G)

@@ -12,7 +12,7 @@ followed by AFT are those of its ``ModalElements``.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import cache, cached_property
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,12 +143,35 @@ class FrictionLaw(ABC):
     ``evaluate_with_tangent``, and give the frequency in rad/s.
     """
 
-    #: the contact point each element acts on, counted from 0
-    point_of_element: NDArray[np.int64]
-    #: directions of motion that the law needs
-    directions: tuple[str, ...]
-    #: harmonic coefficients of the motion that the law needs
-    components: tuple[str, ...]
+    if TYPE_CHECKING:
+        # fields of some laws and properties of others
+
+        @property
+        def name(self) -> str:
+            """The law in files."""
+
+        @property
+        def point_of_element(self) -> NDArray[np.int64]:
+            """The contact point each element acts on, counted from 0, shape (elements,)."""
+
+        @property
+        def directions(self) -> tuple[str, ...]:
+            """Directions of motion that the law needs."""
+
+        @property
+        def components(self) -> tuple[str, ...]:
+            """Harmonic coefficients of the motion that the law needs."""
+
+        @property
+        def tangential_stiffness(self) -> Array:
+            """Stiffness of each element in stick [N/m], shape (elements,)."""
+
+        @property
+        def slip_force(self) -> Array:
+            """Force at which all of an element slips as assembled [N], shape (elements,)."""
+
+        def stuck_stiffness(self, points: int) -> Array:
+            """Stiffness of the points in stick [N/m], shape (points, directions)."""
 
     def force(self, motion: Array, frequency: float = 0.0) -> Array:
         """Harmonic forces of all elements on each point.

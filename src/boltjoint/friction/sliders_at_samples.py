@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -203,7 +203,9 @@ class Sliders:
 def joined(parts: Sequence[Sliders], first: Sequence[int]) -> Sliders:
     """Sliders of several sets of elements, by the number of the first element of each."""
     absent = {"normal_stiffness": 0.0, "lateral": False}
-    values = {name: [getattr(part, name) for part in parts] for name in vars(parts[0])}
+    values: dict[str, Any] = {
+        name: [getattr(part, name) for part in parts] for name in vars(parts[0])
+    }
     values["element"] = [
         start + number for start, number in zip(first, values["element"], strict=True)
     ]
@@ -215,7 +217,7 @@ def joined(parts: Sequence[Sliders], first: Sequence[int]) -> Sliders:
             np.full(part.point.shape, none) if value is None else value
             for part, value in zip(parts, values[name], strict=True)
         ]
-    whole = {name: np.concatenate(of_parts) for name, of_parts in values.items()}
+    whole: dict[str, Any] = {name: np.concatenate(of_parts) for name, of_parts in values.items()}
     return Sliders(**{**dict.fromkeys(absent), **whole})
 
 
@@ -254,7 +256,7 @@ def slider_forces(sliders: Sliders, motion: Array, tables: SampleTables, tangent
 
 def _forces(
     sliders: Sliders,
-    mine: Array | slice,
+    mine: NDArray[np.bool_] | slice,
     motion: Array,
     tables: SampleTables,
     tangent: Array,

@@ -71,7 +71,7 @@ class VariableLoad(ElementLaw):
         check_elements(self, {"normal_load": {}})
 
     @classmethod
-    def from_contact(
+    def from_contact(  # type: ignore[override]  # keys are those of its declaration
         cls,
         pairs: ContactPairs,
         *,

@@ -66,7 +66,7 @@ def on_each_surface(
     count = checks.whole("count", count)
     # inner and outer regions come in pairs
     multiple = 2 if divide is inner_and_outer_bands else 1
-    total = np.bincount(surface, load)
+    total = np.asarray(np.bincount(surface, load), dtype=np.float64)
     if share is not None:
         total = checks.array("share", share, total.shape, at_least=0)
     if total.size == 1 or count % multiple:

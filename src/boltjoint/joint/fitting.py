@@ -102,14 +102,16 @@ def fit_elements(
         raise ValueError(
             f"count is {count}: cannot fit {count} elements to the {stiffness.size} of a region"
         )
-    load_fractions = check_fit_options(method, load_fractions, starts)
+    fractions = check_fit_options(method, load_fractions, starts)
     checks.instance("options", options, FitOptions)
-    amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in load_fractions])
+    amplitude = np.array([amplitude_of_load(f, stiffness, slip_force) for f in fractions])
     loops = LoopMisfit(stiffness, slip_force, amplitude, options.loop_samples)
     shares = rounded_shares(stiffness), rounded_shares(slip_force)
     if method == "loops":
-        at = np.array([amplitude_of_load(f, *shares) for f in load_fractions])
-        misfit = LoopMisfit(*shares, at, options.loop_samples)
+        at = np.array([amplitude_of_load(f, *shares) for f in fractions])
+        misfit: LoopMisfit | DescribingFunctionMisfit = LoopMisfit(
+            *shares, at, options.loop_samples
+        )
         guesses = _guesses_of_loops(*shares, count, starts)
     else:
         weight = options.loss_weight * count**2

@@ -274,7 +274,8 @@ def minimax_loading_curve(
         else:
             high = ratio
     corners = _fewest_corners(u, force, high * allowed, count)
-    return *_elements_of_corners(*np.transpose(corners), count), high
+    onset, force = np.array(corners, dtype=np.float64).T
+    return *_elements_of_corners(onset, force, count), high
 
 
 def _elements_of_corners(displacement: Array, force: Array, count: int) -> tuple[Array, Array]:

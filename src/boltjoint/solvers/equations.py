@@ -51,6 +51,7 @@ class Equations(Protocol):
 
     def accept(self, x: Vector) -> None:
         """Update the state by an accepted solution."""
+        return None
 
     def state(self) -> object:
         """What depends on the solutions accepted before, as modes that are tracked; else None."""
@@ -58,6 +59,7 @@ class Equations(Protocol):
 
     def restore(self, state: object) -> None:
         """Return to an earlier state."""
+        return None
 
 
 class Quantity(Protocol):

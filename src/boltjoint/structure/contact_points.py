@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -66,10 +66,13 @@ class ContactPoints:
         if not points:
             raise ValueError("there are no contact points")
         shapes = {"position": (points, 3), "frame": (points, 3, 3)}
-        limits = {name: {"at_least": 0} for name in ("gap", "friction_coefficient")}
+        limits: dict[str, checks.Limits] = {
+            name: {"at_least": 0} for name in ("gap", "friction_coefficient")
+        }
         limits["penalty"] = {"above": 0}
         for name in ("position", "frame", *limits):
-            shape, within = shapes.get(name, (points,)), limits.get(name, {})
+            shape = shapes.get(name, (points,))
+            within: checks.Limits = limits.get(name, {})
             what = f"{name} of the contact points"
             found = checks.array(what, getattr(self, name), shape, **within)
             object.__setattr__(self, name, found)
@@ -171,7 +174,7 @@ def _of_each(name: str, value: Array, shape: tuple[int, ...]) -> Array:
         raise ValueError(f"{name} has shape {value.shape}, expected {shape}") from error
 
 
-def as_sparse(name: str, matrix: object, kind: type) -> sparse.sparray:
+def as_sparse(name: str, matrix: Any, kind: type) -> sparse.sparray:  # noqa: ANN401
     """A sparse matrix of finite numbers."""
     if not sparse.issparse(matrix) or matrix.ndim != 2:
         raise ValueError(f"{name} is of type {type(matrix).__name__}: it must be a sparse matrix")

@@ -10,6 +10,8 @@ R. L. Taylor, P. J. Beresford, E. L. Wilson: A non-conforming element for stress
 International Journal for Numerical Methods in Engineering 10 (1976) 1211-1219.
 """
 
+from typing import Unpack
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
@@ -136,7 +138,7 @@ def _element_stiffness(corners: Array, D: Array) -> Array:
     for point in _GAUSS:
         J = _jacobian(corners, point)
         volume = np.linalg.det(J)
-        B = _strain_matrix(np.linalg.solve(J, _slopes(point)))
+        B = _strain_matrix(np.asarray(np.linalg.solve(J, _slopes(point)), dtype=np.float64))
         bubble_slopes = np.broadcast_to(np.diag(-2 * point), (n, 3, 3))
         scale = np.linalg.det(central) / volume
         G = _strain_matrix(scale[:, None, None] * np.linalg.solve(central, bubble_slopes))
@@ -254,7 +256,9 @@ def _mesh(coordinate: Array, connectivity: NDArray[np.integer]) -> tuple[Array, 
     return coordinate, connectivity
 
 
-def _of_elements(name: str, value: ArrayLike, *shape: int, **limits: float) -> Array:
+def _of_elements(
+    name: str, value: ArrayLike, *shape: int, **limits: Unpack[checks.Limits]
+) -> Array:
     """A property of each element, from that of all or of each."""
     if np.ndim(value) == 0:
         return np.full(shape, checks.number(name, value, **limits))

@@ -68,7 +68,7 @@ def place_excitation(
             raise ValueError("nothing holds the structure: there is no support to accelerate")
         rows = checks.variable("modes", modes, "base_excitation_mode", ("axis", "mode"))
         sin, unit = rows[_AXES.index(excitation.direction)], "m/s2"
-        _check_moves("the acceleration of the supports", sin, np.linalg.norm(rows))
+        _check_moves("the acceleration of the supports", sin, float(np.linalg.norm(rows)))
     elif excitation is not None:
         if excitation.kind == "distributed":
             axis = _AXES.index(excitation.direction)

@@ -179,7 +179,7 @@ def _free(structure: Structure, number: int) -> tuple[_Modes, NDArray[np.int64]]
     squared, q = _modes_until(
         symmetric(structure),
         number + 2,
-        lambda _, found: np.count_nonzero(that_respond(structure, found)) >= number,
+        lambda _, found: bool(np.count_nonzero(that_respond(structure, found)) >= number),
     )
     if np.count_nonzero(that_respond(structure, q)) < number:
         raise ValueError(

@@ -156,13 +156,13 @@ def apply_preload(
 def _warn_of_yield(structure: Structure, tension: Array) -> None:
     """Tell which bolt the preload strains most, where that is beyond yield."""
     known = [
-        (each / (bolt.section * bolt.youngs_modulus), each, bolt)
+        (each / (bolt.section * bolt.youngs_modulus), each, bolt.section, bolt.youngs_modulus)
         for each, bolt in zip(tension, structure.bolts, strict=True)
         if bolt.section is not None and bolt.youngs_modulus is not None
     ]
     if known:
-        _, of_bolt, bolt = max(known, key=lambda each: each[0])
-        if sentence := yield_warning(of_bolt, bolt.section, bolt.youngs_modulus):
+        _, of_bolt, section, modulus = max(known, key=lambda each: each[0])
+        if sentence := yield_warning(of_bolt, section, modulus):
             logger.warning(sentence)
 
 

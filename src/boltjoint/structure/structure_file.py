@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from boltjoint import checks, dataset
@@ -187,7 +187,7 @@ def _matrix(stored: xr.Dataset, name: str, rows: int | None = None) -> sparse.cs
 
 
 def _of_bolts(structure: Structure) -> dict[str, xr.Variable]:
-    def each(name: str, missing: object) -> NDArray:
+    def each(name: str, missing: ArrayLike) -> NDArray:
         values = [getattr(bolt, name) for bolt in structure.bolts]
         found = [missing if value is None else value for value in values]
         return np.array(found).reshape(len(found), *np.shape(missing))

@@ -219,7 +219,10 @@ def antisymmetric(structure: Structure) -> Subspace | None:
 
 def _half(structure: Structure, sense: float, tightened: bool) -> sparse.csc_array:
     """The basis of symmetric motion, or with the sense -1 of antisymmetric motion."""
-    image, sign = structure.symmetry.image, sense * structure.symmetry.sign
+    symmetry = structure.symmetry
+    if symmetry is None:
+        raise ValueError("the structure has no symmetry")
+    image, sign = symmetry.image, sense * symmetry.sign
     own = np.arange(structure.dofs)
     # on the plane of symmetry nothing moves across it, or nothing moves along it
     is_kept = (own < image) | ((own == image) & (sign > 0))

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from boltjoint.config.case import Case
+from boltjoint.config.described import Described
 from boltjoint.config.study import Study
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER
 
@@ -40,7 +42,9 @@ RANGES = {
 def implausible(study: Study) -> Iterator[str]:
     """A line for each value of the cases and assemblies that no bolted joint has."""
     used = {case.assembly for case in study.cases.values()} | set(study.assemblies)
-    described = {f"{ASSEMBLY_FOLDER}/{name}.yaml": study.assembly(name) for name in sorted(used)}
+    described: dict[str, Described | Case] = {
+        f"{ASSEMBLY_FOLDER}/{name}.yaml": study.assembly(name) for name in sorted(used)
+    }
     described |= {f"{CASE_FOLDER}/{name}.yaml": case for name, case in study.cases.items()}
     for file, entry in described.items():
         for path, value in _numbers(entry.model_dump()):

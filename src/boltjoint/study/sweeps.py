@@ -201,8 +201,8 @@ def solve_designs(
     window = grid = sizes = None
     reasons: Mapping[int, str] = {}
     if frequencies is not None:
-        *window, reasons = common_window(variants, designs)
-        grid = np.linspace(*window, frequencies)
+        low, high, reasons = common_window(variants, designs)
+        grid = np.linspace(low, high, frequencies)
     if amplitudes is not None:
         sizes = np.geomspace(*(between or common_amplitudes(variants, designs)), amplitudes)
     levels = 1 if "force_level" in designs else len(joints[0].base.levels)

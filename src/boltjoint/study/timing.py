@@ -130,7 +130,9 @@ def tabulate_times(timings: Mapping[tuple[str, str, int], pd.DataFrame]) -> pd.D
                     "resonance": resonance,
                     "force_N": analytic["force_N"],
                     "cpu_s": analytic["cpu_s"],
-                    "cpu_forward_difference_s": by_differences.to_numpy() if taken else np.nan,
+                    "cpu_forward_difference_s": np.nan
+                    if by_differences is None
+                    else by_differences.to_numpy(),
                     "solutions": analytic["solutions"].astype(int),
                     "iterations": analytic["iterations"].astype(int),
                     "complete": medians["complete"].min(axis=1).to_numpy() == 1,

@@ -60,7 +60,7 @@ class BalanceEquations(Equations):
 
     def evaluate(
         self, x: NDArray[np.float64], p: float, load_factor: float = 1.0
-    ) -> tuple[NDArray[np.float64], LazyJacobian]:
+    ) -> tuple[NDArray[np.float64], Derivative]:
         """Residual and Jacobian at the frequency p [rad/s], under a part of the excitation."""
         if self.is_analytic:
             residual, jacobian = self.balance.residual_and_jacobian(x, p)

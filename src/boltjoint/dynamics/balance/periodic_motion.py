@@ -69,8 +69,9 @@ class PeriodicMotion:
         samples = checks.whole("samples", samples, at_least=1)
         phase = 2 * np.pi * np.arange(samples) / samples
         total = np.zeros((samples, self.modal_coordinate.shape[1]))
+        components = Components(self.components)
         of_components = zip(
-            self.components.number, self.components.is_sine, self.modal_coordinate, strict=True
+            components.number, components.is_sine, self.modal_coordinate, strict=True
         )
         for number, is_sine, amplitude in of_components:
             shape = np.sin if is_sine else np.cos

@@ -6,6 +6,7 @@ ones. The first Newton correction in all linear modes is the error of the respon
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -116,7 +117,7 @@ class Branch:
         attributes = {"force": self.force, "complete": int(self.complete), "reason": self.reason}
         return xr.Dataset(of_branch, {"frequency": frequency}, attributes)
 
-    def plot(self, **style: object) -> list:
+    def plot(self, **style: Any) -> list:  # noqa: ANN401
         """Draw amplitude over frequency with matplotlib, into the current axes; its lines."""
         solved = self.to_dataset().isel(frequency=np.flatnonzero(self.converged))
         return solved["response_amplitude"].plot.line(yscale="log", **style)

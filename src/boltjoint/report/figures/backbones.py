@@ -1,7 +1,7 @@
 """Figures of backbones: frequency and damping, microslip along them, and those of a calibration."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -83,7 +83,7 @@ def _isolated_branches(backbone: xr.Dataset) -> Iterator[str]:
 
 #: dissipation over squared amplitude, over its maximum, from which on it is drawn: less is rounding
 _DRAWN = 1e-5
-_FIT_LINE = {"linewidth": 5.0, "alpha": 0.35, "solid_capstyle": "butt", "zorder": 2}
+_FIT_LINE: dict[str, Any] = {"linewidth": 5.0, "alpha": 0.35, "solid_capstyle": "butt", "zorder": 2}
 _PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none", "markersize": 5.5}
 #: power of smooth spheres (Mindlin), drawn where the fit is
 _SPHERES = 3.0
@@ -174,7 +174,7 @@ def _draw_power_law(axes: Axes, fit: pd.Series, colour: NDArray[np.float64], row
     )
     if row == 0:
         spheres = fit["dissipation_at_end_J"] * ratio**_SPHERES
-        style = {"color": "0.4", "linewidth": 1.0, "linestyle": "--", "zorder": 1}
+        style: dict[str, Any] = {"color": "0.4", "linewidth": 1.0, "linestyle": "--", "zorder": 1}
         axes.plot(ends, spheres, label="power 3, smooth spheres (Mindlin)", **style)
 
 

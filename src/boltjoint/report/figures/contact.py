@@ -66,7 +66,7 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     for axes, (label, value, pairs, name) in zip(panels, maps, strict=False):
         colours = ListedColormap(matplotlib.colormaps[name](np.linspace(0.08, 1.0, 256)))
         norm = Normalize(0, value[pairs].max(initial=0) or 1)
-        cells = [surface.area_of([pair]) for pair in np.flatnonzero(pairs)]
+        cells = [surface.area_of([int(pair)]) for pair in np.flatnonzero(pairs)]
         fill_shapes(axes, [surface.area_of(np.flatnonzero(~pairs))], facecolors=BLANK_COLOUR)
         fill_shapes(
             axes, cells, facecolors=colours(norm(value[pairs])), edgecolors="face", linewidths=0.2

@@ -1,5 +1,8 @@
 """Pictures of solid bodies of any cells: bodies, where they are in contact, and how they move."""
 
+from collections.abc import Sequence
+from typing import cast
+
 import matplotlib
 import numpy as np
 import xarray as xr
@@ -147,11 +150,11 @@ def outer_faces(assembly: xr.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int
             padded = (*face, face[-1])[:4]
             faces.append(corner[:, padded])
             bodies.append(part[own])
-    face, body = np.concatenate(faces), np.concatenate(bodies)
-    key = np.sort(np.where(face == np.roll(face, 1, axis=1), -1, face), axis=1)
+    of_bodies, body = np.concatenate(faces), np.concatenate(bodies)
+    key = np.sort(np.where(of_bodies == np.roll(of_bodies, 1, axis=1), -1, of_bodies), axis=1)
     _, first, shared = np.unique(key, axis=0, return_index=True, return_counts=True)
     outer = first[shared == 1]
-    return face[outer], body[outer]
+    return of_bodies[outer], body[outer]
 
 
 def _axes(node: Array) -> Array:
@@ -170,7 +173,9 @@ def _normals(node: Array, face: NDArray[np.int64]) -> Array:
     return normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
 
 
-def _visible(node: Array, face: NDArray[np.int64], towards: Array) -> tuple[Array, Array]:
+def _visible(
+    node: Array, face: NDArray[np.int64], towards: Array
+) -> tuple[NDArray[np.intp], Array]:
     """Faces that look at the viewer, and how near all are."""
     seen = np.flatnonzero(_normals(node, face) @ towards > 0)
     return seen, node[face].mean(axis=1) @ towards
@@ -185,6 +190,10 @@ def _draw(axes: Axes, polygons: Array, colours: Array) -> None:
     edges = np.clip(colours * 0.85, 0, 1)
     axes.add_collection(
         PolyCollection(
-            polygons, facecolors=colours, edgecolors=edges, linewidths=0.15, rasterized=True
+            cast("Sequence[Array]", polygons),
+            facecolors=colours,
+            edgecolors=edges,
+            linewidths=0.15,
+            rasterized=True,
         )
     )

@@ -81,7 +81,7 @@ def _mark_empty_axes(figure: Figure) -> None:
             axes
             for axes in figure.axes
             if getattr(axes, f"get_{name}scale")() == "log"
-            and not np.isfinite(axes.dataLim.minpos[at])
+            and not np.isfinite(np.atleast_1d(axes.dataLim.minpos)[at])
         ]
         for axes in empty:
             if not axes.texts:
@@ -127,9 +127,10 @@ def label_decades(axes: Axes, which: Literal["x", "y"] = "y") -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def fill_shapes(axes: Axes, shapes: Sequence[Shape], **style: object) -> None:
+def fill_shapes(axes: Axes, shapes: Sequence[Shape], **style: Any) -> None:  # noqa: ANN401
     """Fill shapes without lines around them, unless the style has them."""
-    axes.add_collection(PathCollection(shapes, **{"linewidths": 0, **style}))
+    style = {"linewidths": 0, **style}
+    axes.add_collection(PathCollection(shapes, **style))
 
 
 def method_label(joint: str, coordinates: str) -> str:

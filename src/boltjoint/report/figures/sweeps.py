@@ -262,7 +262,7 @@ def _band_patches(colour: str) -> list[Patch]:
     ]
 
 
-def _design_words(sweep: xr.Dataset, rows: Array) -> list[str]:
+def _design_words(sweep: xr.Dataset, rows: NDArray[np.intp]) -> list[str]:
     """The values of designs, of as many keys as tell them apart."""
     keys = values_of_keys(sweep)
     columns = [values.to_numpy()[rows] for values in keys.values()]

@@ -206,7 +206,7 @@ def peak_in_words(row: pd.Series, unit: str = "N") -> str:
     return f"{frequency:.1f} Hz {of_frequency} and {amplitude} {force}"
 
 
-def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> str:
+def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
     """Sentence on a case: where it resonates, and its peaks at the ends of its forces.
 
     Parameters

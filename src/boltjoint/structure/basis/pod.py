@@ -149,7 +149,7 @@ def balanced_pod_modes(
     lowest = max(len(coordinate) - maximum, 0)
     distance = distances(coordinate)
     importance = np.full(len(adjoint), 1.0 / len(adjoint))
-    best = None
+    best: tuple[float, Array, Array] | None = None
     for _ in range(iterations):
         a, b = (np.maximum(distance[part], np.finfo(float).tiny) for part in (motion, adjoint))
         weight = np.bincount(motion, importance * b / a, len(columns))

@@ -143,7 +143,7 @@ def _volumes(coordinate: Array, blocks: Sequence[ElementBlock]) -> Iterator[tupl
     for block in blocks:
         for piece in block.pieces():
             volumes = element_volumes(piece.kind, coordinate[piece.connectivity])
-            yield volumes, piece.material.density
+            yield volumes, np.asarray(piece.material.density, dtype=np.float64)
 
 
 def _body(

@@ -56,7 +56,7 @@ class IsotropicMaterial:
         ValueError
             If no elastic solid has such values.
         """
-        limits = {
+        limits: dict[str, checks.Limits] = {
             "youngs_modulus": {"above": 0},
             "poissons_ratio": {"above": -1, "below": 0.5},
             "density": {"above": 0},
@@ -67,7 +67,8 @@ class IsotropicMaterial:
             if np.ndim(value) == 0:
                 value = np.full(elements, checks.number(name, value, **within))
             values.append(checks.array(name, value, (elements,), **within))
-        return tuple(values)
+        modulus, ratio, density = values
+        return modulus, ratio, density
 
 
 @dataclass(frozen=True)

@@ -291,7 +291,7 @@ class _Parts:
         area = polygon_areas(triangle.reshape(-1, 3, 2)).reshape(triangle.shape[:2])
         kept, number = np.nonzero(area > _ROUNDING * area.sum(axis=1, keepdims=True))
         flat = (TRIANGLE_3.values(rule.point) @ triangle[kept, number]).reshape(-1, 2)
-        area = (2 * area[kept, number][:, None] * rule.weight).ravel()
+        weight = (2 * area[kept, number][:, None] * rule.weight).ravel()
         part = np.repeat(parts[kept], len(rule.weight))
         point = self.centre[part] + np.einsum("pi,pik->pk", flat, self.tangents[part])
         face = self.faces[0][part]
@@ -299,7 +299,7 @@ class _Parts:
         normal = one.normals(face, place)
         # a curved face has more area than its picture in the plane
         cosine = np.sum(normal * self.normal[part], axis=1) / np.linalg.norm(normal, axis=1)
-        return part, place, area / cosine
+        return part, place, weight / cosine
 
     def _sums(self, part: NDArray[np.int64], place: Array, area: Array) -> FacePairs:
         """Sums over the points of each pair of faces."""

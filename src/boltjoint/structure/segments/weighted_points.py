@@ -157,13 +157,13 @@ def weighted_points(
     checks.choice("weighting", weighting, WEIGHTINGS)
     if largest_gap is not None:
         checks.number("largest_gap", largest_gap, above=0)
-    sides = tuple(
-        face_groups(name, coordinate, each)
-        for name, each in (("side_a", side_a), ("side_b", side_b))
+    sides = (
+        face_groups("side_a", coordinate, side_a),
+        face_groups("side_b", coordinate, side_b),
     )
     if weighting == "dual" and not all(group.is_linear for group in sides[0]):
         raise ValueError("weighting 'dual' is of faces without middle nodes: choose 'face'")
-    polygons = tuple(polygons_of(each) for each in sides)
+    polygons = polygons_of(sides[0]), polygons_of(sides[1])
     pairs = [each for each in face_pairs(sides, polygons, largest_gap) if each.face_a.size]
     if not pairs:
         raise ValueError(

@@ -41,8 +41,10 @@ def tabulate_statistics(sweep: xr.Dataset) -> pd.DataFrame:
     rows = []
     places_of(sweep)
     of_levels = errors_by_level(sweep)
-    errors = of_levels and {
-        column: iter(of_levels[what]) for column, (what, _) in _OBSERVED.items()
+    errors = {
+        column: iter((of_levels or {})[what])
+        for column, (what, _) in _OBSERVED.items()
+        if of_levels
     }
     count = drawn_designs(sweep)
     for name, level, values in peaks_by_level(sweep):
@@ -157,12 +159,12 @@ def backbone_quantiles(
 
 def _quantiles(values: NDArray[np.float64], shares: Sequence[float]) -> NDArray[np.float64]:
     """Quantiles over all designs at each place of a grid, which is last, (shares, grid)."""
-    shares = checks.array("shares", shares, ("shares",), at_least=0, at_most=1)
+    of_values = checks.array("shares", shares, ("shares",), at_least=0, at_most=1)
     rows = values.reshape(-1, values.shape[-1])
     finite = rows[np.isfinite(rows).any(axis=1)]
     if not finite.size:
-        return np.full((len(shares), values.shape[-1]), np.nan)
-    return np.nanquantile(finite, shares, axis=0)
+        return np.full((len(of_values), values.shape[-1]), np.nan)
+    return np.nanquantile(finite, of_values, axis=0)
 
 
 def _ends(

@@ -211,7 +211,9 @@ def by_level(sweep: xr.Dataset, name: str) -> Array:
     return values.to_numpy().reshape(values.sizes["force"], -1, *rest)
 
 
-def _key(name: str, values: xr.DataArray, designs: Sequence[int]) -> dict[str, Any]:
+def _key(
+    name: str, values: xr.DataArray, designs: NDArray[np.int64] | Sequence[int]
+) -> dict[str, Any]:
     """A key that varies, with its values."""
     unit = values.attrs["units"]
     return {
@@ -249,7 +251,7 @@ def tabulate_failures(sweep: xr.Dataset) -> pd.DataFrame:
         Reasons that differ in numbers only count as one, told as of the first.
     """
     reasons = sweep["reason"].to_numpy().ravel().astype(str)
-    with_peaks = np.isfinite(by_level(sweep, "peak_frequency")).all(axis=0)
+    with_peaks = np.asarray(np.isfinite(by_level(sweep, "peak_frequency")).all(axis=0))
     keys = values_of_keys(sweep)
     by_reason: dict[str, list[int]] = {}
     for design in np.flatnonzero(reasons != ""):

@@ -11,7 +11,7 @@ from boltjoint.structure.elements.assembly import assemble
 from boltjoint.structure.elements.matrices import ElementOptions
 from boltjoint.structure.makers.deck import beams, constraints
 from boltjoint.structure.makers.deck.bolts import Cut, cut
-from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Deck, Tie
+from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Coupling, Deck, Tie
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.unknowns import Elimination, Rows, Unknowns, eliminate
@@ -186,7 +186,7 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
     return rows
 
 
-def _node_of_element(deck: Deck, each: object) -> int:
+def _node_of_element(deck: Deck, each: Coupling) -> int:
     place = deck.elements_of(each.reference)
     for elements in deck.elements:
         if elements.kind == "DCOUP3D":

@@ -1,6 +1,6 @@
 """Solid elements of a deck: kinds, materials, faces, in metres."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -303,7 +303,7 @@ def mesh_of(deck: Deck, metre: float = 1.0) -> Mesh:
     ValueError
         If there are none.
     """
-    by_kind: Mapping[str, list] = {}
+    by_kind: dict[str, list] = {}
     for each in deck.elements:
         if each.kind in KINDS:
             by_kind.setdefault(each.kind, []).append(each)

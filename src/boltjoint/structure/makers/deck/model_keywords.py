@@ -211,9 +211,9 @@ def pretension_section(reading: Reading, block: Block) -> None:
     )
     if (surface is None) == (element is None):
         raise block.refused("SURFACE or ELEMENT must be given, and not both")
-    normal = tuple(lines.reals(block, 0, 3)) if block.rows else (0.0, 0.0, 0.0)
+    x, y, z = lines.reals(block, 0, 3) if block.rows else (0.0, 0.0, 0.0)
     node = _named(reading, block, "NODE")
-    section = PretensionSection(node, surface, element, normal, block.place)
+    section = PretensionSection(node, surface, element, (x, y, z), block.place)
     reading.deck.pretension.append(section)
 
 

@@ -85,12 +85,13 @@ class Unknowns:
             return np.array([self.shortening(self.sections.index(node))]), np.ones(1)
         columns = self.translations(np.array(node))
         if dof > AXES:
-            columns = self.rotations(node)
-            if columns is None:
+            rotations = self.rotations(node)
+            if rotations is None:
                 raise ValueError(
                     f"{reference.place}: {self.deck.nodes.name(node)} has no rotation {dof}: no "
                     "coupling, rigid body or beam turns it"
                 )
+            columns = rotations
         direction = self.directions(node)[(dof - 1) % AXES]
         acting = np.flatnonzero(direction)
         return columns[acting], direction[acting]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from boltjoint import checks
 from boltjoint.structure.makers.half_lap.cell import BoltRadii, CellDivisions, check_washer
@@ -126,7 +126,7 @@ def rectangle_plan(x: NDArray[np.float64], y: NDArray[np.float64]) -> Plan:
 
 
 def lap_plan(
-    axes: Sequence[float],
+    axes: ArrayLike,
     length: float,
     width: float,
     cell_length: float,

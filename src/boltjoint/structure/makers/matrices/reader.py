@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
+from typing import Any, Unpack
 from zipfile import BadZipFile
 
 import numpy as np
@@ -135,7 +136,7 @@ class Reader:
         if size.shape != shape:
             raise ValueError(f"{place} has shape {size.shape}, expected {shape}")
         with self._one_line(variable):
-            value = self._file(variable).read(variable)
+            value: Any = self._file(variable).read(variable)
         if not sparse.issparse(value):
             return sparse.csc_array(checks.array(place, value, shape))
         found = sparse.csc_array(value, dtype=float)
@@ -148,7 +149,9 @@ class Reader:
             raise ValueError(f"{place} must be finite, but is {number:g} at index {row, column}")
         return found
 
-    def array(self, variable: str, shape: tuple[int, ...], **limits: float) -> Array:
+    def array(
+        self, variable: str, shape: tuple[int, ...], **limits: Unpack[checks.Limits]
+    ) -> Array:
         """An array of finite numbers of this shape, as for ``checks.array``.
 
         One dimension of another program may be two, of which one is 1.
@@ -190,7 +193,7 @@ class Reader:
         if prod(size.shape) != prod(shape):
             raise ValueError(f"{self.place(variable)} has shape {size.shape}, expected {shape}")
         with self._one_line(variable):
-            value = self._file(variable).read(variable)
+            value: Any = self._file(variable).read(variable)
         value = value.toarray() if sparse.issparse(value) else value
         is_vector = len(shape) == 1 and size.is_vector and value.ndim
         return value.reshape(-1) if is_vector else value
