@@ -108,7 +108,6 @@ SETTINGS = {
         "trial_step": 72,
         "maximum_vectors": 8,
     },
-    "timing": {"repeats": 1},
     "fitting": {"initial_guesses": 2},
     "convergence": {
         "bases": ["free-2", "enriched-8"],

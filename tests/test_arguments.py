@@ -51,7 +51,7 @@ from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 from boltjoint.names import Coordinates
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import convergence
-from boltjoint.study.timing import time_solver
+from boltjoint.study.timing import Timed
 from boltjoint.verification import residual_in_time
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state
@@ -347,7 +347,6 @@ ATTACKS = {
         lambda: backbones(forces=[NAN]),
         lambda: MODE.amplitudes_for([0.0], (60.0, 200.0)),
         lambda: convergence.peaks_near(JOINT, [], 0.01),
-        lambda: time_solver(JOINT, [0.0], [LinearModes()], damping=0.01),
     ],
     "window": [
         lambda: solved(window=(200.0, 60.0)),
@@ -392,11 +391,9 @@ ATTACKS = {
         lambda: BalanceEquations(BALANCE, "nope"),
         lambda: ResponseDependentModes(1, jacobian="nope"),
     ],
-    "methods": [lambda: time_solver(JOINT, [1.0], ["linear"], damping=0.01)],
     "is_lagged": [lambda: ResponseDependentModes(1, is_lagged="lagged")],
     "is_complex": [lambda: ResponseDependentModes(1, is_complex=1)],
     "has_fallback": [lambda: LinearModes(has_fallback="none")],
-    "repeats": [lambda: time_solver(JOINT, [1.0], [LinearModes()], repeats=0, damping=0.01)],
     "basis_update": [
         lambda: solved(basis_update="nope", coordinates="complex-rdnm-1"),
         lambda: solved(basis_update="nope"),
@@ -493,6 +490,7 @@ ATTACKS = {
     "sharpness": [lambda: minimax_loading_curve(K, SLIP, 1, NAN)],
     "method": [
         lambda: solve_branch(JOINT, 1.0, 1, damping=0.01),
+        lambda: Timed.of("linear"),
         lambda: fitted(method="nope"),
         lambda: fit_reduced_joint(merge_points(JOINT, [0] * 60), 2, method="nope"),
     ],

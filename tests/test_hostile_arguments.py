@@ -31,7 +31,7 @@ from boltjoint.structure import contact_equilibrium, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
 from boltjoint.structure.makers.half_lap import plan
 from boltjoint.structure.segments.weighted_points import weighted_points
-from boltjoint.study import convergence, timing
+from boltjoint.study import convergence
 from boltjoint.verification.multi_harmonic import solve_periodic
 
 JOINT, VARIABLE = make_joint(), make_joint(law="variable")
@@ -297,16 +297,6 @@ CALLS = {
             "reference": pd.DataFrame(
                 {"force_N": [1.0], "peak_frequency_Hz": [70.0], "peak_mm_per_N": [1.0]}
             ),
-            "damping": 0.01,
-        },
-    ),
-    "time_solver": (
-        timing.time_solver,
-        {
-            "joint": JOINT,
-            "forces": [1.0],
-            "methods": [boltjoint.LinearModes()],
-            "repeats": 1,
             "damping": 0.01,
         },
     ),

@@ -125,8 +125,8 @@ def test_yaml_files_are_regular_ones_in_the_folder(study, file):
     # a study file of the command line may lie anywhere, as what is given there is trusted
     (study / file).unlink()
     (study / file).write_bytes(content)
-    (study.parent / "mine.yaml").write_text("timing: {repeats: 2}\n", encoding="utf-8")
-    assert load_study(study, {"study": "../mine.yaml"}).timing.repeats == 2
+    (study.parent / "mine.yaml").write_text("fitting: {initial_guesses: 2}\n", encoding="utf-8")
+    assert load_study(study, {"study": "../mine.yaml"}).fitting.initial_guesses == 2
 
 
 def test_the_hash_of_a_file_is_that_of_its_content(study):

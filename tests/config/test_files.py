@@ -303,13 +303,13 @@ def copied(project, tmp_path):
 def test_a_wrong_study_stops_before_any_job_and_code_in_it_is_not_run(copied, monkeypatch):
     code = "__use_yte__: true\n__definitions__: ['import pathlib; pathlib.Path(\"ran\").touch()']\n"
     (copied / CONFIG).write_text(f"{code}cases: [small]\n", encoding="utf-8")
-    (copied / STUDY).write_text(f"{code}timing: {{repeat: 1}}\n", encoding="utf-8")
+    (copied / STUDY).write_text(f"{code}fitting: {{initial_guess: 1}}\n", encoding="utf-8")
     write(copied / CASE_FILE, CASE | {"preload_N": "much"})
     output = said(copied, "--config", f"study={STUDY}")
     assert f"{STUDY}: __use_yte__: is not a known key; there are: cases, " in output
     assert (
-        f"{STUDY}: timing.repeat: is not a known key; did you mean repeats? "
-        "there are: repeats, time_budget_s\n"
+        f"{STUDY}: fitting.initial_guess: is not a known key; did you mean initial_guesses? "
+        "there are: initial_guesses, load_fractions\n"
     ) in output
     assert f'{CASE_FILE}: preload_N: "much" must be a number\n' in output
     assert f"{CONFIG}: __use_yte__: is not a known key; there are: cases, " in said(copied)

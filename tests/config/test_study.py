@@ -136,7 +136,7 @@ def test_folder_without_a_study(tmp_path):
 
 
 def test_problems_of_several_files_are_reported_together(study):
-    edit(study, CONFIG, "cases:", "timing: {repeats: 0}\ncases:")
+    edit(study, CONFIG, "cases:", "fitting: {initial_guesses: 0}\ncases:")
     edit(study, CASE, "preload_N: 10000", "preload_N: -1")
     edit(study, CASE, "- regions=4", "- regions=x")
     edit(study, HIGH, "resonance: 2", "resonance: 9")
@@ -144,7 +144,7 @@ def test_problems_of_several_files_are_reported_together(study):
     edit(study, FOUR, "head_diameter_mm: 13", "head_diameter_mm: 25")
     problems = problems_of(study)
     assert [problem.split(": ")[:2] for problem in problems] == [
-        [CONFIG, "timing.repeats"],
+        [CONFIG, "fitting.initial_guesses"],
         [CASE, "preload_N"],
         [CASE, "solve[0].joints[1]"],
         [HIGH, "solve[1].resonance"],
@@ -262,19 +262,23 @@ def test_keys_of_a_study_file_and_of_the_command_line_replace_those_below(study)
 @pytest.mark.parametrize(
     ("text", "changes", "line"),
     [
-        ("timing: {repeats: 0}", {}, "mine.yaml: timing.repeats: 0 must be at least 1"),
+        (
+            "fitting: {initial_guesses: 0}",
+            {},
+            "mine.yaml: fitting.initial_guesses: 0 must be at least 1",
+        ),
         ("solver: 5", {}, "mine.yaml: solver: 5 must hold keys with values"),
-        ("timings: {}", {}, "mine.yaml: timings: is not a known key; did you mean timing?"),
+        ("fittings: {}", {}, "mine.yaml: fittings: is not a known key; did you mean fitting?"),
         ("cases: [three]", {}, 'mine.yaml: cases[0]: "three" is not in config/cases;'),
         (
-            "timing: {repeats: 5}",
-            {"timing": {"repeats": "no"}},
-            'command line: timing.repeats: "no" must be a whole number',
+            "fitting: {initial_guesses: 5}",
+            {"fitting": {"initial_guesses": "no"}},
+            'command line: fitting.initial_guesses: "no" must be a whole number',
         ),
         (
-            "timing: {repeats: 0}",
-            {"timing": {"time_budget_s": "1"}},
-            "mine.yaml: timing.repeats: 0 must be at least 1",
+            "convergence: {regions: [0]}",
+            {"convergence": {"time_integration_N": ["1"]}},
+            "mine.yaml: convergence.regions[0]: 0 must be at least 1",
         ),
         (
             "solver: {maximum_iterations: 3}",
@@ -282,20 +286,24 @@ def test_keys_of_a_study_file_and_of_the_command_line_replace_those_below(study)
             f"{CONFIG}: solver.target_iterations: 5 must be less than maximum_iterations, 3",
         ),
         (
-            "timing: {}",
-            {"timing": {"time_budget_s": ".inf"}},
-            'command line: timing.time_budget_s: ".inf" must be a finite number',
+            "solver: {}",
+            {"solver": {"tolerance": ".inf"}},
+            'command line: solver.tolerance: ".inf" must be a finite number',
         ),
         (
-            "timing: {}",
+            "fitting: {}",
             {"study": "a\0b"},
             'command line: study: "a\\u0000b" must be the name of a file',
         ),
-        ("timing: {}", {"study": 5}, "command line: study: 5 must be the name of a file"),
-        ("timing: {}", {"study": None}, "command line: study: null must be the name of a file"),
-        ("timing: {}", {"study": "no.yaml"}, "no.yaml: there is no such file in "),
-        ("timing: {}", {"study": "config"}, "config: cannot be read: Is a directory"),
-        ("timing: {}", {"study": 300 * "a"}, f'"{56 * "a"}...: cannot be read: File name too long'),
+        ("fitting: {}", {"study": 5}, "command line: study: 5 must be the name of a file"),
+        ("fitting: {}", {"study": None}, "command line: study: null must be the name of a file"),
+        ("fitting: {}", {"study": "no.yaml"}, "no.yaml: there is no such file in "),
+        ("fitting: {}", {"study": "config"}, "config: cannot be read: Is a directory"),
+        (
+            "fitting: {}",
+            {"study": 300 * "a"},
+            f'"{56 * "a"}...: cannot be read: File name too long',
+        ),
         ("study: other.yaml", {}, "mine.yaml: study: is not a known key; there are: cases,"),
     ],
 )

@@ -71,19 +71,20 @@ def test_the_converged_response_is_that_of_the_largest_contact_adapted_basis(con
 
 
 def test_forward_differences_are_timed_of_what_the_source_solves(contents):
-    def jacobians(joint, coordinates, basis="free-4"):
-        (which,) = (
-            each
-            for each in contents.responses("three_bolt_constant", basis)
-            if each == (basis, joint, coordinates, 1)
-        )
-        return contents.jacobians("three_bolt_constant", which)
-
-    both = ["analytic", "forward-difference"]
-    assert jacobians("regions=6/elements=7", "rdnm-1") == both
-    assert jacobians("regions=6/harmonic=7", "linear") == ["analytic"]
-    assert jacobians("node-to-node", "complex-rdnm-1") == ["analytic"]
-    assert jacobians("node-to-node", "linear", "enriched-40") == ["analytic"]
+    case = "three_bolt_constant"
+    solved, timed = contents.responses(case), contents.by_differences(case)
+    assert Response("free-4", "regions=6/elements=7", "rdnm-1", 1) in timed
+    for model in (
+        ("free-4", "regions=6/harmonic=7", "linear", 1),
+        ("free-4", "node-to-node", "complex-rdnm-1", 1),
+        ("enriched-40", "node-to-node", "linear", 1),
+    ):
+        assert model in solved
+        assert model not in timed
+    left_out = Contents(load_study(ROOT, {"omit": ["timing"]}), DISPLAYS)
+    assert left_out.by_differences(case) == []
+    by_differences = {"solver": {"jacobian": "forward-difference"}}
+    assert Contents(load_study(ROOT, by_differences), DISPLAYS).by_differences(case) == []
 
 
 def test_names_are_parsed(contents):
@@ -204,7 +205,7 @@ def test_the_short_study_has_both_laws_and_all_but_times_and_checks():
         {re.split("[_.]", Path(path).name)[0] for path in contents.files()}
         for contents in (short, whole)
     ]
-    assert kinds[1] - kinds[0] == {"check", "four", "models", "times", "timing"}
+    assert kinds[1] - kinds[0] == {"check", "forward", "four", "models", "times"}
 
 
 def test_the_residual_in_time_is_found_of_responses_in_all_modes_of_the_basis():
@@ -222,7 +223,7 @@ def test_parts_can_be_left_out():
         study = load_study(ROOT, {"omit": [part]})
         left[part] = {each.kind for each in Contents(study, DISPLAYS).artefacts}
     kinds = {each.kind for each in Contents(load_study(ROOT), DISPLAYS).artefacts}
-    assert kinds - left["timing"] == {"timing", "times", "models"}
+    assert kinds - left["timing"] == {"forward_differences", "times", "models"}
     assert kinds - left["checks"] == {"check"}
     assert kinds - left["harmonics"] == {"harmonics"}
     study = load_study(ROOT, {"converged_peaks": False})

@@ -86,8 +86,6 @@ PLACES = {
     ("config", "solver.harmonics"): {
         "config": {"solver": {"friction_force": "aft", "time_samples": 10**4}}
     },
-    ("config", "timing.repeats"): {"config": {"timing": {"time_budget_s": 1e6}}},
-    ("config", "timing.time_budget_s"): {"config": {"timing": {"repeats": 10**6}}},
     ("sweep", "check.designs"): {
         "sweep": {"design": _LATIN_HYPERCUBE | {"number": 10**5}, "check": {"basis": "free-2"}}
     },

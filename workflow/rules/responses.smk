@@ -10,6 +10,8 @@ for case, basis in contents.cases_and_bases():
         output:
             responses=data("response", **of_basis),
             backbones=data("backbone", **of_basis),
+            timings=data("timing", **of_basis),
+            checksums=list(map(layout.beside, data("timing", **of_basis))),
         log:
             f"results/logs/solve_responses/{case}_{basis}.log",
         benchmark:
@@ -40,38 +42,30 @@ for case, basis in contents.cases_and_bases():
 
     rule:
         name:
-            f"time_responses_{case}_{basis}"
+            f"time_by_differences_{case}_{basis}"
         input:
             joints=data("joint", **of_basis),
         output:
-            timings=data("timing", **of_basis),
-            checksums=list(map(layout.beside, data("timing", **of_basis))),
+            timings=data("forward_differences", **of_basis),
+            checksums=list(map(layout.beside, data("forward_differences", **of_basis))),
         log:
-            f"results/logs/time_responses/{case}_{basis}.log",
-        priority: 1
+            f"results/logs/time_by_differences/{case}_{basis}.log",
+        # no answer waits for it
+        priority: -1
         conda:
             "../envs/boltjoint.yaml"
-        # all cores, or a node of a cluster, so that nothing else runs on the machine meanwhile; one
-        # after another, so that no core waits for the other between them
-        threads: cores or 1
         resources:
             **resources_of("responses", case),
-            slurm_extra="--exclusive",
         params:
-            library=library("time_responses.py"),
+            library=library("time_by_differences.py"),
             case=problem(case, basis),
-            responses=contents.responses(case, basis),
-            jacobians=[
-                contents.jacobians(case, each)
-                for each in contents.responses(case, basis)
-            ],
+            responses=contents.by_differences(case, basis),
             options={
                 "basis_update": study.solver.basis_update,
                 "quasi_static_correction": study.solver.quasi_static_correction,
-                **study.timing.model_dump(),
             },
         script:
-            "../scripts/time_responses.py"
+            "../scripts/time_by_differences.py"
 
     rule:
         name:

@@ -69,6 +69,8 @@ try:
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
 
+# a job has one core, on which more threads of BLAS would wait for each other
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 # of this machine; what a cluster has, it knows itself
 cores = workflow.resource_settings.cores
 # jobs are asked no more

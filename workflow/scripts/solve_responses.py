@@ -4,6 +4,7 @@ from boltjoint import dataset
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.provenance import logs
 from boltjoint.study.solution import CaseInBasis
+from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 output, params = snakemake.output, snakemake.params
@@ -14,5 +15,7 @@ for path, (response, (backbone, parameters)) in zip(output.backbones, traced, st
     backbones[response] = backbone
 harmonics = HarmonicConvergence(**params.harmonics) if params.harmonics else None
 solved = case.solve(params.responses, backbones, harmonics=harmonics, **params.options)
-for path, (response, parameters) in zip(output.responses, solved, strict=True):
+paths = zip(output.responses, output.timings, strict=True)
+for (path, timing), (response, parameters, times) in zip(paths, solved, strict=True):
     dataset.save(response, path, parameters)
+    tables.write_data(times, timing)

@@ -220,19 +220,6 @@ class HyperReduction(Entry):
         return {"count": pairs} if pairs != "auto" else {"count": None, **self.model_dump()}
 
 
-class Timing(Entry):
-    """Timing of the solver.
-
-    Forward differences are timed too where the source solves: node-to-node joints, ``regions`` and
-    their ``elements``, in ``linear`` and ``rdnm-N`` of bases ``free-N``.
-    """
-
-    repeats: Count = 3
-    """Largest number of timed repeats of each frequency response."""
-    time_budget_s: Positive = 0.5
-    """Time after which no further repeat begins, summed over the repeats of a response."""
-
-
 #: resonances of the structure by which bases are compared; none can have fewer vectors
 COMPARED_RESONANCES = 2
 
@@ -296,8 +283,9 @@ class Settings(Entry):
     assemblies: Distinct[tuple[Name, ...]] = ()
     """Assemblies to build and tabulate even if no case uses them: files of ``assemblies/``."""
     omit: Distinct[tuple[Literal["timing", "checks", "harmonics"], ...]] = ()
-    """Parts to leave out: solution times and costs of models; residuals in time; time integration
-    and further harmonics at ``verification_forces_N``."""
+    """Parts to leave out: tables of solution times and costs of models, and what is solved by
+    forward differences for them, as the source did; residuals in time; time integration and further
+    harmonics at ``verification_forces_N``."""
     converged_peaks: Annotated[bool, Field(strict=True)] = False
     """Whether each response also has its peaks with as many harmonics as change them by less than
     ``solver.harmonic_tolerance``, and error bars from them: seconds to minutes for each joint."""
@@ -305,7 +293,6 @@ class Settings(Entry):
     solver: Solver = Solver()
     fitting: Fitting = Fitting()
     hyper_reduction: HyperReduction = HyperReduction()
-    timing: Timing = Timing()
     convergence: Convergence = Convergence()
 
     @property

@@ -251,12 +251,13 @@ class Contents(Responses):
         if self.study.case(case).measured is not None:
             for kind in ("calibration", "fitted_case"):
                 yield Artefact(kind, **self.calibrated(case))
-        checked = self.checked(case)
+        checked, by_differences = self.checked(case), self.by_differences(case)
         for response in self.responses(case):
             fields = {"case": case, **response._asdict()}
             yield Artefact("response", **fields)
-            if "timing" not in self.study.omit:
-                yield Artefact("timing", **fields)
+            yield Artefact("timing", **fields)
+            if response in by_differences:
+                yield Artefact("forward_differences", **fields)
             if response in checked:
                 yield Artefact("check", **fields)
             if fields.pop("coordinates").kind == "backbone":

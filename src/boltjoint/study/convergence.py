@@ -14,7 +14,7 @@ from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import Branch, solve_branch
-from boltjoint.dynamics.response.methods import LinearModes
+from boltjoint.dynamics.response.methods import LinearModes, Problem
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
@@ -22,7 +22,7 @@ from boltjoint.joint.partition import Division, partition_regions, region_error
 from boltjoint.names import Basis
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
-from boltjoint.study.timing import time_solver
+from boltjoint.study.timing import Timed
 
 logger = logging.getLogger(__name__)
 
@@ -271,11 +271,12 @@ def tabulate_reductions(
             "points": joint.points,
             "elements": joint.law.point_of_element.size,
         }
-        times = time_solver(joint, forces, [LinearModes()], **how)
-        cpu = times.groupby("force_N")["cpu_s"].median()
+        problem = Problem.of(joint, **how)
+        timed = Timed.of(LinearModes()).prepared(problem, forces)
         for force in forces:
-            branch = solve_branch(joint, force, **how)
-            row = {**of_joint, "cpu_s": cpu[force], "complete": branch.complete, "force_N": force}
+            branch = timed.solve(problem, force)
+            cpu = timed.rows[-1]["cpu_s"]
+            row = {**of_joint, "cpu_s": cpu, "complete": branch.complete, "force_N": force}
             row |= {"peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
             if branch.peak is not None:
                 row["peak_frequency_Hz"] = branch.frequency[branch.peak]

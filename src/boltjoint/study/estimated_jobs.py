@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from boltjoint.config.described import COUNTLESS
-from boltjoint.config.settings import Solver, Timing
+from boltjoint.config.settings import Solver
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import (
@@ -237,8 +237,6 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         memory += stored
         of_level = _PER_LEVEL * effort * law.relative_time * pairs * factor
         seconds = _PER_RESPONSE + of_level * len(case.levels)
-        if "timing" not in study.omit:
-            seconds += len(case.levels) * _of_repeats(study.timing, of_level)
         yield EstimatedJob("responses", name, memory, seconds, key, f"to solve responses of {name}")
     for joint in (joint for basis in case.bases for joint in contents.fitted(name, basis)):
         yield _of_fit(study, name, joint)
@@ -285,14 +283,6 @@ def _solutions(solver: Solver) -> float:
     """Solutions of a branch: as many as its steps ask for, up to the limit."""
     of_steps = _SOLUTIONS * Solver.model_fields["largest_step"].default / solver.largest_step
     return max(min(of_steps, solver.maximum_solutions), _SOLUTIONS)
-
-
-def _of_repeats(timing: Timing, seconds: float) -> float:
-    """What repeats of a response that takes so long take more than they do by default [s]."""
-    taken, by_default = (
-        min((times.repeats - 1) * seconds, times.time_budget_s) for times in (timing, Timing())
-    )
-    return max(taken - by_default, 0.0)
 
 
 def _of_fit(study: Study, subject: str, joint: JointName) -> EstimatedJob:

@@ -35,6 +35,7 @@ PATHS = {
     "fit_timing": _JOINT + "/fit_timing.csv",
     "response": _SOLVED + "/response.nc",
     "timing": _SOLVED + "/timing.csv",
+    "forward_differences": _SOLVED + "/forward_differences.csv",
     "check": _SOLVED + "/check.csv",
     "backbone": _JOINT + "/backbone/resonance={resonance}/backbone.nc",
     "calibration": _JOINT + "/calibration/calibration.nc",

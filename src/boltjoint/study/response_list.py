@@ -124,15 +124,18 @@ class Responses:
         cases = self.study.cases.values() if case is None else [self.study.case(case)]
         return any(one.published is not None for one in cases)
 
-    def jacobians(self, case: str, response: Response) -> list[str]:
-        """The Jacobians that are timed: forward differences too for what the source solves."""
-        is_of_source = (
-            self.is_compared(case)
-            and not response.basis.is_contact_adapted
+    def by_differences(self, case: str, basis: str | None = None) -> list[Response]:
+        """The responses that are timed with forward differences too, as the source solves them."""
+        is_left_out = "timing" in self.study.omit or not self.is_compared(case)
+        if is_left_out or self.study.solver.jacobian == "forward-difference":
+            return []
+        return [
+            response
+            for response in self.responses(case, basis)
+            if not response.basis.is_contact_adapted
             and response.joint.is_published
             and response.coordinates.kind in ("linear", "real")
-        )
-        return ["analytic", *(["forward-difference"] if is_of_source else [])]
+        ]
 
     def checked(self, case: str, basis: str | None = None) -> list[Response]:
         """The responses whose residual in time is found: all equations solved, forces analytic."""

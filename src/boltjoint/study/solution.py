@@ -1,7 +1,7 @@
 """The responses of a case in a basis, with the joints, windows and options of its stages."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +20,13 @@ from boltjoint.dynamics.response.converged_peaks import (
 from boltjoint.dynamics.response.frequency_response import method_of, solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
+from boltjoint.dynamics.response.methods import Problem
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
-from boltjoint.study.timing import time_solver
+from boltjoint.study.timing import Timed
 
 if TYPE_CHECKING:
     from boltjoint.study.response_list import Response
@@ -67,8 +68,8 @@ class CaseInBasis:
         *,
         harmonics: HarmonicConvergence | None = None,
         **options: object,
-    ) -> Iterator[tuple[xr.Dataset, dict[str, Any]]]:
-        """The frequency responses, and the parameters of each.
+    ) -> Iterator[tuple[xr.Dataset, dict[str, Any], pd.DataFrame]]:
+        """The frequency responses, the parameters of each, and the times of its solution.
 
         ``options`` as for ``method_of``.
 
@@ -84,7 +85,7 @@ class CaseInBasis:
                 **options,
             }
             backbone = backbones.get(response)
-            method = method_of(str(response.coordinates), backbone=backbone, **options)
+            method = Timed.of(method_of(str(response.coordinates), backbone=backbone, **options))
             peaks = response.joint, response.resonance
             if self._chooses_harmonics:
                 how["harmonics"] = harmonics = harmonics or HarmonicConvergence()
@@ -106,27 +107,23 @@ class CaseInBasis:
             solved = add_largest_displacement(solved, stored)
             if harmonics is not None:
                 solved.attrs["harmonic_convergence"] = harmonics.stored()
-            yield solved, self._parameters(response, parameters)
+            yield solved, self._parameters(response, parameters), method.times
 
-    def time(
-        self,
-        responses: "Sequence[Response]",
-        jacobians: Sequence[Sequence[str]],
-        *,
-        repeats: int,
-        time_budget_s: float,
-        **options: object,
+    def time_by_differences(
+        self, responses: "Sequence[Response]", **options: object
     ) -> Iterator[pd.DataFrame]:
-        """The solution times of the frequency responses (``time_solver``).
+        """The times of the frequency responses with forward differences.
 
-        With several Jacobians each; further ``options`` as for ``method_of``.
+        ``options`` as for ``method_of``.
         """
-        problems = self._problems(responses)
-        for (response, joint, how, _), timed in zip(problems, jacobians, strict=True):
-            method = method_of(str(response.coordinates), **options)
-            methods = [replace(method, jacobian=jacobian) for jacobian in timed]
-            budget = {"repeats": repeats, "time_budget_s": time_budget_s}
-            yield time_solver(joint, self.forces, methods, **how, **budget)
+        options["jacobian"] = "forward-difference"
+        for response, joint, how, _ in self._problems(responses):
+            method = Timed.of(method_of(str(response.coordinates), **options))
+            problem = Problem.of(joint, **how)
+            prepared = method.prepared(problem, self.forces)
+            for force in self.forces:
+                prepared.solve(problem, force)
+            yield method.times
 
     def trace_backbones(
         self, responses: "Sequence[Response]"

@@ -182,25 +182,34 @@ def shares_of_states(
 @table(
     "times",
     of=_timed_bases,
-    reads=(data_of("timing", by=["case", "basis"]),),
+    reads=(data_of("timing", "forward_differences", by=["case", "basis"]),),
     job="basis_{case}_{basis}",
     section="times",
     title="solution times in {basis}",
     options=_responses_of,
     is_compared=True,
 )
-def medians_of_times(
+def processor_times(
     artefact: Artefact,
     results: "Results",
     responses: Iterable[Response],
     comparison: "Comparison",
 ) -> "pd.DataFrame":
     """Solution times of all responses."""
+    import pandas as pd
+
     from boltjoint.study.timing import tabulate_times
 
+    of_response = {
+        response[1:]: {"case": artefact.case, **response._asdict()} for response in responses
+    }
     timings = {
-        response[1:]: results.data("timing", case=artefact.case, **response._asdict())
-        for response in responses
+        response: pd.concat(
+            results.data(kind, **fields)
+            for kind in ("timing", "forward_differences")
+            if results.has(kind, **fields)
+        )
+        for response, fields in of_response.items()
     }
     return comparison.beside(artefact, tabulate_times(timings))
 
