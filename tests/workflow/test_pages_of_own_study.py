@@ -51,7 +51,7 @@ def test_a_case_that_asks_for_it_is_compared_and_the_other_is_not(copied):
     found = planned(copied)
     # times with forward differences, and tables and pages with published values
     assert among(found, "cases/variable/*") == []
-    assert among(found, "cases/small/*/timing.csv")
+    assert among(found, "cases/small/*/forward_differences.csv")
     assert among(found, "tables/elements_small_*.csv") and among(found, "tables/contact.csv")
     assert not among(found, "tables/elements_variable_*.csv")
     pages = {Path(path).stem for path in among(found, "report/*.html")}

@@ -198,7 +198,7 @@ def test_every_job_knows_the_content_of_its_own_script():
 
 STRUCTURE_SCRIPTS = {"build_assembly", "apply_preload", "find_modes", "find_pod_modes"}
 JOINT_SCRIPTS = {"connect_nodes", "partition_regions", "reduce_joint"}
-SOLUTION_SCRIPTS = {"solve_responses", "time_responses", "find_peaks"}
+SOLUTION_SCRIPTS = {"solve_responses", "time_by_differences", "find_peaks"}
 
 
 @pytest.mark.parametrize(

@@ -98,10 +98,11 @@ class LocatedPeak(NamedTuple):
         """Relative error of the frequency by that of the amplitude, e.
 
         Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. Errors e of amplitudes that
-        vary over the spread move it by ``e / (spread sharpness)``.
+        vary over the spread move it by ``e / (spread sharpness)``. Its distance counts twice: that
+        is of vertices which converge with the spread, and those of rough amplitudes do not.
         """
         moved = amplitude_error / (self.spread * self.sharpness)
-        phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + self.distance
+        phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + 2 * self.distance
         return float(self.frequency_by_phase * phase)
 
 
