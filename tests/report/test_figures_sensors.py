@@ -12,7 +12,7 @@ from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.figures.responses import plot_sensors
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.tables.peaks import tabulate_sensors
+from boltjoint.study.tables.accuracy import tabulate_sensors
 
 
 @pytest.fixture(scope="module")

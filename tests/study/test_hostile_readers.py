@@ -144,7 +144,7 @@ CALLS = {
         measured.read_backbone_table,
         {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},
     ),
-    "tabulate_sensors": (peaks.tabulate_sensors, {"response": RESPONSE}),
+    "tabulate_sensors": (accuracy.tabulate_sensors, {"response": RESPONSE}),
     "peak_of_level": (accuracy.peak_of_level, {"response": RESPONSE, "level": 0}),
     "smallest_jacobian": (
         elasticity.smallest_jacobian,

@@ -7,7 +7,7 @@ own, ``ModalSynthesis`` (``synthesis``) rebuilds responses from a backbone.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple, Self, get_args
+from typing import NamedTuple, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,11 +89,6 @@ class Method(ABC):
     limits: ErrorLimits = field(default_factory=ErrorLimits)
     has_fallback: bool = False
 
-    #: whether motions of any number of harmonics are known to it
-    knows_harmonics: ClassVar[bool] = True
-    #: whether its errors are estimated, by the balance in all linear modes
-    has_error: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         """Refuse options that are not known."""
         checks.choice("jacobian", self.jacobian, get_args(Jacobian))
@@ -104,6 +99,16 @@ class Method(ABC):
     @abstractmethod
     def name(self) -> str:
         """The ``coordinates`` in files."""
+
+    @property
+    def knows_harmonics(self) -> bool:
+        """Whether motions of any number of harmonics are known to it."""
+        return True
+
+    @property
+    def has_error(self) -> bool:
+        """Whether its errors are estimated, by the balance in all linear modes."""
+        return True
 
     def prepared(self, problem: Problem, forces: Sequence[float]) -> "Method":
         """The method with what the responses to several forces have in common."""
@@ -160,12 +165,15 @@ class LinearModes(_Followed):
         As of ``Method``; its own errors are not estimated.
     """
 
-    has_error: ClassVar[bool] = False
-
     @property
     def name(self) -> str:
         """The ``coordinates`` in files."""
         return "linear"
+
+    @property
+    def has_error(self) -> bool:
+        """The others are compared with it."""
+        return False
 
     def formulate(self, balance: HarmonicBalance, resonance: int) -> BalanceEquations:
         """As of any method that follows the balance."""

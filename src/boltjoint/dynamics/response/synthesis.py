@@ -8,7 +8,6 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -116,8 +115,6 @@ class ModalSynthesis(Method):
     backbone: Backbone | xr.Dataset | None = None
     others: OtherResonances | None = None
 
-    knows_harmonics: ClassVar[bool] = False
-
     def __post_init__(self) -> None:
         """Refuse options that are not known, and what is no backbone."""
         super().__post_init__()
@@ -128,6 +125,11 @@ class ModalSynthesis(Method):
     def name(self) -> str:
         """The ``coordinates`` in files."""
         return "backbone"
+
+    @property
+    def knows_harmonics(self) -> bool:
+        """Backbones are of one harmonic."""
+        return False
 
     def prepared(self, problem: Problem, forces: Sequence[float]) -> "ModalSynthesis":
         """With the backbone that covers the responses to all forces."""

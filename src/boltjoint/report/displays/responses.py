@@ -266,7 +266,7 @@ def sensors(artefact: Artefact, results: "Results") -> "Figure":
 )
 def peaks_of_sensors(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Largest amplitude of each sensor, by level."""
-    from boltjoint.study.tables.peaks import tabulate_sensors
+    from boltjoint.study.tables.accuracy import tabulate_sensors
 
     return tabulate_sensors(results.dataset("response", **artefact.fields))
 

@@ -1,4 +1,4 @@
-"""Tables of the peaks of a response: by number of harmonics, in a larger basis, of each sensor."""
+"""Tables of the peaks of a response: by number of harmonics, and in a larger basis."""
 
 from collections.abc import Sequence
 
@@ -144,37 +144,3 @@ def tabulate_larger_basis(
     errors = (100 * (own / larger - 1)).dropna()
     errors.columns = ["peak_frequency_error_percent", "peak_amplitude_error_percent"]
     return larger.join(errors, how="inner").reset_index()
-
-
-def tabulate_sensors(response: xr.Dataset) -> pd.DataFrame:
-    """Largest amplitude of each sensor at each excitation level.
-
-    Parameters
-    ----------
-    response
-        ``response.nc``.
-
-    Returns
-    -------
-    DataFrame
-        Columns ``sensor, force_N, peak_frequency_Hz, peak_mm_per_N``, empty where the branch has no
-        peak.
-
-    Raises
-    ------
-    ValueError
-        If there is no sensor or level, or no peak of each.
-    """
-    levels = checks.variable("response", response, "force_level", ("force",), above=0)
-    frequency, amplitude = (
-        checks.variable(
-            "response", response, f"sensor_peak_{quantity}", ("sensor", "force"), finite=False
-        )
-        for quantity in ("frequency", "amplitude")
-    )
-    rows = []
-    for i, name in enumerate(response["sensor"].to_numpy()):
-        for j, force in enumerate(levels):
-            rows.append((str(name), float(force), frequency[i, j], 1e3 * amplitude[i, j] / force))
-    columns = ["sensor", "force_N", "peak_frequency_Hz", "peak_mm_per_N"]
-    return pd.DataFrame(rows, columns=columns)
