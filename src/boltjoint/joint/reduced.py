@@ -70,11 +70,7 @@ def fit_reduced_joint(
             for loops in (displacement, of_region, of_fit):
                 loops.append(unknown)
             continue
-        if k.size < count:
-            raise ValueError(
-                f"cannot fit {count} elements to region {point + 1}, which has {k.size} under "
-                "load: ask for fewer elements or fewer regions"
-            )
+        _refuse_few(k.size, count, point)
         fit = fit_elements(
             k,
             s,
@@ -99,15 +95,28 @@ def fit_reduced_joint(
         force_of_fit=of_fit,
         options=options,
     )
+    return _with_elements(joint, fits), dataset
+
+
+def _refuse_few(elements: int, count: int, point: int) -> None:
+    if elements < count:
+        raise ValueError(
+            f"cannot fit {count} elements to region {point + 1}, which has {elements} under load: "
+            "ask for fewer elements or fewer regions"
+        )
+
+
+def _with_elements(joint: Joint, fits: Sequence[Fit]) -> Joint:
+    """The joint with the fitted elements of each point."""
     point_of_element = np.repeat(np.arange(joint.points), [f.slip_force.size for f in fits])
-    fitted = law.replaced_by(
+    fitted = joint.law.replaced_by(
         point_of_element,
         np.concatenate([f.tangential_stiffness for f in fits]),
         np.concatenate([f.slip_force for f in fits]),
     )
     # elements of several laws stand in the order of these
     position = joint.position[fitted.point_of_element]
-    return replace(joint, law=fitted, element_position=position), dataset
+    return replace(joint, law=fitted, element_position=position)
 
 
 def fit_dataset(

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -194,12 +195,8 @@ def solve_contact(
     mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
     tolerance = checks.number("tolerance", tolerance, above=0)
     maximum_iterations = checks.whole("maximum_iterations", maximum_iterations, at_least=1)
-    for name, matrix, rows in (("K", K, force.size), ("C", C, 3 * stiffness.size)):
-        if not sparse.issparse(matrix):
-            raise ValueError(f"{name} is of type {type(matrix).__name__}: it must be sparse")
-        if matrix.shape != (rows, force.size):
-            raise ValueError(f"{name} has shape {matrix.shape}, expected {(rows, force.size)}")
-        checks.array(f"data of {name}", matrix.data)
+    _check_sparse("K", K, (force.size, force.size))
+    _check_sparse("C", C, (3 * stiffness.size, force.size))
     pairs = len(stiffness)
     gap = np.zeros(pairs) if gap is None else checks.array("gap", gap, (pairs,), at_least=0)
     unilateral = partial(coulomb_contact, stiffness=stiffness, friction_coefficient=mu, gap=gap)
@@ -224,19 +221,22 @@ def solve_contact(
         J = (K + C.T @ _block_diagonal(tangent) @ C).tocsc()
         correction, factors = _solve_with_old_factors(J, unbalanced, factors, factorisation)
         step = (C @ correction).reshape(pairs, 3)
-        q = q + correction * _step_length(
-            correction @ (force - K @ q),
-            correction @ (K @ correction),
-            relative,
-            step,
-            law,
-        )
+        work = correction @ (force - K @ q), correction @ (K @ correction)
+        q = q + correction * _step_length(*work, relative, step, law)
         relative = (C @ q).reshape(pairs, 3)
         contact, tangent = law(relative)
         logger.debug("correction %d: residual was %.2e", len(residual), residual[-1])
     return ContactEquilibrium(
         q, relative, contact, np.array(residual), converged=residual[-1] <= tolerance
     )
+
+
+def _check_sparse(name: str, matrix: Any, shape: tuple[int, int]) -> None:  # noqa: ANN401
+    if not sparse.issparse(matrix):
+        raise ValueError(f"{name} is of type {type(matrix).__name__}: it must be sparse")
+    if matrix.shape != shape:
+        raise ValueError(f"{name} has shape {matrix.shape}, expected {shape}")
+    checks.array(f"data of {name}", matrix.data)
 
 
 def _step_length(

@@ -25,6 +25,23 @@ _MM = 1e-3
 _AXES = ("x", "y", "z")
 
 
+def _at_sensors(
+    modes: xr.Dataset, places: "_Places", sensors: "Sequence[Sensor | str]", largest: float
+) -> dict[str, NDArray]:
+    """Modes at the sensors by name; at the outputs of the structure where none are given."""
+    at_sensors = {}
+    observed = sensors or modes["output"].to_numpy().tolist()
+    if not observed:
+        raise ValueError("the structure has no outputs: give sensors")
+    for sensor in observed:
+        name = sensor if isinstance(sensor, str) else sensor.name
+        mode = places.named("output", name) if isinstance(sensor, str) else places.at(sensor)
+        if sensors:
+            _check_moves(f"sensor {name}", mode, largest)
+        at_sensors[name] = mode
+    return at_sensors
+
+
 def place_excitation(
     assembly: xr.Dataset,
     modes: xr.Dataset,
@@ -90,16 +107,7 @@ def place_excitation(
         for name, mode in found.items()
     }
     variables["excitation_mode"].attrs["level_units"] = unit
-    at_sensors = {}
-    observed = sensors or modes["output"].to_numpy().tolist()
-    if not observed:
-        raise ValueError("the structure has no outputs: give sensors")
-    for sensor in observed:
-        name = sensor if isinstance(sensor, str) else sensor.name
-        mode = places.named("output", name) if isinstance(sensor, str) else places.at(sensor)
-        if sensors:
-            _check_moves(f"sensor {name}", mode, largest)
-        at_sensors[name] = mode
+    at_sensors = _at_sensors(modes, places, sensors, largest)
     per_mass = "kg^-1/2", "mode at the sensor"
     sensor_mode = np.array(list(at_sensors.values()))
     variables["response_mode"] = quantity("mode", sensor_mode[0], *per_mass)

@@ -8,7 +8,7 @@ together. Families of modes are distinguished by kinetic energy. A contact-adapt
 import logging
 import re
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.io import free_mode_quantities
-from boltjoint.structure.basis.pod import basis_of_pod_modes, estimated_errors
+from boltjoint.structure.basis.pod import Basis, basis_of_pod_modes, estimated_errors
 from boltjoint.structure.makers.registry import Families, families_of, structure_of, that_respond
 from boltjoint.structure.model import Row, Structure
 from boltjoint.structure.subspaces import Subspace, antisymmetric, symmetric, whole
@@ -113,42 +113,55 @@ def find_modes(
     if kind in _WITHOUT_CONTACT:
         of_family = _candidates(modes)
     else:
-        # rigid-body modes have no part in elastic ones
-        rigid = frequency.size - basis.frequency.size
-        participation = np.pad(basis.free_participation, [(0, 0), (rigid, 0)]) * sign
-        of_family = free_mode_quantities(basis.free_frequency, participation)
-    relative = structure.contact.relative @ q
+        of_family = _participation(basis, sign)
     logger.info("modes %s: %s Hz", family, ", ".join(f"{f:.6g}" for f in frequency))
+    variables = {
+        "natural_frequency": quantity("mode", frequency, "Hz", "natural frequency"),
+        **_variables(structure, q, response * sign, excitation * sign),
+        **of_family,
+    }
+    return xr.Dataset(variables, coords=_axes(structure), attrs=attributes)
+
+
+def _axes(structure: Structure) -> dict[str, Any]:
+    return {
+        "axis": ["x", "y", "z"],
+        "input": np.array(list(structure.inputs), dtype=object),
+        "output": np.array(list(structure.outputs), dtype=object),
+    }
+
+
+def _participation(basis: Basis, sign: Array) -> dict[str, xr.Variable]:
+    """Free modes in a contact-adapted basis, whose vectors come after rigid-body modes."""
+    # rigid-body modes have no part in elastic ones
+    rigid = sign.size - basis.frequency.size
+    participation = np.pad(basis.free_participation, [(0, 0), (rigid, 0)]) * sign
+    return free_mode_quantities(basis.free_frequency, participation)
+
+
+def _variables(
+    structure: Structure, q: Array, response: Array, excitation: Array
+) -> dict[str, xr.Variable]:
+    """The modes q at all places, as ``modes.nc`` holds them."""
     per_mass = "kg^-1/2"
-    return xr.Dataset(
-        {
-            "natural_frequency": quantity("mode", frequency, "Hz", "natural frequency"),
-            **_mode_shape(structure, q),
-            "relative_mode": quantity(
-                ("pair", "axis", "mode"),
-                relative.reshape(-1, 3, frequency.size),
-                per_mass,
-                "mode of the contact pair along its tangents and normal, side A minus side B",
-            ),
-            "response_mode": quantity(
-                "mode", response * sign, per_mass, "mode where the response is observed"
-            ),
-            "excitation_mode": quantity(
-                "mode", excitation * sign, per_mass, "mode where the force acts"
-            ),
-            **_base_excitation(structure, q),
-            **_at_rows("input", structure.inputs, q),
-            **_at_rows("output", structure.outputs, q),
-            **structure.contact.variables(),
-            **of_family,
-        },
-        coords={
-            "axis": ["x", "y", "z"],
-            "input": np.array(list(structure.inputs), dtype=object),
-            "output": np.array(list(structure.outputs), dtype=object),
-        },
-        attrs=attributes,
-    )
+    relative = structure.contact.relative @ q
+    return {
+        **_mode_shape(structure, q),
+        "relative_mode": quantity(
+            ("pair", "axis", "mode"),
+            relative.reshape(-1, 3, q.shape[1]),
+            per_mass,
+            "mode of the contact pair along its tangents and normal, side A minus side B",
+        ),
+        "response_mode": quantity(
+            "mode", response, per_mass, "mode where the response is observed"
+        ),
+        "excitation_mode": quantity("mode", excitation, per_mass, "mode where the force acts"),
+        **_base_excitation(structure, q),
+        **_at_rows("input", structure.inputs, q),
+        **_at_rows("output", structure.outputs, q),
+        **structure.contact.variables(),
+    }
 
 
 def _with_rigid_modes(structure: Structure, frequency: Array, q: Array) -> tuple[Array, Array]:

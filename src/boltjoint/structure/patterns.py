@@ -5,6 +5,7 @@ Its resonances are the reference for the same springs in any modal basis.
 """
 
 import logging
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -157,6 +158,14 @@ def resonances(
             frequency[i, j] = _resonances((half.stiffness + springs_of_part).tocsc(), half, number)
             found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
             logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
+    variables = {"stiffness": springs_of_pairs, "position": contact.variables()["position"]}
+    return _resonances_to_dataset(frequency, patterns).assign(variables)
+
+
+def _resonances_to_dataset(
+    frequency: Array, patterns: Mapping[str, NDArray[np.bool_]]
+) -> xr.Dataset:
+    """Resonances [Hz], shape (patterns, springs, resonances), with the pairs that stick."""
     return xr.Dataset(
         {
             "frequency": quantity(
@@ -171,8 +180,6 @@ def resonances(
                 "1",
                 "1 where the pair sticks",
             ),
-            "stiffness": springs_of_pairs,
-            "position": contact.variables()["position"],
         },
         coords={
             "pattern": list(patterns),

@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint.dataset import quantity
 from boltjoint.structure.bolts import tension_of, yield_warning
-from boltjoint.structure.contact_equilibrium import solve_contact
+from boltjoint.structure.contact_equilibrium import ContactEquilibrium, solve_contact
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Structure
@@ -91,12 +91,49 @@ def apply_preload(
     gap = contact.gap / largest
 
     part = _part_of(structure, force)
+    equilibrium = _equilibrium(structure, part, force, gap, tolerance, maximum_iterations)
+    corrections, residual = len(equilibrium.residual) - 1, equilibrium.residual[-1]
+    if not equilibrium.converged:
+        raise RuntimeError(
+            f"preload {largest:g} N: no equilibrium after {corrections} corrections, the largest "
+            f"unbalanced force is {residual:.1e} of the preload: choose contact.penalty_N_per_m3 "
+            "of the assembly nearer to 1e15, or the material nearer to steel, since stiffnesses "
+            "too far apart are lost in rounding"
+        )
+    opening = largest * np.maximum(gap - equilibrium.relative[:, 2], 0.0)
+    q = part.basis @ part.unsupported(largest * equilibrium.unknown)
+    contact_force = largest * equilibrium.force
+    normal_load = contact_force[:, 2]
+    logger.info(
+        "preload %s N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
+        preload,
+        corrections,
+        residual,
+        np.count_nonzero(normal_load),
+        len(normal_load),
+        normal_load.sum(),
+    )
+    variables = _variables(structure, q, contact_force, opening, equilibrium.residual)
+    axes = {"axis": ["x", "y", "z"], "plane": ["x", "y"]}
+    return xr.Dataset(variables, coords=axes, attrs={"preload_N": preload})
+
+
+def _equilibrium(
+    structure: Structure,
+    part: Subspace,
+    force: Array,
+    gap: Array,
+    tolerance: float,
+    maximum_iterations: int,
+) -> ContactEquilibrium:
+    """The equilibrium of a part of the motion under forces, held where nothing else holds it."""
+    contact = structure.contact
     stiffness, relative = part.stiffness, part.relative
     # where nothing is held, as many unknowns as there are rigid-body motions
     supported = part.supported
     if supported is not None:
         stiffness, relative = stiffness[supported][:, supported], relative[:, supported]
-    found = solve_contact(
+    return solve_contact(
         stiffness,
         relative,
         contact.penalty * contact.area,
@@ -107,50 +144,31 @@ def apply_preload(
         maximum_iterations=maximum_iterations,
         factorisation=structure.factor_method,
     )
-    if not found.converged:
-        raise RuntimeError(
-            f"preload {largest:g} N: no equilibrium after {len(found.residual) - 1} corrections, "
-            f"the largest unbalanced force is {found.residual[-1]:.1e} of the preload: choose "
-            "contact.penalty_N_per_m3 of the assembly nearer to 1e15, or the material nearer to "
-            "steel, since stiffnesses too far apart are lost in rounding"
-        )
-    opening = np.maximum(gap - found.relative[:, 2], 0.0)
-    unknown, opening, force = (largest * each for each in (found.unknown, opening, found.force))
-    q = part.basis @ part.unsupported(unknown)
-    normal_load = force[:, 2]
-    logger.info(
-        "preload %s N: equilibrium after %d corrections, residual %.1e; %d of %d pairs carry %g N",
-        preload,
-        len(found.residual) - 1,
-        found.residual[-1],
-        np.count_nonzero(normal_load),
-        len(normal_load),
-        normal_load.sum(),
-    )
-    return xr.Dataset(
-        {
-            "normal_load": quantity("pair", normal_load, "N", "normal load of the contact pair"),
-            "gap": quantity("pair", opening, "m", "opening"),
-            "friction_force": quantity(
-                ("pair", "plane"), force[:, :2], "N", "friction force on side B"
-            ),
-            **contact.variables(),
-            "shank_shortening": quantity(
-                "bolt",
-                [np.nan if each.locked is None else q[each.locked] for each in structure.bolts],
-                "m",
-                "shortening of the shank by tightening",
-            ),
-            **_displacement(structure, q),
-            "residual": quantity(
-                "iterate", found.residual, "1", "largest unbalanced force over preload"
-            ),
-            "iterations": quantity((), len(found.residual) - 1, "1", "Newton corrections"),
-            **_initial_gap(contact),
-        },
-        coords={"axis": ["x", "y", "z"], "plane": ["x", "y"]},
-        attrs={"preload_N": preload},
-    )
+
+
+def _variables(
+    structure: Structure, q: Array, force: Array, opening: Array, residual: Array
+) -> dict[str, xr.Variable]:
+    """What ``preload.nc`` holds, of unknowns q, and of forces and openings of the pairs."""
+    contact = structure.contact
+    return {
+        "normal_load": quantity("pair", force[:, 2], "N", "normal load of the contact pair"),
+        "gap": quantity("pair", opening, "m", "opening"),
+        "friction_force": quantity(
+            ("pair", "plane"), force[:, :2], "N", "friction force on side B"
+        ),
+        **contact.variables(),
+        "shank_shortening": quantity(
+            "bolt",
+            [np.nan if each.locked is None else q[each.locked] for each in structure.bolts],
+            "m",
+            "shortening of the shank by tightening",
+        ),
+        **_displacement(structure, q),
+        "residual": quantity("iterate", residual, "1", "largest unbalanced force over preload"),
+        "iterations": quantity((), len(residual) - 1, "1", "Newton corrections"),
+        **_initial_gap(contact),
+    }
 
 
 def _warn_of_yield(structure: Structure, tension: Array) -> None:

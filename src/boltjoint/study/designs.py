@@ -81,12 +81,7 @@ def list_designs(
         If an argument is of another kind, or a key may not vary.
     """
     checks.mapping("case", case)
-    checks.sequence("variants", variants, Mapping)
-    if not variants:
-        raise ValueError("variants is empty: there is one of the base case at least")
-    for i, variant in enumerate(variants):
-        checks.mapping(f"values of variants[{i}]", variant.get("values"))
-        checks.instance(f"reason of variants[{i}]", variant.get("reason"), str)
+    _check_variants(variants)
     if quantities is None:
         quantities = rescaled_keys(Case.model_validate(case))
     checks.mapping("quantities", quantities)
@@ -124,6 +119,15 @@ def list_designs(
     if isinstance(design, Saltelli):
         attributes["saltelli_samples"] = design.number
     return xr.Dataset(columns_of_designs, attrs=attributes)
+
+
+def _check_variants(variants: Sequence[Mapping[str, Any]]) -> None:
+    checks.sequence("variants", variants, Mapping)
+    if not variants:
+        raise ValueError("variants is empty: there is one of the base case at least")
+    for i, variant in enumerate(variants):
+        checks.mapping(f"values of variants[{i}]", variant.get("values"))
+        checks.instance(f"reason of variants[{i}]", variant.get("reason"), str)
 
 
 def values_of(designs: xr.Dataset) -> list[dict[str, float]]:

@@ -133,6 +133,28 @@ Array = NDArray[np.float64]
 logger = logging.getLogger(__name__)
 
 
+def _observe(
+    observed: ObservedDesigns,
+    place: int,
+    variant: SweptJoint,
+    values: Mapping[str, float],
+    window: tuple[float, float] | None,
+    amplitudes: Array | None,
+    *,
+    converged: bool,
+) -> None:
+    """Solve a design and add what is observed of it, or why it is impossible."""
+    try:
+        joint, branches = variant.solve(values, window)
+        observed.add(place, joint, branches)
+        if converged:
+            observed.add_converged(place, variant.converge(values, joint, branches))
+        if amplitudes is not None:
+            observed.backbone[place] = np.transpose(variant.backbone(values, amplitudes))
+    except IMPOSSIBLE as error:
+        observed.reason[place] = str(error)
+
+
 def solve_designs(
     variants: Sequence[SweptJoint | ImpossibleJoint],
     designs: xr.Dataset,
@@ -191,11 +213,7 @@ def solve_designs(
             checks.whole(name, points, at_least=1)
     values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
     impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
-    joints = [
-        joint_of_variant
-        for joint_of_variant in variants
-        if isinstance(joint_of_variant, SweptJoint)
-    ]
+    joints = [variant for variant in variants if isinstance(variant, SweptJoint)]
     if not joints:
         raise ValueError(f"no design is possible: {next(iter(variants), 'there is none')}")
     window = grid = sizes = None
@@ -206,7 +224,7 @@ def solve_designs(
     if amplitudes is not None:
         sizes = np.geomspace(*(between or common_amplitudes(variants, designs)), amplitudes)
     levels = 1 if "force_level" in designs else len(joints[0].base.levels)
-    elements = max(joint_of_variant.elements for joint_of_variant in joints)
+    elements = max(joint.elements for joint in joints)
     observed = ObservedDesigns(
         len(chunk), levels, grid, sizes, elements if states else None, converged=converged
     )
@@ -220,15 +238,7 @@ def solve_designs(
         if isinstance(variant, ImpossibleJoint):
             observed.reason[place] = str(variant)
             return
-        try:
-            joint, branches = variant.solve(values[place], window)
-            observed.add(place, joint, branches)
-            if converged:
-                observed.add_converged(place, variant.converge(values[place], joint, branches))
-            if sizes is not None:
-                observed.backbone[place] = np.transpose(variant.backbone(values[place], sizes))
-        except IMPOSSIBLE as error:
-            observed.reason[place] = str(error)
+        _observe(observed, place, variant, values[place], window, sizes, converged=converged)
 
     words = f"designs {chunk.start} to {chunk.stop} of {impossible.size}"
     with ThreadPoolExecutor(threads) as pool:

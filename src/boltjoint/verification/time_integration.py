@@ -142,11 +142,7 @@ def steady_state(
         start = checks.array("start", start, ("samples", joint.natural_frequency.size))
         checks.whole("length of start", len(start), at_least=1)
     coarse = Integration.of(joint, frequency, force, damping, steps)
-    if start is None:
-        for i in range(ramp):
-            coarse.advance(i / ramp, (i + 1) / ramp)
-    else:
-        coarse.follow(start)
+    coarse.begin(start, ramp)
     coarse_change = _reach_steady_state(coarse, tolerance, maximum_periods)
     fine = coarse.halved()
     change = _reach_steady_state(fine, tolerance, maximum_periods)
@@ -250,6 +246,14 @@ class Integration:
             *state, *self.elements, *self.structure, w, factors, self.history
         )
         self.periods += 1
+
+    def begin(self, start: Array | None, ramp: int) -> None:
+        """Follow a period of all modes, or raise the force over a number of periods."""
+        if start is not None:
+            self.follow(start)
+            return
+        for i in range(ramp):
+            self.advance(i / ramp, (i + 1) / ramp)
 
     def follow(self, motion: Array) -> None:
         """Start from a period of all modes; the sliders follow it for two periods from zero."""

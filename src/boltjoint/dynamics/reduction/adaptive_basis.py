@@ -14,6 +14,7 @@ element methods. Acta Numerica 10 (2001) 1-102.
 
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
@@ -157,58 +158,76 @@ def find_pod_modes(
     of_pairs = candidates.area, candidates.surface
     of_conditions = [at.tangential_stiffness(*of_pairs) for at in conditions]
     stiffness = np.max(of_conditions, axis=0)
-    try:
+    with _refusing_rounding(conditions):
         basis = _adapted(candidates, connections, stiffness, options, pod_options)
         trials = _error_by_vectors(candidates, connections, basis.vector, options)
+    vectors, errors = np.array([count for count, _ in trials]), np.array([e for _, e in trials])
+    within = np.all(errors <= _tolerances(options), axis=1)
+    automatic = int(vectors[np.argmax(within)] if within.any() else vectors[-1])
+    reached = "are within" if within.any() else "are the most, and not within"
+    logger.info("contact-adapted basis: %d vectors %s the tolerances", automatic, reached)
+    attributes = {
+        "automatic_vectors": automatic,
+        "within_tolerances": int(within.any()),
+        "options": pod_options.stored(),
+    }
+    variables = {
+        **_of_modes(candidates, basis),
+        **_of_trials(vectors, errors),
+        "position": structure.contact.variables()["position"],
+        **free_mode_quantities(
+            candidates.free_frequency,
+            candidates.free_participation @ basis.vector,
+            of="pod_mode",
+            unit="s",
+        ),
+    }
+    return xr.Dataset(variables, coords={"axis": ["x", "y", "z"]}, attrs=attributes)
+
+
+@contextmanager
+def _refusing_rounding(conditions: Sequence[ContactCondition]) -> Iterator[None]:
+    try:
+        yield
     except (ArpackError, ValueError) as error:
         # SciPy's refusal of matrices that overflowed, or that rounding has made indefinite
         raise RuntimeError(
             f"the basis for {conditions!r} is lost in rounding ({error}): choose stiffnesses nearer"
             " to each other, or fewer contact_adapted_basis.free_modes"
         ) from error
-    vectors, errors = np.array([count for count, _ in trials]), np.array([e for _, e in trials])
-    within = np.all(errors <= _tolerances(options), axis=1)
-    automatic = int(vectors[np.argmax(within)] if within.any() else vectors[-1])
+
+
+def _of_modes(candidates: Candidates, basis: PODModes) -> dict[str, xr.Variable]:
+    """The POD modes as their file holds them."""
     motion = candidates.vector @ (candidates.coordinate @ basis.vector)
+    return {
+        "pod_mode_motion": quantity(
+            ("unknown", "pod_mode"),
+            motion,
+            "m J^-1/2",
+            "POD mode, of unit strain energy with the contact stuck",
+        ),
+        "energy_share": quantity(
+            "pod_mode",
+            basis.energy_share,
+            "1",
+            "strain energy of the snapshots along it, over all of it",
+        ),
+    }
+
+
+def _of_trials(vectors: NDArray[np.int64], errors: Array) -> dict[str, xr.Variable]:
+    """The errors of bases of some vectors, as the file of POD modes holds them."""
     relative_error = "largest relative error of peak {} on the backbones it is made for"
-    reached = "are within" if within.any() else "are the most, and not within"
-    logger.info("contact-adapted basis: %d vectors %s the tolerances", automatic, reached)
-    return xr.Dataset(
-        {
-            "pod_mode_motion": quantity(
-                ("unknown", "pod_mode"),
-                motion,
-                "m J^-1/2",
-                "POD mode, of unit strain energy with the contact stuck",
-            ),
-            "energy_share": quantity(
-                "pod_mode",
-                basis.energy_share,
-                "1",
-                "strain energy of the snapshots along it, over all of it",
-            ),
-            "trial_vectors": quantity("trial", vectors, "1", "vectors of a basis"),
-            "frequency_error": quantity(
-                "trial", errors[:, 0], "1", relative_error.format("frequencies")
-            ),
-            "amplitude_error": quantity(
-                "trial", errors[:, 1], "1", relative_error.format("amplitudes")
-            ),
-            "position": structure.contact.variables()["position"],
-            **free_mode_quantities(
-                candidates.free_frequency,
-                candidates.free_participation @ basis.vector,
-                of="pod_mode",
-                unit="s",
-            ),
-        },
-        coords={"axis": ["x", "y", "z"]},
-        attrs={
-            "automatic_vectors": automatic,
-            "within_tolerances": int(within.any()),
-            "options": pod_options.stored(),
-        },
-    )
+    return {
+        "trial_vectors": quantity("trial", vectors, "1", "vectors of a basis"),
+        "frequency_error": quantity(
+            "trial", errors[:, 0], "1", relative_error.format("frequencies")
+        ),
+        "amplitude_error": quantity(
+            "trial", errors[:, 1], "1", relative_error.format("amplitudes")
+        ),
+    }
 
 
 _Connections = Sequence[tuple[Callable[[xr.Dataset], Joint], Damping]]

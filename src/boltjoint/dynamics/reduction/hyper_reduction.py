@@ -165,30 +165,47 @@ def weigh_pairs(
     search = _Weights(
         row for backbone in traced for row in backbone.rows(tolerances, options.force_tolerance)
     )
+    kept, errors = _grown(search, joint, traced, count, tolerances, options)
+    weight = search.weight * np.bincount(on, alike) / np.bincount(on)
+    return kept, _to_dataset(weight[weight > 0], errors, options)
+
+
+def _to_dataset(weight: Array, errors: Array, options: HyperReductionOptions) -> xr.Dataset:
+    """Weights of the pairs and estimated errors of frequency and amplitude of the peaks."""
+    about = "largest relative error of peak {}, estimated on the backbones it is made for"
+    return xr.Dataset(
+        {
+            "weight": quantity("point", weight, "1", "pairs that each pair stands for"),
+            "estimated_frequency_error": quantity((), errors[0], "1", about.format("frequencies")),
+            "estimated_amplitude_error": quantity((), errors[1], "1", about.format("amplitudes")),
+        },
+        attrs={"options": options.stored()},
+    )
+
+
+def _grown(
+    search: "_Weights",
+    joint: Joint,
+    traced: Sequence["_TracedBackbone"],
+    count: int | None,
+    tolerances: Array,
+    options: HyperReductionOptions,
+) -> tuple[Joint, Array]:
+    """The joint of as many pairs as the tolerances or the count ask for, and errors of peaks."""
     trial = float(options.first_trial if count is None else count)
     while True:
         is_within = search.grow(round(trial))
-        kept = keep_elements(joint, search.weight[on])
+        kept = keep_elements(joint, search.weight[joint.law.point_of_element])
         errors = options.safety * np.max([backbone.errors(kept) for backbone in traced], axis=0)
         logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
         if count is not None or np.all(errors <= tolerances):
-            break
+            return kept, errors
         if not is_within:
             raise RuntimeError(
                 f"{kept.points} pairs hold the forces as well as all {joint.points}, but peaks "
                 f"still have errors of {errors[0]:.2g} and {errors[1]:.2g}: allow larger ones"
             )
         trial = max(trial + 1, options.trial_growth * trial)
-    weight = search.weight * np.bincount(on, alike) / np.bincount(on)
-    about = "largest relative error of peak {}, estimated on the backbones it is made for"
-    return kept, xr.Dataset(
-        {
-            "weight": quantity("point", weight[weight > 0], "1", "pairs that each pair stands for"),
-            "estimated_frequency_error": quantity((), errors[0], "1", about.format("frequencies")),
-            "estimated_amplitude_error": quantity((), errors[1], "1", about.format("amplitudes")),
-        },
-        attrs={"options": options.stored()},
-    )
 
 
 @dataclass(frozen=True)

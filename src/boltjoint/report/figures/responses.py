@@ -1,6 +1,7 @@
 """Figures of frequency responses, of the motion of sensors, and of computing times."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -98,29 +99,8 @@ def plot_response(
         ):
             x, y = curve.frequency, curve.amplitude
             label = f"{name}, {forces[index]:g} {unit}"
-            axes.semilogy(
-                x, np.where(curve.unstable > 0, np.nan, y), color=colour, label=label, **style
-            )
-            for harmonics in np.unique(curve.unstable[curve.unstable > 0]):
-                part = np.where(_with_neighbours(curve.unstable == harmonics), y, np.nan)
-                dashes = _UNSTABLE_LINE if harmonics > 1 else _UNSTABLE_LINE | _ONE_HARMONIC
-                axes.plot(x, part, color=colour, **style, **dashes)
-                of = f"{harmonics} harmonics" if harmonics > 1 else "one harmonic"
-                marks[f"unstable ({of})"] = {**REFERENCE_LINE, **dashes}
-            if curve.peak is not None:
-                at = [curve.peak]
-                axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
-            if curve.peak is not None and curve.converged is not None and dataset is response:
-                to = zip((x[curve.peak], y[curve.peak]), curve.converged, strict=True)
-                axes.plot(*to, color=colour, zorder=3, **_ERROR_BAR_LINE)
-                at = [[value] for value in curve.converged]
-                axes.plot(*at, color=colour, markersize=5, zorder=4, **_CONVERGED_MARK)
-                marks["peak with all harmonics"] = _CONVERGED_MARK
-            beyond = x[y > curve.linear_limit]
-            if beyond.size and dataset is response:
-                ends = [beyond.min(), beyond.max()]
-                axes.plot(ends, [curve.linear_limit] * 2, color=colour, **LIMIT_LINE)
-                marks[LIMIT] = LIMIT_LINE
+            drawing = {"color": colour, "label": label, **style}
+            marks |= _draw_curve(axes, curve, drawing, size, with_marks=dataset is response)
             if curve.broken_off:
                 axes.plot(x[-1:], y[-1:], color=colour, markersize=9 * size, zorder=5, **BREAK_MARK)
                 marks["branch breaks off"] = BREAK_MARK
@@ -133,6 +113,37 @@ def plot_response(
     axes.grid(True)
     add_legends(axes, {name: style for name, (_, style) in layers.items()}, "force", levels, marks)
     return figure
+
+
+def _draw_curve(
+    axes: Axes, curve: ResponseCurve, line: Mapping[str, Any], size: float, *, with_marks: bool
+) -> dict[str, Mapping[str, Any]]:
+    """A curve with its peak, unstable parts and, if asked for, further marks; what these are."""
+    x, y, colour = curve.frequency, curve.amplitude, line["color"]
+    style = {name: value for name, value in line.items() if name not in ("color", "label")}
+    marks: dict[str, Mapping[str, Any]] = {}
+    axes.semilogy(x, np.where(curve.unstable > 0, np.nan, y), **line)
+    for harmonics in np.unique(curve.unstable[curve.unstable > 0]):
+        part = np.where(_with_neighbours(curve.unstable == harmonics), y, np.nan)
+        dashes = _UNSTABLE_LINE if harmonics > 1 else _UNSTABLE_LINE | _ONE_HARMONIC
+        axes.plot(x, part, color=colour, **style, **dashes)
+        of = f"{harmonics} harmonics" if harmonics > 1 else "one harmonic"
+        marks[f"unstable ({of})"] = {**REFERENCE_LINE, **dashes}
+    if curve.peak is not None:
+        at = [curve.peak]
+        axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
+    if with_marks and curve.peak is not None and curve.converged is not None:
+        to = zip((x[curve.peak], y[curve.peak]), curve.converged, strict=True)
+        axes.plot(*to, color=colour, zorder=3, **_ERROR_BAR_LINE)
+        at = [[value] for value in curve.converged]
+        axes.plot(*at, color=colour, markersize=5, zorder=4, **_CONVERGED_MARK)
+        marks["peak with all harmonics"] = _CONVERGED_MARK
+    beyond = x[y > curve.linear_limit]
+    if with_marks and beyond.size:
+        ends = [beyond.min(), beyond.max()]
+        axes.plot(ends, [curve.linear_limit] * 2, color=colour, **LIMIT_LINE)
+        marks[LIMIT] = LIMIT_LINE
+    return marks
 
 
 def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -189,6 +189,25 @@ class SpringContact:
         return 1 / ratio[order], a[:, order]
 
 
+def _stiffness(squared: Array, moved: Array) -> Array:
+    """Stiffness of free modes, by their squared frequencies, and of attachment modes after them."""
+    modes, vectors = squared.size, moved.shape[1]
+    # K times an attachment mode is its force, and modes are orthogonal
+    stiffness = np.empty((vectors, vectors))
+    stiffness[:modes, :modes] = np.diag(squared)
+    stiffness[modes:] = moved
+    stiffness[:modes, modes:] = moved[:, :modes].T
+    return symmetric_part(stiffness)
+
+
+def _independent(stiffness: Array) -> Array:
+    """Combinations of vectors of unit strain energy without those that depend on others."""
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    share, turn = eigh(scale[:, None] * stiffness * scale)
+    independent = share > DEPENDENT_SHARE * share[-1]
+    return scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
+
+
 def find_candidates(
     structure: Structure, preload: xr.Dataset, free_modes: int, *, second_tangents: bool = False
 ) -> Candidates:
@@ -235,19 +254,10 @@ def find_candidates(
     factors = part.factors(K)
     squared, mode = part.modes(factors, K, free_modes)
     vector, moved, mass = attachment_modes(part, factors, mode, C)
-    # K times an attachment mode is its force, and modes are orthogonal
-    stiffness = np.empty(mass.shape)
-    stiffness[:free_modes, :free_modes] = np.diag(squared)
-    stiffness[free_modes:] = moved
-    stiffness[:free_modes, free_modes:] = moved[:, :free_modes].T
-    stiffness = symmetric_part(stiffness)
+    coordinate = _independent(_stiffness(squared, moved))
     frequency = np.sqrt(squared) / (2 * np.pi)
     family = families_of(structure, part.basis @ mode).family
     kept = np.flatnonzero((family == "bending") | (family == ELASTIC) | second_tangents)
-    scale = 1 / np.sqrt(np.diag(stiffness))
-    share, turn = eigh(scale[:, None] * stiffness * scale)
-    independent = share > DEPENDENT_SHARE * share[-1]
-    coordinate = scale[:, None] * turn[:, independent] / np.sqrt(share[independent])
     tangential, normal, *lateral = np.split(moved @ coordinate, len(directions))
     number = np.zeros(len(contact), dtype=np.int64)
     number[point] = np.arange(point.size)

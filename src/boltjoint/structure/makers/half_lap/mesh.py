@@ -138,16 +138,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
             "nodes lie on the plane of symmetry"
         )
     axes = _MM * np.array(assembly.bolt_positions_mm)
-    lap = lap_plan(
-        axes,
-        length=_MM * bar.lap_mm,
-        width=_MM * bar.width_mm,
-        cell_length=_MM * mesh.bolt_cell_length_mm,
-        radii=radii_of(assembly),
-        divisions=divisions_of(assembly),
-        columns_between=mesh.columns_between_bolt_cells,
-        columns_at_ends=mesh.columns_at_each_lap_end,
-    )
+    lap = _plan_of(assembly)
     blocks = Blocks()
     bars = _add_bars(blocks, assembly, lap)
     sections = []
@@ -158,14 +149,10 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
     coordinate, hexahedron, part, label = blocks.joined()
 
     pair = label[np.stack([bars.lap_a[-1], bars.lap_b[0]], axis=-1)]
-    # to a picometre: nodes on one line across the bar have the same x but for rounding
-    along, across, _ = np.round(coordinate[pair[:, 0]], 12).T
-    order = np.lexsort([across, along])
+    order = _along_and_across(coordinate[pair[:, 0]])
     pair = pair[order]
     section = label[np.concatenate(sections)]
     clamped = bars.clamped if assembly.has_support else bars.clamped[:0]
-    bolt_position = np.zeros((len(axes), 3))
-    bolt_position[:, 0] = _MM * bar.free_length_mm[0] + axes
     gap = initial_gap(assembly, coordinate[pair[:, 0]], gap_map)
 
     dataset = xr.Dataset(
@@ -185,18 +172,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
             "clamped_node": quantity(
                 "clamped", np.sort(label[clamped]), "1", "nodes that are held"
             ),
-            "section_node": quantity(
-                ("section_pair", "section_side"), section, "1", "nodes of the pretension sections"
-            ),
-            "section_bolt": quantity(
-                "section_pair",
-                np.repeat(np.arange(len(axes)), len(sections[0])),
-                "1",
-                "bolt of the section pair, counted from 0",
-            ),
-            "bolt_position": quantity(
-                ("bolt", "axis"), bolt_position, "m", "where the bolt's axis crosses the contact"
-            ),
+            **_bolts(section, _MM * bar.free_length_mm[0] + axes),
             **_points(assembly, coordinate, hexahedron[part < FIRST_BOLT]),
             **_properties(assembly),
             **({} if gap is None else {"initial_gap": quantity("pair", gap, "m", "initial gap")}),
@@ -210,6 +186,48 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
         len(pair),
     )
     return dataset
+
+
+def _plan_of(assembly: "Assembly") -> LapPlan:
+    """The plan view of the lap of an assembly."""
+    bar, mesh = assembly.bar, assembly.mesh
+    return lap_plan(
+        _MM * np.array(assembly.bolt_positions_mm),
+        length=_MM * bar.lap_mm,
+        width=_MM * bar.width_mm,
+        cell_length=_MM * mesh.bolt_cell_length_mm,
+        radii=radii_of(assembly),
+        divisions=divisions_of(assembly),
+        columns_between=mesh.columns_between_bolt_cells,
+        columns_at_ends=mesh.columns_at_each_lap_end,
+    )
+
+
+def _along_and_across(position: Array) -> NDArray[np.intp]:
+    """Order of points along the bars, then across them."""
+    # to a picometre: nodes on one line across the bar have the same x but for rounding
+    along, across, _ = np.round(position, 12).T
+    return np.lexsort([across, along])
+
+
+def _bolts(section: NDArray[np.int64], axis: Array) -> dict[str, xr.Variable]:
+    """Pretension sections, as many pairs of nodes for each bolt, and the bolts' axes at x [m]."""
+    bolt_position = np.zeros((len(axis), 3))
+    bolt_position[:, 0] = axis
+    return {
+        "section_node": quantity(
+            ("section_pair", "section_side"), section, "1", "nodes of the pretension sections"
+        ),
+        "section_bolt": quantity(
+            "section_pair",
+            np.repeat(np.arange(len(axis)), len(section) // len(axis)),
+            "1",
+            "bolt of the section pair, counted from 0",
+        ),
+        "bolt_position": quantity(
+            ("bolt", "axis"), bolt_position, "m", "where the bolt's axis crosses the contact"
+        ),
+    }
 
 
 def tributary_area(plan: Plan) -> Array:

@@ -164,20 +164,7 @@ def lap_plan(
         checks.number(name, value, above=0)
     for name, value in (("columns_between", columns_between), ("columns_at_ends", columns_at_ends)):
         checks.whole(name, value, at_least=1)
-    if 2 * radii.seat >= min(cell_length, width):
-        what = "head" if radii.washer is None else "washer"
-        raise ValueError(
-            f"a {what} of {2e3 * radii.seat:g} mm does not fit into a bolt cell of "
-            f"{1e3 * cell_length:g} mm x {1e3 * width:g} mm"
-        )
-    starts = np.asarray(axes) - cell_length / 2
-    edges = np.concatenate([[0.0], np.stack([starts, starts + cell_length], -1).ravel(), [length]])
-    if np.any(np.diff(edges) <= 1e-9):
-        raise ValueError(
-            f"bolt cells of {1e3 * cell_length:g} mm at x = "
-            f"{', '.join(f'{1e3 * axis:g}' for axis in axes)} mm overlap, touch or leave the lap "
-            f"of {1e3 * length:g} mm"
-        )
+    edges = _edges_of_cells(axes, length, width, cell_length, radii)
 
     y = np.linspace(-width / 2, width / 2, divisions.across + 1)
     cell = _cell_plan(cell_length, width, radii, divisions)
@@ -212,6 +199,27 @@ def lap_plan(
         first=label[strip_offset[0] + line],
         last=label[strip_offset[-1] + columns[-1] * (across + 1) + line],
     )
+
+
+def _edges_of_cells(
+    axes: NDArray[np.float64], length: float, width: float, cell_length: float, radii: BoltRadii
+) -> NDArray[np.float64]:
+    """Where the cells of bolts begin and end along the lap, and the lap itself [m]."""
+    if 2 * radii.seat >= min(cell_length, width):
+        what = "head" if radii.washer is None else "washer"
+        raise ValueError(
+            f"a {what} of {2e3 * radii.seat:g} mm does not fit into a bolt cell of "
+            f"{1e3 * cell_length:g} mm x {1e3 * width:g} mm"
+        )
+    starts = np.asarray(axes) - cell_length / 2
+    edges = np.concatenate([[0.0], np.stack([starts, starts + cell_length], -1).ravel(), [length]])
+    if np.any(np.diff(edges) <= 1e-9):
+        raise ValueError(
+            f"bolt cells of {1e3 * cell_length:g} mm at x = "
+            f"{', '.join(f'{1e3 * axis:g}' for axis in axes)} mm overlap, touch or leave the lap "
+            f"of {1e3 * length:g} mm"
+        )
+    return edges
 
 
 def bolt_plan(radii: BoltRadii, divisions: CellDivisions) -> BoltPlan:
