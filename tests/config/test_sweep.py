@@ -66,7 +66,7 @@ def test_a_base_case_need_not_run(changed):
         ["three_bolt_variable"],
     )
     assert study.case("three_bolt_variable").assembly in study.assemblies
-    assert study.designs == {NAME: 8192}
+    assert study.designs == {NAME: 64 * (6 + 2)}
 
 
 def test_a_base_case_is_solved_as_the_sweep_asks_for(changed):

@@ -52,6 +52,19 @@ def test_a_page_says_what_its_designs_are(kind):
     assert not re.search(r"\b(None|nan|Undefined)\b|{{|{%", words)
 
 
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({}, "without all harmonics"),
+        ({"observe": ("converged-peaks",)}, "with all harmonics"),
+        ({"observe": ("converged-peaks",), "harmonics": 9}, "with up to 9 harmonics"),
+    ],
+)
+def test_a_page_says_what_harmonics_its_peaks_have(keys, words):
+    sweep = sweep_of("grid").model_copy(update=keys)
+    assert words in words_of(sweep_page("swept", sweep, content_of("grid", 64)))
+
+
 def test_equal_sweeps_have_equal_pages():
     assert page_of("saltelli") == page_of("saltelli")
 

@@ -159,6 +159,7 @@ WITHOUT = {
     },
     "sweep": {
         "amplitudes_mm": _FIXED,
+        "harmonics": "at most 33 are tried, which are counted",
         "designs_per_job": "the job that gathers all designs holds more",
         "check.seed": "the number of the random numbers that are drawn",
         "design.seed": "the number of the random numbers that are drawn",

@@ -12,6 +12,7 @@ from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.io import ImpossibleJoint
@@ -141,6 +142,22 @@ def test_converged_peaks_of_designs_are_those_of_their_responses():
             # errors are changes of 1e-3 and less, of solutions to 1e-6
             rtol = 1e-3 if "error" in name else 1e-6
             np.testing.assert_allclose(solved[name][row], alone[name], rtol=rtol, atol=1e-6)
+
+
+def test_peaks_of_designs_have_no_more_harmonics_than_a_sweep_asks_for():
+    content, options = base("variable", forces_N=(5.0,)), HarmonicConvergence()
+    designs = list_designs({"loss_factor": (0.002, 0.01)}, Grid(kind="grid"), content)
+    (nodes, *_) = joints(Case.model_validate(content))
+    few = SweptJoint(content, [nodes], harmonics=options.up_to(9))
+    solved = solve_designs([few], designs, range(2), converged=True)
+    assert (solved["peak_harmonics"] == 9).all()
+    found = converge_peaks(nodes, solve_response(nodes, [5.0], damping=0.002))
+    assert found["peak_harmonics"].item() > 9
+    for what in ("frequency", "amplitude"):
+        with_9 = found[f"harmonic_peak_{what}"].sel(harmonics=9).item()
+        assert solved[f"peak_{what}_converged"][0].item() == pytest.approx(with_9, rel=1e-4)
+    assert options.up_to(2).harmonics == (3,)
+    assert options.up_to(40) == options
 
 
 def test_a_check_tells_how_far_the_peaks_are_off():

@@ -23,6 +23,7 @@ from boltjoint.report.displays import DISPLAYS
 from boltjoint.reproduction.case_studies import INDEX, name_case_studies, name_tables
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
+from boltjoint.study.estimated_jobs import MOST_CHOSEN
 from boltjoint.study.response_list import headline_basis
 
 RULES = workflow.current_basedir

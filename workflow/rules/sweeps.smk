@@ -49,6 +49,7 @@ rule solve_designs:
         sampling=study.solver.sampling,
         steps=study.solver.steps,
         harmonics=study.solver.harmonic_convergence,
+        highest=lambda w: study.sweeps[w.sweep].harmonics,
         chunk=lambda w: contents.chunk(w.sweep, int(w.chunk)),
     script:
         "../scripts/solve_designs.py"
@@ -80,6 +81,8 @@ rule check_sweep:
         sampling=study.solver.sampling,
         steps=study.solver.steps,
         harmonics=study.solver.harmonic_convergence,
+        # all of them
+        highest=MOST_CHOSEN,
     script:
         "../scripts/solve_designs.py"
 
@@ -130,7 +133,10 @@ rule write_page_of_sweep:
         library=library("write_page_of_sweep.py"),
         # no words of the configuration stand on the page
         sweep=lambda w: study.sweeps[w.sweep].model_dump(
-            include={"case", "vary", "design", "basis", "joint", "check"}
+            include={
+                *("case", "vary", "design", "basis", "joint", "check"),
+                *("observe", "harmonics"),
+            }
         ),
         reported=lambda w: study.sweeps[w.sweep].case in study.cases,
     script:

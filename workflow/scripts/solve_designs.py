@@ -13,7 +13,7 @@ from boltjoint.study.sweeps import check_designs, solve_designs
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)
-harmonics = HarmonicConvergence(**params.harmonics)
+harmonics = HarmonicConvergence(**params.harmonics).up_to(params.highest)
 
 
 def variant(values: Mapping[str, float], number: int) -> SweptJoint | ImpossibleJoint:

@@ -33,7 +33,6 @@ from boltjoint.config.types import (
     SWEEP_FOLDER,
     refusing_exceptions,
 )
-from boltjoint.friction.declarations import LawDeclaration
 from boltjoint.names import Basis, JointName
 from boltjoint.study.artefact_list import Contents
 
@@ -325,11 +324,12 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
     seconds = seconds * _solutions(study.solver) / _SOLUTIONS + _PER_AMPLITUDE * amplitudes
     law, of_peaks = case.contact.declaration, 0.0
-    many = law.components_of(LEFT_OUT * MOST_CHOSEN)
     if "converged-peaks" in sweep.observe:
+        highest = min(sweep.harmonics, MOST_CHOSEN)
+        many = law.components_of(LEFT_OUT * highest)
         of_peaks = _memory_of_balance(many, vectors) - _SOLVER
         stored += levels * _NUMBER * 5
-        seconds += levels * _of_converged_peak(law, elements, vectors)
+        seconds += levels * _of_converged_peak(law.components_of(highest), elements, vectors)
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
     key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=multiples.get)}"
     chunk = min(sweep.designs_per_job, designs)
@@ -347,8 +347,9 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         vectors = _vectors(study, check.basis)
         number = min(check.designs, designs)
         of_design = _PER_DESIGN + _PER_ELEMENT * elements * vectors
-        of_design += _of_converged_peak(law, elements, vectors)
+        of_design += _of_converged_peak(law.components_of(MOST_CHOSEN), elements, vectors)
         seconds = _PER_JOINT * len(variants) + number * levels * of_design
+        many = law.components_of(LEFT_OUT * MOST_CHOSEN)
         memory = _memory_of_balance(many, vectors) + _PER_ROW * designs
         key = f"{SWEEP_FOLDER}/{name}.yaml: check.designs"
         yield EstimatedJob("sweep_check", name, memory, seconds, key, f"to check designs of {name}")
@@ -359,9 +360,8 @@ def _vectors(study: Study, basis: Basis) -> int:
     return min(basis.most, study.contact_adapted_basis.maximum_vectors)
 
 
-def _of_converged_peak(law: LawDeclaration, elements: float, vectors: int) -> float:
-    """Time of a peak with all harmonics [s]."""
-    components = law.components_of(MOST_CHOSEN)
+def _of_converged_peak(components: int, elements: float, vectors: int) -> float:
+    """Time of a peak with so many components of its motion [s]."""
     return _PER_CONVERGED + _PER_COMPONENT * elements * vectors * components
 
 

@@ -23,7 +23,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,6 +159,11 @@ class HarmonicConvergence(Options):
             checks.number(name, getattr(self, name), above=0)
         for name in ("samples", "samples_per_harmonic"):
             checks.whole(name, getattr(self, name), at_least=3)
+
+    def up_to(self, highest: int) -> Self:
+        """Without the numbers of harmonics above one; the least of them stays."""
+        within = tuple(number for number in self.harmonics if number <= highest)
+        return replace(self, harmonics=within or self.harmonics[:1])
 
     def sampling(self, harmonics: int) -> dict[str, int]:
         """Harmonics and time samples of AFT with a number of harmonics."""

@@ -24,7 +24,7 @@ from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
 from boltjoint.study import layout
 from boltjoint.study.results import Results
-from boltjoint.study.sweeps import error_of_sweep, has_all_harmonics, peak_variable
+from boltjoint.study.sweeps import error_of_sweep, peak_variable
 from boltjoint.study.tables.html import html_table, number
 from boltjoint.study.tables.sweeps import (
     drawn_designs,
@@ -327,7 +327,7 @@ def sweep_page(
         joint=sweep.joint.label,
         basis=sweep.basis,
         error=error_of_sweep(content),
-        has_all_harmonics=has_all_harmonics(content),
+        harmonics=sweep.harmonics_in_words,
         check=sweep.check,
         percent=lambda share: number(100 * share, 2),
         sweep=data,
