@@ -165,7 +165,8 @@ def _judge(
     balance = replace(balance, joint=replace(balance.joint, law=law))
     change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
     frequency, amplitude = left_out.safety * change + sequence.extrapolated_change
-    frequency += last.located.frequency_error(left_out.safety * change[1])
+    # changes of amplitudes at phases near each other are less apart than they are large
+    frequency += last.located.frequency_error(left_out.safety / 2 * change[1])
     amplitude += last.located.amplitude_error + PeakSearch().tolerance
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()

@@ -33,7 +33,7 @@ from boltjoint.solvers.newton import NewtonKrylov
 Array = NDArray[np.float64]
 
 #: sharpness that counts, at least: amplitudes of flatter peaks tell nothing of their phase
-_FLATTEST = 0.02
+_FLATTEST = 0.01
 
 
 @dataclass(frozen=True)
