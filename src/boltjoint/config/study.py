@@ -1,50 +1,29 @@
 """Study: the cases, assemblies and numerical options that its YAML files describe."""
 
-import re
-from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import cache, cached_property, partial
+from collections.abc import Collection, Iterator, Mapping
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, InstanceOf, SerializeAsAny
 
-from boltjoint import checks, names
+from boltjoint import checks
 from boltjoint.config.case import Case
-from boltjoint.config.conflicts import (
-    conflicts_of_case,
-    conflicts_of_convergence,
-    conflicts_of_places,
-    conflicts_of_preload,
-    conflicts_of_preload_with_gap,
-    conflicts_of_surfaces,
-    conflicts_of_sweep,
-    conflicts_when_solved,
-    missing_preloads,
-    other_preloads,
-)
-from boltjoint.config.conflicts_of_measured import conflicts_of_measured, count_points
 from boltjoint.config.described import Described
-from boltjoint.config.entries import choice, with_value
+from boltjoint.config.entries import choice
 from boltjoint.config.files import FileHashes, StudyFiles
-from boltjoint.config.gap_map import GapMap
-from boltjoint.config.makers import description_of, is_maker, maker, maker_names, type_of
-from boltjoint.config.named_tables import check_table, read_gap_maps
+from boltjoint.config.makers import description_of
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.sweep import Sweep, Table
+from boltjoint.config.study_content import StudyContent
+from boltjoint.config.sweep import Sweep
 from boltjoint.config.swept_designs import SweptDesigns
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
     CASE_FOLDER,
-    CONFIG_FILE,
-    SWEEP_FOLDER,
-    KeyPath,
-    Problems,
 )
 from boltjoint.config.varied_case import (
-    BaseOfVariants,
-    SolvedCase,
     Variant,
     solved_alone,
     with_all_ratios,
@@ -213,163 +192,21 @@ def load_study(
     layers = files.settings(changes or {})
     files.refuse_problems()
 
-    # Files named beside a problem are read all the same, to report their problems with it.
-    settings = files.check(Settings, layers, layers.content)
-    sweeps, cases, contents = {}, {}, {}
-    wanted = [(layers, path, name) for path, name in _names(layers.content, "cases")]
-    runs = {name for *_, name in wanted}
-    for path, name in _names(layers.content, "sweeps"):
-        file, content = f"{SWEEP_FOLDER}/{name}.yaml", files.find(SWEEP_FOLDER, name, layers, path)
-        sweeps[name], contents[file] = files.check(Sweep, file, content), content
-        if content is not None and _is_name(content.get("case")):
-            wanted.append((file, ("case",), content["case"]))
-    named = [(layers, path, name) for path, name in _names(layers.content, "assemblies")]
-    for place, path, name in wanted:
-        if name in names.PAGES or name in cases:
-            continue
-        file, content = _case_file(name), files.find(CASE_FOLDER, name, place, path)
-        cases[name], contents[name] = files.check(Case, file, content), content
-        if content is not None and _is_name(content.get("assembly")):
-            named.append((file, ("assembly",), content["assembly"]))
-    assemblies: dict[str, Described | None] = {}
-    for place, path, name in named:
-        content = files.find(ASSEMBLY_FOLDER, name, place, path)
-        if name not in assemblies:
-            assemblies[name] = _described(name, content, files, before=before)
-
-    gap_maps = cache(partial(read_gap_maps, assemblies, files))
-    for name, assembly in assemblies.items():
-        if assembly is not None and not before:
-            with files.checking(_assembly_file(name)):
-                problems = assembly.conflicts_of_gap(gap_maps())
-                content = assembly.model_dump()
-                sentences = (with_value(content, *problem) for problem in problems)
-                files.note(_assembly_file(name), sentences)
-
-    for name, case in cases.items():
-        if case is not None:
-            with files.checking(_case_file(name)):
-                assembly = assemblies[case.assembly]
-                problems = [
-                    *conflicts_of_case(case, assembly, settings, published),
-                    *conflicts_of_measured(case, assembly, settings, None if before else files),
-                ]
-                if name not in runs:
-                    # only that is solved which its sweeps ask for
-                    problems = [
-                        *conflicts_of_preload(case, assembly),
-                        *conflicts_of_surfaces(case, assembly),
-                        *conflicts_of_places(case, assembly),
-                    ]
-                sentences = (
-                    with_value(contents[name], *problem) for problem in dict.fromkeys(problems)
-                )
-                files.note(_case_file(name), sentences)
-    with files.checking(CONFIG_FILE):
-        if all(cases.values()):
-            if not files.problems:
-                compared = settings.convergence.bases
-                for name, key, sentence in other_preloads(cases, assemblies, compared):
-                    files.note(_case_file(name), [with_value(contents[name], (key,), sentence)])
-            for name, sentence in missing_preloads(cases.values(), assemblies):
-                files.note(_assembly_file(name), [(("preload_N",), sentence)])
-    swept: dict[str, SweptDesigns] = {}
-    for name, sweep in sweeps.items():
-        if sweep is not None and (case := cases.get(sweep.case)) is not None:
-            file, assembly = f"{SWEEP_FOLDER}/{name}.yaml", assemblies[case.assembly]
-            with files.checking(file):
-                if assembly is None or settings is None:
-                    continue
-                allowed = keys_that_vary(case, assembly, sweep.joint)
-                conflicts = partial(_conflicts_of_variant, settings=settings, gap_maps=gap_maps)
-                base = BaseOfVariants(sweep, case, assembly, conflicts)
-                of_table = isinstance(sweep.design, Table)
-                read = cache(partial(files.table, sweep.design.file)) if of_table else None
-                swept[name] = designs = SweptDesigns(base, allowed, read)
-                if before:
-                    continue
-                problems = list(conflicts_of_sweep(sweep, case, assembly, settings, allowed))
-                if of_table:
-                    check_table(designs, files)
-                if not files.problems:
-                    keys = designs.keys
-                    problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
-                if not problems and not files.problems:
-                    problems += designs.conflicts()
-                files.note(file, (with_value(contents[file], *problem) for problem in problems))
-    with files.checking(CONFIG_FILE):
-        if settings is not None:
-            problems = conflicts_of_convergence(settings, cases.values(), assemblies)
-            files.note(layers, (with_value(layers.content, *problem) for problem in problems))
-
+    content = StudyContent(files, layers, before=before)
+    content.check_gaps()
+    content.check_cases(published)
+    content.check_preloads()
+    swept = content.swept()
+    content.check_convergence()
     files.refuse_problems()
-    content = {
-        "cases": {name: case for name, case in cases.items() if name in runs},
-        "base_cases": {name: case for name, case in cases.items() if name not in runs},
-        "assemblies": assemblies,
-        "sweeps": sweeps,
+    cases = content.cases.items()
+    of_names = {
+        "cases": {name: case for name, case in cases if name in content.runs},
+        "base_cases": {name: case for name, case in cases if name not in content.runs},
+        "assemblies": content.assemblies,
+        "sweeps": content.sweeps,
         "swept": swept,
         "hashes": files.hashes,
-        "measured_points": {
-            name: count_points(case.measured, files)
-            for name, case in cases.items()
-            if name in runs and case.measured is not None and not before
-        },
+        "measured_points": content.measured_points(),
     }
-    return Study.model_validate({**dict(settings), **content})
-
-
-def _case_file(name: str) -> str:
-    return f"{CASE_FOLDER}/{name}.yaml"
-
-
-def _assembly_file(name: str) -> str:
-    return f"{ASSEMBLY_FOLDER}/{name}.yaml"
-
-
-def _described(
-    name: str, content: Mapping[str, Any] | None, files: StudyFiles, *, before: bool
-) -> Described | None:
-    """The description of an assembly; None, with the problems noted, if it is none."""
-    if content is None:
-        return None
-    kind = type_of(content)
-    if not is_maker(kind):
-        problem = with_value(content, ("type",), f"must be {' or '.join(maker_names())}")
-        files.note(_assembly_file(name), [problem])
-        return None
-    with files.checking(_assembly_file(name)):
-        described = files.check(maker(str(kind)).Description, _assembly_file(name), content)
-        if described is None:
-            return None
-        described = described.in_folder(files.folder)
-        if problems := [] if before else list(described.conflicts_of_files()):
-            files.note(_assembly_file(name), problems)
-            return None
-        return described
-    return None
-
-
-def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]]:
-    """The well-formed names in the list under a key, each with its key path."""
-    listed = content.get(key)
-    if isinstance(listed, list | tuple):
-        yield from (((key, index), name) for index, name in enumerate(listed) if _is_name(name))
-
-
-def _is_name(value: object) -> bool:
-    is_file_name = isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
-    return is_file_name and not names.repeats_pattern(value)
-
-
-def _conflicts_of_variant(
-    solved: SolvedCase,
-    assembly: Described,
-    settings: Settings,
-    gap_maps: Callable[[], Mapping[str, GapMap]],
-) -> Problems:
-    """What an assembly, the settings and the maps of gaps do not allow in a variant of a sweep."""
-    yield from conflicts_when_solved(solved, assembly, settings)
-    if assembly.gap_file is not None:
-        for path, sentence in assembly.conflicts_of_gap(gap_maps()):
-            yield ("assembly", *path), sentence
+    return Study.model_validate({**dict(content.settings), **of_names})
