@@ -1,5 +1,6 @@
 """The library where nothing of it is installed or can be written, as on a cluster."""
 
+import ast
 import os
 import shutil
 import site
@@ -11,6 +12,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+
+import boltjoint
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src/boltjoint"
@@ -30,6 +33,18 @@ print(boltjoint.__version__)
 print(elements.force([[0.25, 0.0]])[0, 0])
 print(elements.force([[0.5, 0.0]])[0, 0])
 """
+
+
+def test_type_checkers_know_every_public_name():
+    told = {
+        name.name: statement.module
+        for statement in ast.parse((PACKAGE / "__init__.pyi").read_text()).body
+        if isinstance(statement, ast.ImportFrom)
+        for name in statement.names
+    }
+    assert told == {name: f"boltjoint.{module}" for name, module in boltjoint._NAMES.items()}
+    assert boltjoint.__all__ == [*boltjoint._NAMES]
+    assert (PACKAGE / "py.typed").exists()
 
 
 @pytest.fixture

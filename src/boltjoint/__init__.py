@@ -43,6 +43,8 @@ _NAMES = {
     "weigh_pairs": "dynamics.reduction.hyper_reduction",
 }
 
+__all__ = [*_NAMES]
+
 
 def __getattr__(name: str) -> object:
     """A name of the library, from the module that holds it."""
