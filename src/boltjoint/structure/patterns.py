@@ -158,14 +158,22 @@ def resonances(
             frequency[i, j] = _resonances((half.stiffness + springs_of_part).tocsc(), half, number)
             found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
             logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
-    variables = {"stiffness": springs_of_pairs, "position": contact.variables()["position"]}
-    return _resonances_to_dataset(frequency, patterns).assign(variables)
+    springs_and_places = {
+        "stiffness": springs_of_pairs,
+        "position": contact.variables()["position"],
+    }
+    return _resonances_to_dataset(frequency, patterns, springs_and_places)
 
 
 def _resonances_to_dataset(
-    frequency: Array, patterns: Mapping[str, NDArray[np.bool_]]
+    frequency: Array,
+    patterns: Mapping[str, NDArray[np.bool_]],
+    of_pairs: Mapping[str, xr.Variable],
 ) -> xr.Dataset:
-    """Resonances [Hz], shape (patterns, springs, resonances), with the pairs that stick."""
+    """Resonances [Hz], shape (patterns, springs, resonances), with the pairs that stick.
+
+    ``of_pairs`` are further variables of the pairs.
+    """
     return xr.Dataset(
         {
             "frequency": quantity(
@@ -180,6 +188,7 @@ def _resonances_to_dataset(
                 "1",
                 "1 where the pair sticks",
             ),
+            **of_pairs,
         },
         coords={
             "pattern": list(patterns),
