@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 from small_joint import make_joint
 
+from boltjoint import backbone_at
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.measured import Measured
 from boltjoint.study.calibration import CalibratedJoint, calibrate
-from boltjoint.study.designs import backbone_at
 
 FILE = "config/bar.csv"
 FRICTION, STIFFNESS = "contact.friction_coefficient", "contact.tangential_stiffness_N_per_m"

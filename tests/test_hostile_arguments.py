@@ -91,6 +91,10 @@ CALLS = {
             "normal_stiffness": None,
         },
     ),
+    "backbone_at": (
+        boltjoint.backbone_at,
+        {"joint": JOINT, "amplitudes": [1e-6, 1e-5], "damping": 0.01, "resonance": 1},
+    ),
     "find_backbone": (
         boltjoint.find_backbone,
         {"joint": JOINT, "forces": [0.1], "damping": 0.01, "window": WINDOW},

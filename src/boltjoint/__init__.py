@@ -26,6 +26,7 @@ _NAMES = {
     "Structure": "structure.model",
     "VariableLoad": "friction.variable",
     "apply_preload": "structure.preload",
+    "backbone_at": "dynamics.backbone.backbone_at",
     "by_force": "dynamics.response.response_file",
     "connect_nodes": "joint.node_to_node",
     "find_backbone": "dynamics.backbone.backbone",

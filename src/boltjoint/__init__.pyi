@@ -4,6 +4,7 @@ from boltjoint.calibration.fit import fit as fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone as MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter as Parameter
 from boltjoint.dynamics.backbone.backbone import find_backbone as find_backbone
+from boltjoint.dynamics.backbone.backbone_at import backbone_at as backbone_at
 from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs as weigh_pairs
 from boltjoint.dynamics.response.branch import Branch as Branch
 from boltjoint.dynamics.response.frequency_response import solve_branch as solve_branch

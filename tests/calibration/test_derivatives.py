@@ -7,12 +7,12 @@ import pytest
 from calibrated_joint import AMPLITUDES, MODEL, PARAMETERS, TRUTH, make_joint, synthetic
 from small_joint import make_joint as make_other
 
+from boltjoint import backbone_at
 from boltjoint.calibration.backbone_points import SensedMode, solve_points
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
 from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.dynamics.backbone.backbone import trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
-from boltjoint.study.designs import backbone_at
 
 LOSS = Parameter("loss_factor", 1e-4, 2e-2)
 

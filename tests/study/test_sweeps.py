@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from small_joint import connect_small
 
+from boltjoint import backbone_at
 from boltjoint.config.case import Case
 from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
 from boltjoint.config.sweep import Grid, Saltelli, Samples, Table
@@ -20,7 +21,7 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
-from boltjoint.study.designs import SweptJoint, backbone_at, list_designs, values_of
+from boltjoint.study.designs import SweptJoint, list_designs, values_of
 from boltjoint.study.sweeps import check_designs, error_of_sweep, gather_sweep, solve_designs
 from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
 

@@ -4,14 +4,13 @@ import numpy as np
 from planned import planned
 from small_study import CASE, CASES, run, write_config
 
-from boltjoint import dataset
+from boltjoint import backbone_at, dataset
 from boltjoint.command.main import files_of_fit
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.study import load_study
 from boltjoint.joint.io import load_joint
 from boltjoint.study.calibration import CalibratedJoint
-from boltjoint.study.designs import backbone_at
 
 FOLDER = "results/cases/small/enriched-8/node-to-node"
 FILE = "config/measured/tip.csv"
