@@ -1,6 +1,8 @@
 """Each example of the gallery runs, draws a picture and prints a number, which is held here."""
 
+import ast
 import runpy
+import sys
 import time
 from pathlib import Path
 
@@ -165,6 +167,22 @@ def test_an_example_draws_a_picture_and_prints_its_number(example, capsys, monke
     plt.close("all")
     assert any(letter.isdigit() for letter in capsys.readouterr().out)
     globals()[example.split("_", 1)[1]](names)
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_an_example_uses_the_library_and_its_dependencies_alone(example):
+    tree = ast.parse((FOLDER / f"{example}.py").read_text(encoding="utf-8"))
+    modules = [
+        name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (
+            [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
+        )
+    ]
+    known = {"boltjoint", "matplotlib", "numpy", "scipy", *sys.stdlib_module_names}
+    assert {name.split(".")[0] for name in modules} <= known
+    assert not [name for name in modules if any(part.startswith("_") for part in name.split("."))]
 
 
 def test_the_gallery_is_quick():
