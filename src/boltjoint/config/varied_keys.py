@@ -6,7 +6,7 @@ another mesh, tightening or reduction.
 
 import difflib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from boltjoint.config.case import Case
@@ -135,7 +135,7 @@ def with_value_at(content: Any, path: Sequence[str | int], value: float) -> Any:
         whole = isinstance(content, int) and float(value).is_integer()
         return int(value) if whole else value
     first, *rest = path
-    changed = dict(content) if isinstance(content, Mapping) else list(content)
+    changed: Any = dict(content) if isinstance(content, Mapping) else list(content)
     inner = content.get(first) if isinstance(content, Mapping) else content[first]
     changed[first] = with_value_at(inner, rest, value)
     return changed if isinstance(changed, dict) else tuple(changed)
@@ -175,7 +175,7 @@ def _quantities(before: str, content: object) -> dict[str, Quantity]:
 def _paths_of_numbers(content: object) -> Iterator[tuple[str | int, ...]]:
     """Paths of all numbers of a content."""
     if isinstance(content, Mapping):
-        items = content.items()
+        items: Iterable[tuple[Any, Any]] = content.items()
     elif isinstance(content, list | tuple):
         items = enumerate(content)
     else:

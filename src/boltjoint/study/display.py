@@ -144,7 +144,7 @@ def data_of(*kinds: str, by: Sequence[str] = ()) -> Inputs:
 
 def assembly_of_case(contents: "Contents", artefact: Artefact) -> list[Artefact]:
     """The mesh of the assembly of a case."""
-    return contents.select("assembly", assembly=contents.study.case(artefact.case).assembly)
+    return contents.select("assembly", assembly=contents.study.case(str(artefact.case)).assembly)
 
 
 def table_of_same(contents: "Contents", artefact: Artefact) -> list[Artefact]:

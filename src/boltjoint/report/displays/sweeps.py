@@ -42,11 +42,11 @@ def _meshes(contents: Contents, artefact: Artefact) -> list[dict[str, Artefact]]
             "joint": Artefact(
                 "joint",
                 case=variant.case_name,
-                basis=contents.study.sweeps[artefact.sweep].basis,
+                basis=contents.study.sweeps[str(artefact.sweep)].basis,
                 joint=REFERENCE[0],
             ),
         }
-        for variant in contents.study.possible_variants(artefact.sweep)
+        for variant in contents.study.possible_variants(str(artefact.sweep))
     ]
 
 

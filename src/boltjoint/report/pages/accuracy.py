@@ -30,7 +30,8 @@ def reduced_models(cases: Mapping[str, Case], content: PageContent) -> Markup:
     content
         Content of a page with the tables of accuracy and times of all, which it takes.
     """
-    rows, times_of = [], {}
+    rows = []
+    times_of: dict[tuple[str, str], pd.DataFrame] = {}
     for name, case in cases.items():
         for family in by_trust(case.bases):
             accuracy = content.table("accuracy", case=name, basis=family)

@@ -226,7 +226,11 @@ def reference_statement(content: PageContent) -> Markup:
     tables = []
     while table := content.table("harmonic_peaks"):
         tables.append(table)
-    adapted = [table for table in tables if table.artefact.basis.is_contact_adapted]
+    adapted = [
+        table
+        for table in tables
+        if table.artefact.basis is not None and table.artefact.basis.is_contact_adapted
+    ]
     peaks = pd.concat(
         [pd.DataFrame(columns=["force_N", "harmonics", _ERROR, _BASIS, _LEFT_OUT])]
         + [table.frame for table in adapted or tables]

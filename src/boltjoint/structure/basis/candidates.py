@@ -244,7 +244,8 @@ def find_candidates(
     if not second_tangents:
         part = part_that_moves(structure, *loads, surface)
     own = np.arange(len(contact))
-    image = structure.symmetry.point if part.is_half else own
+    symmetry = structure.symmetry
+    image = symmetry.point if part.is_half and symmetry is not None else own
     # of two mirror images the later one
     point = np.flatnonzero(own >= image)
     K = part.stiffness

@@ -150,6 +150,6 @@ def _finish(reading: Reading) -> None:
             if np.any(deck.numbers.label[place] == deck.numbers.label[one])
         )
         raise ValueError(f"{at}: {deck.numbers.name(one)} is there already")
-    for scope, kind, places, label, block in reading.connectivity:
+    for scope, kind, number, label, block in reading.connectivity:
         nodes = deck.nodes.places(scope, label.ravel(), block.place).reshape(label.shape)
-        deck.elements.append(Elements(kind, places, nodes))
+        deck.elements.append(Elements(kind, number, nodes))
