@@ -182,5 +182,6 @@ def _data_files(folder: Path) -> Iterator[Path]:
         if path.is_dir():
             if not (path / "__init__.py").exists():
                 yield from _data_files(path)
-        elif path.suffix != ".py":
+        # of the library for type checkers there is nothing that runs
+        elif path.suffix not in (".py", ".pyi", ".typed"):
             yield path
