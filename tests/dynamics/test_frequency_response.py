@@ -470,3 +470,12 @@ def test_a_timed_method_solves_what_it_times(joint, name, jacobian):
     assert (times["jacobian"] == jacobian).all()
     assert (times["cpu_s"] > 0).all()
     assert times["iterations"].sum() == found["iterations"].sum()
+
+
+def test_what_was_done_before_counts_in_equal_parts(joint):
+    method = Timed.of(method_of("linear"), (6.0, 2.0))
+    solve_response(joint, [1.0, 5.0], method, damping=LOSS)
+    alone = Timed.of(method_of("linear"))
+    solve_response(joint, [1.0, 5.0], alone, damping=LOSS)
+    for name, part in (("wall_s", 3.0), ("cpu_s", 1.0)):
+        assert np.all((method.times[name] - alone.times[name]).between(part - 0.5, part + 0.5))

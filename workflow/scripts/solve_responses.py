@@ -10,9 +10,9 @@ logs.write_to(snakemake.log[0])
 output, params = snakemake.output, snakemake.params
 case, backbones = CaseInBasis(**params.case), {}
 traced = zip(params.backbones, case.trace_backbones(params.backbones), strict=True)
-for path, (response, (backbone, parameters)) in zip(output.backbones, traced, strict=True):
+for path, (response, (backbone, parameters, seconds)) in zip(output.backbones, traced, strict=True):
     dataset.save(backbone, path, parameters)
-    backbones[response] = backbone
+    backbones[response] = backbone, seconds
 harmonics = HarmonicConvergence(**params.harmonics) if params.harmonics else None
 solved = case.solve(params.responses, backbones, harmonics=harmonics, **params.options)
 paths = zip(output.responses, output.timings, strict=True)

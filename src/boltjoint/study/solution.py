@@ -1,7 +1,7 @@
 """The responses of a case in a basis, with the joints, windows and options of its stages."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import layout
-from boltjoint.study.timing import Timed
+from boltjoint.study.timing import Timed, clock
 
 if TYPE_CHECKING:
     from boltjoint.study.response_list import Response
@@ -64,14 +64,15 @@ class CaseInBasis:
     def solve(
         self,
         responses: "Sequence[Response]",
-        backbones: "Mapping[Response, xr.Dataset]",
+        backbones: "Mapping[Response, tuple[xr.Dataset, tuple[float, float]]]",
         *,
         harmonics: HarmonicConvergence | None = None,
         **options: object,
     ) -> Iterator[tuple[xr.Dataset, dict[str, Any], pd.DataFrame]]:
         """The frequency responses, the parameters of each, and the times of its solution.
 
-        ``options`` as for ``method_of``.
+        ``backbones`` with the wall and processor time that they took [s]; ``options`` as for
+        ``method_of``.
 
         With ``harmonics`` each has its peaks with all harmonics too. They are those of the joint in
         all linear modes, found from the first response of it, whatever coordinates others have.
@@ -84,8 +85,9 @@ class CaseInBasis:
                 **self._excitation(response),
                 **options,
             }
-            backbone = backbones.get(response)
-            method = Timed.of(method_of(str(response.coordinates), backbone=backbone, **options))
+            backbone, seconds = backbones.get(response, (None, (0.0, 0.0)))
+            method = method_of(str(response.coordinates), backbone=backbone, **options)
+            method = Timed.of(method, seconds)
             peaks = response.joint, response.resonance
             if self._chooses_harmonics:
                 how["harmonics"] = harmonics = harmonics or HarmonicConvergence()
@@ -127,14 +129,18 @@ class CaseInBasis:
 
     def trace_backbones(
         self, responses: "Sequence[Response]"
-    ) -> Iterator[tuple[xr.Dataset, dict[str, Any]]]:
-        """The backbones of the joints and resonances, and the parameters of each."""
+    ) -> Iterator[tuple[xr.Dataset, dict[str, Any], tuple[float, float]]]:
+        """The backbones of the joints and resonances, the parameters of each, and its time [s]."""
         for response, joint, how, _ in self._problems(responses):
             excitation, resonance = self._excitation(response), how.pop("resonance")
-            traced = find_backbone(
-                joint, self.forces, window=resonance.window, resonance=resonance.number, **how
-            )
-            yield traced, self._parameters(response, excitation)
+            how |= {"window": resonance.window, "resonance": resonance.number}
+            # compiled before its time is taken
+            brief = how | {"control": replace(how["control"], maximum_solutions=2)}
+            find_backbone(joint, self.forces, **brief)
+            begun = clock()
+            traced = find_backbone(joint, self.forces, **how)
+            wall, cpu = clock() - begun
+            yield traced, self._parameters(response, excitation), (wall, cpu)
 
     def _problems(
         self, responses: "Sequence[Response]"

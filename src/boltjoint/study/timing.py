@@ -31,7 +31,8 @@ class Timed(Method):
     rows
         What was measured, a row for each response.
     in_common
-        Wall and processor time of what all levels have in common, for each of them [s].
+        Wall and processor time of what all levels have in common [s]: of all before ``prepared``,
+        for each of them after it.
     jacobian, limits, has_fallback
         Those of the method, which ``Timed.of`` copies.
 
@@ -46,11 +47,11 @@ class Timed(Method):
     in_common: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, method: Method) -> Self:
-        """The method, timed."""
+    def of(cls, method: Method, before: tuple[float, float] = (0.0, 0.0)) -> Self:
+        """The method, timed; ``before`` it what all levels have in common took so long [s]."""
         checks.instance("method", method, Method)
         options = {name: getattr(method, name) for name in ("jacobian", "limits", "has_fallback")}
-        return cls(method, **options)
+        return cls(method, in_common=before, **options)
 
     @property
     def name(self) -> str:
@@ -71,18 +72,18 @@ class Timed(Method):
         """The method with what all levels have in common, once its code is compiled."""
         brief = problem._replace(control=replace(problem.control, maximum_solutions=2))
         self.method.solve(brief, forces[0])
-        begun = _clock()
+        begun = clock()
         prepared = self.method.prepared(problem, forces)
-        wall, cpu = (_clock() - begun) / len(forces)
+        wall, cpu = (clock() - begun + self.in_common) / len(forces)
         return replace(self, method=prepared, in_common=(wall, cpu))
 
     def solve(
         self, problem: Problem, force: float, start: NDArray[np.float64] | None = None
     ) -> Branch:
         """The response to a force, as ``solve_branch``."""
-        begun = _clock()
+        begun = clock()
         branch = self.method.solve(problem, force, start)
-        wall, cpu = _clock() - begun + self.in_common
+        wall, cpu = clock() - begun + self.in_common
         self.rows.append(
             {
                 "force_N": force,
@@ -106,7 +107,7 @@ class Timed(Method):
         return pd.DataFrame(self.rows)
 
 
-def _clock() -> NDArray[np.float64]:
+def clock() -> NDArray[np.float64]:
     """Wall and processor time [s]."""
     return np.array([time.perf_counter(), time.process_time()])
 
