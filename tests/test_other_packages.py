@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from glue_law import glue_law
 from pydantic import TypeAdapter, ValidationError
 from small_joint import connect_small
 
@@ -36,57 +37,6 @@ def law():
 
     return Glue
 """
-CLASS = """
-from dataclasses import dataclass
-from functools import cached_property
-
-import numpy as np
-
-from boltjoint.friction.dashpots import Dashpots
-from boltjoint.friction.element_law import ElementLaw, check_elements
-from boltjoint.friction.sliders_at_samples import Sliders
-from glue import DECLARATION
-
-
-@dataclass(frozen=True)
-class Glue(ElementLaw):
-    point_of_element: np.ndarray
-    tangential_stiffness: np.ndarray
-    viscosity: np.ndarray
-
-    declaration = DECLARATION
-    quantities = {
-        "tangential_stiffness": ("N/m", "stiffness"), "viscosity": ("N s/m", "viscosity"),
-    }
-    closed_form = None
-
-    def __post_init__(self):
-        check_elements(self)
-
-    @property
-    def slip_force(self):
-        return 1e6 * np.ones_like(self.viscosity)
-
-    @classmethod
-    def from_contact(cls, pairs, *, tangential_stiffness, viscosity):
-        every = np.arange(pairs.normal_load.size)
-        keys = {"tangential_stiffness": tangential_stiffness, "viscosity": viscosity}
-        return cls(every, *(pairs.of_each(name, v, above=0) for name, v in keys.items())), every
-
-    def stuck_stiffness(self, points):
-        k = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
-        return k[:, None]
-
-    def sliders(self):
-        every = np.arange(self.viscosity.size)
-        k, limit = self.tangential_stiffness, self.slip_force
-        return Sliders(every, self.point_of_element, k, None, np.ones_like(limit), limit)
-
-    @cached_property
-    def dashpots(self):
-        every = np.arange(self.viscosity.size)
-        return Dashpots(every, self.point_of_element, self.viscosity)
-"""
 DISPLAY = '''
 from boltjoint.study.display import table
 
@@ -106,7 +56,11 @@ def package(tmp_path, monkeypatch):
     points = "[boltjoint.laws]\nglue = glue\n[boltjoint.displays]\nglue = displays_of_glue\n"
     (information / "entry_points.txt").write_text(points)
     (information / "METADATA").write_text("Name: glue\nVersion: 1.0\n")
-    for name, text in (("glue", LAW), ("law_of_glue", CLASS), ("displays_of_glue", DISPLAY)):
+    for name, text in (
+        ("glue", LAW),
+        ("law_of_glue", glue_law("from glue import DECLARATION")),
+        ("displays_of_glue", DISPLAY),
+    ):
         (tmp_path / f"{name}.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
     other_packages.entries.cache_clear()

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from glue_law import glue_law
 
 ROOT = Path(__file__).parents[1]
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -84,60 +85,6 @@ def joint_of(law):
     return Joint(70 * one, 2 * one, 2 * one, np.array([[0.5]]), place, law, place)
 """
 
-GLUE = '''"""Glue: springs that never slip, each with a dashpot beside it."""
-
-from dataclasses import dataclass
-from functools import cached_property
-
-import numpy as np
-
-from boltjoint.friction.dashpots import Dashpots
-from boltjoint.friction.declarations import GLUE
-from boltjoint.friction.element_law import ElementLaw, check_elements
-from boltjoint.friction.sliders_at_samples import Sliders
-
-
-@dataclass(frozen=True)
-class Glue(ElementLaw):
-    """Springs with dashpots, any number of them on each contact point."""
-
-    point_of_element: np.ndarray
-    tangential_stiffness: np.ndarray
-    viscosity: np.ndarray
-
-    declaration = GLUE
-    quantities = {
-        "tangential_stiffness": ("N/m", "stiffness"), "viscosity": ("N s/m", "viscosity"),
-    }
-    closed_form = None
-
-    def __post_init__(self):
-        check_elements(self)
-
-    @property
-    def slip_force(self):
-        return 1e6 * np.ones_like(self.viscosity)
-
-    @classmethod
-    def from_contact(cls, pairs, *, tangential_stiffness, viscosity):
-        every = np.arange(pairs.normal_load.size)
-        keys = {"tangential_stiffness": tangential_stiffness, "viscosity": viscosity}
-        return cls(every, *(pairs.of_each(name, v, above=0) for name, v in keys.items())), every
-
-    def stuck_stiffness(self, points):
-        k = np.bincount(self.point_of_element, self.tangential_stiffness, minlength=points)
-        return k[:, None]
-
-    def sliders(self):
-        every = np.arange(self.viscosity.size)
-        k, limit = self.tangential_stiffness, self.slip_force
-        return Sliders(every, self.point_of_element, k, None, np.ones_like(limit), limit)
-
-    @cached_property
-    def dashpots(self):
-        every = np.arange(self.viscosity.size)
-        return Dashpots(every, self.point_of_element, self.viscosity)
-'''
 SOLVE_GLUE = (
     JOINT
     + """
@@ -157,7 +104,8 @@ print(peak.peak_frequency, peak.peak_amplitude)
 
 def test_a_friction_law(copy):
     made = copy("friction law")
-    made.add("friction/glue.py", GLUE)
+    declaration = "from boltjoint.friction.declarations import GLUE as DECLARATION"
+    made.add("friction/glue.py", glue_law(declaration))
     made.edit(
         "friction/declarations.py",
         "OWN_DECLARATIONS = {\n    law.name: law\n    for law in (\n",
