@@ -62,8 +62,8 @@ _SAMPLES_AT_ONCE = 64
 
 #: time of the finite elements, of nodes^2 [s]; modes: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 0.9e-8, 8e-8, 3.2e-8
-#: of a response with its timing, check, figure and tables; and of a force level of it, of the
-#: pairs [s]
+#: of a response with its check, figure and tables, measured when it was solved again for its times;
+#: and of a force level of it, of the pairs [s]
 _PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
 #: of a force at whose peak a joint is integrated in time and balanced with many harmonics, of the
 #: pairs [s]
