@@ -61,9 +61,8 @@ def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
     many = find_peak(joint, frequency, 5.0, LOSS, few.motion, harmonics=9, samples=512)
     law = AlternatingFrequencyTime(joint.law, 3, 256)
     balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
-    change = change_by_left_out_harmonics(
-        balance, few.motion, few.frequency, LeftOutHarmonics(times=3)
-    )
+    thrice = LeftOutHarmonics(times=3, smallest_fall=1e-9, tolerance=1e-7)
+    change = change_by_left_out_harmonics(balance, few.motion, few.frequency, thrice)
     amplitudes = [abs(peak.motion.amplitude(joint.response_mode)) for peak in (few, many)]
     expected = abs(amplitudes[1] / amplitudes[0] - 1)
     assert expected > 1e-4
@@ -193,6 +192,16 @@ def test_a_peak_with_rough_amplitudes_is_that_with_more_samples():
     assert coarse.frequency == pytest.approx(fine.frequency, rel=3e-4)
     amplitudes = [abs(peak.motion.amplitude(joint.response_mode)) for peak in (coarse, fine)]
     assert amplitudes[0] == pytest.approx(amplitudes[1], rel=2e-3)
+
+
+def test_an_error_bar_sees_a_mode_of_the_contact_beyond_twice_the_harmonics():
+    joint, force, loss_factor = error_bars.small_joint("variable", 5, seed=271828)
+    _, amplitude = error_bars.check("", "", joint, [force], loss_factor)
+    assert amplitude["what"] == "amplitude"
+    assert 5e-4 < amplitude["error"] <= amplitude["bar"] < 10 * amplitude["error"]
+    response = solve_response(joint, [force], damping=loss_factor)
+    twice = converge_peaks(joint, response, left_out=LeftOutHarmonics(times=2))
+    assert twice["peak_amplitude_truncation_error"][0] < 0.2 * amplitude["error"]
 
 
 @pytest.mark.parametrize("law", ["constant", "variable", "coupled-constant"])

@@ -62,11 +62,11 @@ def test_a_small_study_needs_little(study):
     # the machine that it was measured on took 163 s
     assert 50 < found.seconds < 500
     assert found.responses == 22  # eleven of two forces
-    # 97 harmonics of its eight vectors take 25 MB
+    # 97 harmonics of its eight vectors take 25 MB, and 99 of its peaks
     convergence = SETTINGS["convergence"] | {"time_integration_N": []}
     without = estimate.estimate(study(convergence=convergence))
-    assert without.memory < 0.5 * GIB
-    assert estimate.shortage(without, 0.5 * GIB) is None
+    assert without.memory < 0.52 * GIB
+    assert estimate.shortage(without, 0.52 * GIB) is None
     assert found.memory < without.memory + 30e6
     assert estimate.summary(found, 8 * GIB, 2).startswith("Estimate: 22 frequency responses in ")
 
@@ -165,9 +165,9 @@ def test_peaks_that_are_integrated_in_time_have_the_memory_that_was_measured():
     # 97 harmonics of 40 vectors: 2.8 GB
     needed = resources.of("steady_states", "three_bolt_variable")["mem_mb"]
     assert 2800 < needed < 2 * 2800
-    # 33 of 80 vectors, and 66 of 40 for the truncation error of converged peaks
+    # 33 of 80 vectors, and 99 of 40 for the truncation error of converged peaks
     assert 2400 < resources.of("larger_basis", "three_bolt_variable")["mem_mb"] < 2 * 2400
-    assert 1400 < resources.of("responses", "three_bolt_variable")["mem_mb"] - 290 < 2 * 1400
+    assert 2800 < resources.of("responses", "three_bolt_variable")["mem_mb"] - 290 < 2 * 2800
 
 
 def test_nothing_is_known_of_the_nodes_of_a_cluster(study):

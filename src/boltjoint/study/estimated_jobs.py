@@ -53,8 +53,8 @@ _CANDIDATES, _SQUARES = 1.3, 14
 _TANGENTS, _JACOBIANS = 3, 4
 #: harmonics where a study leaves their number open
 MOST_CHOSEN = 33
-#: times the harmonics of a peak with which its truncation error is found
-LEFT_OUT = 2
+#: times the harmonics of a peak with which its truncation error is found, at most
+LEFT_OUT = 3
 #: most harmonics at the peaks that are integrated in time: of free modes, and of enriched bases
 _MANY, MANY_ENRICHED = 201, 97
 #: samples whose derivatives are transformed to harmonics at once
