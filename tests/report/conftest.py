@@ -11,6 +11,7 @@ from figure_parts import FORCES
 from page_examples import CASE, NODES, SOURCE, save, write
 from small_joint import make_joint, make_preload
 from small_study import ASSEMBLY, mesh_of
+from text_boxes import readable_figures
 
 from boltjoint import dataset
 from boltjoint.dynamics.response.frequency_response import solve_response
@@ -36,6 +37,13 @@ def browser(tmp_path_factory):
     running = open_browser(tmp_path_factory.mktemp("profile"))
     yield running
     running.quit()
+
+
+@pytest.fixture(autouse=True)
+def readable():
+    """Texts of all figures that a test draws are apart, and in the picture."""
+    with readable_figures() as made:
+        yield made
 
 
 @pytest.fixture(scope="module")

@@ -13,11 +13,11 @@ from boltjoint.joint.model import merge_points
 from boltjoint.report.figures.contact import (
     _STATES,
     plot_contact,
-    plot_regions,
     plot_states,
     plot_weighted_pairs,
 )
 from boltjoint.report.figures.outlines import ContactSurface
+from boltjoint.report.figures.regions import plot_regions
 
 
 def state_areas(axes):

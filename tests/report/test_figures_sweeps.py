@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from text_boxes import faults
 
 from boltjoint.report.figures.sweeps import (
     plot_backbones,
@@ -77,8 +78,9 @@ def test_a_grid_is_drawn_as_its_designs():
     np.testing.assert_allclose(y, range(6))
 
 
-def test_indices_have_bars_and_intervals():
-    rows = [
+def indices(**first_order):
+    """The table of Sobol indices of some keys."""
+    return pd.DataFrame(
         {
             "observed": observed,
             "key": key,
@@ -90,13 +92,25 @@ def test_indices_have_bars_and_intervals():
             "total_high": first + 0.3,
         }
         for observed in ("peak_frequency_Hz", "peak_mm")
-        for key, first in (("preload", 0.3), ("loss_factor", 0.5))
-    ]
-    figure = plot_sensitivity(pd.DataFrame(rows))
+        for key, first in first_order.items()
+    )
+
+
+def test_indices_have_bars_and_intervals():
+    figure = plot_sensitivity(indices(preload=0.3, loss_factor=0.5))
     heights = sorted(bar.get_height() for bar in figure.axes[1].patches)
     np.testing.assert_allclose(heights, [0.3, 0.5, 0.5, 0.7])
     labels = [label.get_text() for label in figure.axes[1].get_xticklabels()]
     assert labels == ["preload", "loss factor"]
+
+
+@pytest.mark.parametrize("count", [6, 8, 9, 20])
+def test_long_names_of_many_keys_are_apart(count):
+    long = [f"static_friction_coefficient_{number}" for number in range(count)]
+    figure = plot_sensitivity(indices(**dict.fromkeys(long, 0.3)))
+    assert not faults(figure)
+    labels = [label.get_text() for label in figure.axes[1].get_xticklabels()]
+    assert [label.split() for label in labels] == [name.split("_") for name in long]
 
 
 def extremes(levels=(None,)):

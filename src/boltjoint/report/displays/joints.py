@@ -66,7 +66,7 @@ def _regions_of(contents: Contents, artefact: Artefact) -> list[Artefact]:
 )
 def regions(artefact: Artefact, results: "Results", assembly: str) -> "Figure":
     """The regions of a joint on the contact surface."""
-    from boltjoint.report.figures.contact import plot_regions
+    from boltjoint.report.figures.regions import plot_regions
 
     mesh = results.dataset("assembly", assembly=assembly)
     return plot_regions(mesh, results.dataset("joint", **artefact.fields))

@@ -1,6 +1,4 @@
-"""Figures of the contact: normal load, regions, contact states, hysteresis loops."""
-
-from itertools import pairwise
+"""Figures of the contact: normal load, weighted pairs, contact states, hysteresis loops."""
 
 import matplotlib
 import numpy as np
@@ -20,7 +18,6 @@ from boltjoint.report.figures.style import (
     MM,
     MODEL_LINE,
     REFERENCE_LINE,
-    REGION_COLOURS,
     UM,
     add_legends,
     figure_style,
@@ -77,77 +74,8 @@ def plot_contact(assembly: xr.Dataset, preload: xr.Dataset) -> Figure:
     panels[0].set_title(f"{loaded.sum()} pairs carry {total} together; open pairs are grey")
     panels[2].set_title(f"{(~loaded).sum()} pairs are open; pairs that carry load are grey")
     axes = panels[3]
-    _draw_profile(axes, surface, load)
+    draw_profile(axes, surface, load)
     axes.set(xlabel=surface.labels[0], ylabel="normal load (N)")
-    return figure
-
-
-@figure_style
-def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
-    """Regions of a joint in plan view, with the number of elements and share of load of each.
-
-    Under variable normal load, open pairs have elements as well and are drawn pale. The pressure
-    along the middle of the width, by which such joints may be divided, is then drawn too, with the
-    part of each region.
-
-    Parameters
-    ----------
-    assembly
-        As ``build_assembly`` returns it.
-    joint
-        A joint of regions (``joint.nc``) on that assembly.
-
-    Raises
-    ------
-    ValueError
-        If an element lies on no contact pair of the assembly.
-    """
-    surface = ContactSurface.of(assembly)
-    pair = surface.pairs_at(joint)
-    region, slip = joint["point_of_element"].to_numpy(), joint["slip_force"].to_numpy()
-    loaded = slip > 0
-    load_varies = "normal_load" in joint
-    count, under_load = np.bincount(region), np.bincount(region, loaded).astype(int)
-    # with one friction coefficient, slip forces are in proportion to normal loads
-    share = 100 * np.bincount(region, slip) / slip.sum()
-    figure = Figure(figsize=(8, 6.6 if load_varies else 4.2), layout="compressed")
-    panels = figure.subplots(3 if load_varies else 2, 1, sharex=True)
-    plan, bars = panels[:2]
-    without = np.setdiff1d(np.arange(len(surface.position)), pair)
-    fill_shapes(plan, [surface.area_of(without)], facecolors=BLANK_COLOUR)
-    areas = [surface.area_of(pair[region == number]) for number in range(count.size)]
-    extents = np.array([area.get_extents().intervalx for area in areas])
-    middle = extents.mean(axis=1)
-    width = 0.8 * np.diff(np.sort(middle)).min(initial=np.ptp(surface.corner[:, 0]))
-    many = count.size > 10
-    for number, (x, percent) in enumerate(zip(middle, share, strict=True)):
-        style = {"color": REGION_COLOURS[number % len(REGION_COLOURS)], "linewidth": 0}
-        fill_shapes(plan, [areas[number]], **style)
-        above = {"ha": "center", "va": "bottom"}
-        plan.text(x, surface.corner[:, 1].max() + 1, number + 1, weight="bold", **above)
-        bars.bar(x, percent, width, **style)
-        elements = f"{under_load[number]} of {count[number]}" if load_varies else f"{count[number]}"
-        text = f" {elements}, {percent:.1f} %" if many else f"{elements}\n{percent:.1f} %"
-        bars.text(x, percent, text, rotation=90 if many else 0, **above)
-    set_plan_view(plan, surface)
-    bars.set_ylabel("share of the\nnormal load (%)")
-    # room for the texts on the bars
-    bars.set_ylim(0, share.max() * (1.5 if not many else 3.2 if load_varies else 1.9))
-    elements = "elements under load of all elements" if load_varies else "number of elements"
-    bars.set_title(f"{elements} and share of the normal load of each region")
-    if load_varies:
-        fill_shapes(plan, [surface.area_of(pair[~loaded])], facecolors="white", alpha=0.6)
-        load = np.zeros(len(surface.position))
-        load[pair] = np.maximum(joint["normal_load"].to_numpy(), 0.0)
-        pressure = load / assembly["area"].to_numpy() / 1e6
-        cuts = (extents[1:, 0] + extents[:-1, 1]) / 2
-        _fill_regions_of_profile(panels[2], surface, pressure, cuts)
-        _draw_profile(panels[2], surface, pressure)
-        panels[2].set_ylabel("pressure (MPa)")
-        patches = [Patch(color=REGION_COLOURS[0], linewidth=0, alpha=alpha) for alpha in (1.0, 0.4)]
-        where = {"loc": "outside upper center", "ncols": 2}
-        figure.legend(patches, ["pairs under load", "open pairs"], **where)
-    panels[-1].set_xlabel(surface.labels[0])
     return figure
 
 
@@ -322,7 +250,7 @@ def plot_loops(reduced: xr.Dataset, regions: xr.Dataset, region: int = 1) -> Fig
     return figure
 
 
-def _draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]) -> None:
+def draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]) -> None:
     """Draw values of the pairs along the middle of the width, else of all; open ones are hollow."""
     edges = surface.edges_along_middle()
     x = surface.place[:, 0] * MM
@@ -334,27 +262,10 @@ def _draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64
         pairs = np.intersect1d(drawn, np.flatnonzero(state))
         style = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
         axes.plot(x[pairs], value[pairs], "o", **style, markeredgewidth=0.6, label=label)
-    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderpad=0, ncols=2)
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     where = "pairs along the middle of the width" if len(edges) else "all contact points"
     axes.set_title(where, loc="left")
     axes.grid(True)
-
-
-def _fill_regions_of_profile(
-    axes: Axes, surface: ContactSurface, value: NDArray[np.float64], cuts: NDArray[np.float64]
-) -> None:
-    """Fill the part of each region under the profile, which is straight across the holes."""
-    pairs = np.unique(surface.edges_along_middle())
-    if not pairs.size:
-        return
-    pairs = pairs[np.argsort(surface.place[pairs, 0])]
-    x = surface.place[pairs, 0] * MM
-    ends = np.concatenate([x[:1], cuts, x[-1:]])
-    for number, (begin, end) in enumerate(pairwise(ends)):
-        part = np.unique(np.clip(x, begin, end))
-        colour = REGION_COLOURS[number % len(REGION_COLOURS)]
-        height = np.interp(part, x, value[pairs])
-        axes.fill_between(part, height, color=colour, alpha=0.45, linewidth=0)
 
 
 def set_plan_view(axes: Axes, surface: ContactSurface) -> None:

@@ -1,6 +1,7 @@
 """Figures of sweeps: bands of responses, peaks over the keys, their extremes, Sobol indices."""
 
 from collections.abc import Iterator
+from textwrap import fill
 
 import numpy as np
 import pandas as pd
@@ -37,6 +38,8 @@ _LINES = 24
 #: designs whose dots are larger
 _FEW = 200
 _WIDTH = 0.38
+#: letters beside each other below an axis, and most names there that are not turned
+_LETTERS, _MOST_LEVEL = 84, 8
 #: ends of a key, and how opaque their bars are
 _ENDS = {"low": 0.4, "high": 0.9}
 
@@ -249,7 +252,11 @@ def plot_sensitivity(table: pd.DataFrame) -> Figure:
         axes.set_title(title)
         axes.set_ylabel("share of the variance")
         axes.grid(True, axis="y")
-    panels[-1].set_xticks(range(len(keys)), [key.replace("_", " ") for key in keys])
+    words, angle = [key.replace("_", " ") for key in keys], 90
+    if len(keys) <= _MOST_LEVEL:
+        width, angle = _LETTERS // len(keys), 0
+        words = [fill(each, width, break_long_words=False) for each in words]
+    panels[-1].set_xticks(range(len(keys)), words, rotation=angle)
     if levels != [None]:
         panels[0].legend()
     return figure
