@@ -1,5 +1,6 @@
 import os
 import shutil
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -8,6 +9,7 @@ import xarray as xr
 
 from boltjoint import __version__, checksums, dataset
 from boltjoint.dataset import DamagedFile, quantity
+from boltjoint.study import layout
 
 
 def some_dataset():
@@ -37,6 +39,40 @@ def test_content_and_provenance_survive(tmp_path):
     assert again.attrs["boltjoint_version"] == __version__
     assert again.attrs["parameters"] == "preload=10000.0"
     assert again.attrs["coordinates"] == "linear"
+
+
+def test_files_have_the_attributes_of_the_conventions(tmp_path):
+    dataset.save(some_dataset(), tmp_path / "response.nc")
+    dataset.save(dataset.load(tmp_path / "response.nc"), tmp_path / "again.nc")
+    for name in ("response.nc", "again.nc"):
+        with netCDF4.Dataset(tmp_path / name) as file:
+            assert file.Conventions.startswith("CF-1.")
+            assert file.title == dataset.TITLES["response"]
+            assert file.history == f"boltjoint {__version__}"
+    dataset.save(some_dataset().assign_attrs(history="nccopy a b"), tmp_path / "other.nc")
+    with netCDF4.Dataset(tmp_path / "other.nc") as file:
+        assert file.history.splitlines() == ["nccopy a b", f"boltjoint {__version__}"]
+        assert file.title
+
+
+def test_every_file_of_a_study_has_a_title():
+    files = {Path(path).stem for path in layout.PATHS.values() if path.endswith(".nc")}
+    assert files - {"{chunk}"} == set(dataset.TITLES)
+
+
+def test_the_coordinates_of_a_solution_have_a_name_that_xarray_leaves(tmp_path):
+    path = tmp_path / "response.nc"
+    dataset.save(some_dataset(), path)
+    with xr.open_dataset(path) as plain:
+        assert plain.attrs["solution_coordinates"] == "linear"
+    read = dataset.load(path)
+    assert read.attrs["coordinates"] == read.attrs["solution_coordinates"] == "linear"
+    # of files without them as well
+    some_dataset().to_netcdf(tmp_path / "old.nc")
+    checksums.append(tmp_path / "old.nc")
+    assert dataset.load(tmp_path / "old.nc").attrs == {"coordinates": "linear"}
+    dataset.save(some_dataset().drop_attrs(deep=False), path)
+    assert "solution_coordinates" not in dataset.load(path).attrs
 
 
 class Params:

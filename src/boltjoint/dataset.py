@@ -22,12 +22,36 @@ _CODE = "library"
 _MOST_COMPRESSED = 1032
 #: bytes of a word in a file, which tell where its letters are
 _WORD = 16
+#: the conventions of climate and forecast data, by which other programs read netCDF files
+CONVENTIONS = "CF-1.11"
+#: titles of the files of a study, by their names
+TITLES = {
+    "assembly": "mesh, contact pairs and interfaces of a bolted assembly",
+    "structure": "matrices and contact points of a bolted assembly",
+    "modes": "modes of the parts of a bolted assembly without contact",
+    "pod_modes": "POD modes of the contact of a bolted assembly",
+    "patterns": "patterns of contact stiffness of a bolted assembly",
+    "preload": "normal load and gaps of the contact under the preload of the bolts",
+    "joint": "joint: modes at its contact points, and its friction elements",
+    "response": "frequency response of a joint by force levels",
+    "backbone": "backbone of a joint: frequency and damping of a mode over its amplitude",
+    "calibration": "joint fitted to measured backbones",
+    "designs": "designs of a sweep",
+    "checked": "designs of a sweep in a larger model",
+    "sweep": "peaks and responses of the designs of a sweep",
+}
+_OTHER_TITLE = "results of a study of bolted joints"
+#: further name of the attribute ``coordinates``: CF and xarray have another use for that word
+_SECOND_NAMES = {"coordinates": "solution_coordinates"}
 
 
 def save(
     dataset: xr.Dataset, path: str | Path, parameters: Mapping[str, object] | None = None
 ) -> None:
     """Write a dataset to netCDF, the same bytes for the same content.
+
+    The file has the attributes that the CF conventions ask for: ``Conventions``, ``title`` and
+    ``history``, without a date. What ``coordinates`` says, ``solution_coordinates`` says as well.
 
     Parameters
     ----------
@@ -59,9 +83,15 @@ def save(
     made_with = ", ".join(
         f"{name}={value!r}" for name, value in parameters.items() if name != _CODE
     )
-    dataset.assign_attrs(boltjoint_version=__version__, parameters=made_with).to_netcdf(
-        path, engine="netcdf4"
-    )
+    again = {new: dataset.attrs[old] for old, new in _SECOND_NAMES.items() if old in dataset.attrs}
+    dataset.assign_attrs(
+        again,
+        boltjoint_version=__version__,
+        parameters=made_with,
+        Conventions=CONVENTIONS,
+        title=TITLES.get(path.stem) or dataset.attrs.get("title", _OTHER_TITLE),
+        history=_history(dataset),
+    ).to_netcdf(path, engine="netcdf4")
     checksums.append(path)
 
 
@@ -96,6 +126,13 @@ def load(path: str | Path) -> xr.Dataset:
 def quantity(dims: str | tuple[str, ...], values: object, units: str, meaning: str) -> xr.Variable:
     """A variable with its units and one line on what it is."""
     return xr.Variable(dims, values, {"units": units, "long_name": meaning})
+
+
+def _history(dataset: xr.Dataset) -> str:
+    """What wrote a file, one program a line: the last is this one."""
+    before = str(dataset.attrs.get("history", "")).splitlines()
+    last = f"boltjoint {__version__}"
+    return "\n".join(before if before[-1:] == [last] else [*before, last])
 
 
 def _has_unit(variable: xr.Variable) -> bool:

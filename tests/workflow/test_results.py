@@ -1,5 +1,7 @@
 """What the small study has made."""
 
+import re
+
 import pandas as pd
 import pytest
 import xarray as xr
@@ -87,10 +89,20 @@ def test_models_of_the_same_joint_agree(finished):
     assert (linear[:, 0] < 0.96 * peaks("free-2", "clusters=2/harmonic=2", "linear")[:, 0]).any()
 
 
+#: products and quotients of whole powers, as UDUNITS reads them
+SYMBOL = "(m|kg|s|N|Hz|Pa|J|rad)[2-9]?"
+UNITS = re.compile(rf"1|{SYMBOL}( {SYMBOL})*(/{SYMBOL})?")
+#: of modes and modal coordinates, which it does not know
+ROOTS = {"kg^-1/2", "kg^1/2", "kg^1/2 m", "m J^-1/2"}
+
+
 def test_files_tell_their_units_and_parameters(finished):
     for path in (finished / "results").rglob("*.nc"):
         with xr.open_dataset(path) as dataset:
             assert dataset.attrs["boltjoint_version"]
             assert "parameters" in dataset.attrs
+            assert {"Conventions", "title", "history"} <= set(dataset.attrs)
             for name, variable in dataset.variables.items():
-                assert variable.dtype.kind in "UOST" or variable.attrs.get("units"), (path, name)
+                if variable.dtype.kind not in "UOST":
+                    units = variable.attrs.get("units", "")
+                    assert units in ROOTS or UNITS.fullmatch(units), (path, name)
