@@ -19,8 +19,10 @@ from boltjoint.calibration.calibration import Undetermined
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.importance import pareto_shape
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.parameters import Parameter, Prior
+from boltjoint.calibration.parameters import Parameter, ParameterSpace, Prior
+from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.joint.rescaled import rescale_contact
+from boltjoint.measurement.identification import IdentifiedMode
 
 SCALED = np.array([np.log(2e6), np.log(36.0), -0.5, np.log(0.004)])
 
@@ -178,9 +180,6 @@ def test_keys_of_contact_are_fitted_by_a_function():
     lowest, highest = joint.resonance_range()[0]
     amplitudes = np.geomspace(1e-7, 3e-5, 12)
     near = curve_of(np.tile([(lowest + highest) / 2, 0.01], (12, 1)), amplitudes)
-    from boltjoint.calibration.parameters import ParameterSpace
-    from boltjoint.calibration.residuals import ModelCurves
-
     space = ParameterSpace(tuple(parameters))
     compared = ModelCurves(model, (near,), space)
     curves, _ = compared.curves_at(space.scaled([3e6, 0.1, 2e-3]))[0]
@@ -215,6 +214,38 @@ def test_impossible_curves_are_refused_before_anything_is_solved(change, sentenc
     with pytest.raises(ValueError, match=sentence) as refused:
         boltjoint.fit(MODEL, MeasuredBackbone(**given | change), PARAMETERS, options=FAST)
     assert "\n" not in str(refused.value)
+
+
+def identified(quantity, sensor, amplitude, curves):
+    """A mode of a record whose column has a name."""
+    of_points = np.full(amplitude.size, 0.1)
+    errors = (1e-3 * curves[:, 0], 1e-2 * curves[:, 1])
+    values = (curves[:, 0], errors[0], curves[:, 1], errors[1])
+    return IdentifiedMode(of_points, amplitude, *values, of_points, sensor, quantity, "")
+
+
+def test_accelerations_are_displacements_times_the_square_of_the_frequency():
+    """A column without a name is that of the output point."""
+    curves, amplitudes = true_curves()
+    w = 2 * np.pi * curves[:, 0]
+    space = ParameterSpace(PARAMETERS)
+    at = space.scaled(list(TRUTH.values()))
+    for quantity, factor in (("displacement", 1), ("velocity", w), ("acceleration", w**2)):
+        mode = identified(quantity, quantity, amplitudes * factor, curves)
+        curve = MeasuredBackbone.of(mode, resonance=1)
+        assert curve.sensor is None
+        compared = ModelCurves(MODEL, (curve,), space)
+        found, _ = compared.curves_at(at, slopes=False)[0]
+        np.testing.assert_allclose(found, curves, rtol=1e-7)
+
+
+def test_a_sensor_with_a_name_is_the_output_of_that_name():
+    curves, amplitudes = true_curves()
+    mode = identified("displacement", "tip", amplitudes, curves)
+    assert MeasuredBackbone.of(mode).sensor == "tip"
+    assert MeasuredBackbone.of(mode, sensor="output").sensor == "output"
+    with pytest.raises(ValueError, match="sensor tip is none of output"):
+        boltjoint.fit(MODEL, MeasuredBackbone.of(mode), PARAMETERS, options=FAST)
 
 
 def test_impossible_parameters_are_refused_in_one_line():

@@ -76,7 +76,7 @@ def test_a_ring_down_is_identified_and_a_joint_fitted_to_it(tmp_path, monkeypatc
     sliders = ConstantLoad(np.arange(count), np.full(count, 2e5 / count), slip)
     measured = Joint(75 * one, one, one, np.full((count, 1), 0.5), places, sliders, places)
     decay = simulate_ring_down(measured, 0.008, impulse=0.3, duration=1.5, sampling_rate=4096.0)
-    columns = {"time_s": decay.time, "output_acceleration_m_per_s2": np.ravel(decay.values)}
+    columns = {"time_s": decay.time, "acceleration_m_per_s2": np.ravel(decay.values)}
     pd.DataFrame(columns).to_csv("decay.csv", index=False)
     place = np.zeros((1, 3))
     law = FourParameterIwan([0], [1e7], [100.0], [-0.5], [1.0])

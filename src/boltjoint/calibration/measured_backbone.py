@@ -88,10 +88,29 @@ class MeasuredBackbone:
 
     @classmethod
     def of(
-        cls, mode: IdentifiedMode, *, resonance: int | None = None, name: str = "mode"
+        cls,
+        mode: IdentifiedMode,
+        *,
+        resonance: int | None = None,
+        sensor: str | None = None,
+        name: str = "mode",
     ) -> "MeasuredBackbone":
-        """The curve of an identified mode, with its standard errors."""
+        """The curve of an identified mode, with its standard errors.
+
+        Parameters
+        ----------
+        mode
+            As ``identify_ring_down`` returns it.
+        resonance, name
+            As for the class.
+        sensor
+            Name of the output of the model that was measured. By default that of the mode; where
+            the file tells none, as a column ``acceleration_m_per_s2``, the output point.
+        """
         checks.instance("mode", mode, IdentifiedMode)
         curves = mode.frequency, mode.frequency_error, mode.damping_ratio, mode.damping_error
-        at = {"resonance": resonance, "sensor": mode.sensor, "name": name}
+        # a signal without a name has that of its quantity
+        if sensor is None and mode.sensor != mode.quantity:
+            sensor = mode.sensor
+        at = {"resonance": resonance, "sensor": sensor, "name": name}
         return cls(mode.amplitude, *curves, quantity=mode.quantity, **at)
