@@ -12,7 +12,7 @@ PAGE = (DOCS / "index.md").read_text(encoding="utf-8")
 
 
 def test_the_arrays_give_the_output_that_is_shown(capsys):
-    code, output = re.search(r"```python\n(.*?)```\n\n```\n(.*?)```", PAGE, re.DOTALL).groups()
+    code, output = re.search(r"```python\n(.*?)```\n\n```text\n(.*?)```", PAGE, re.DOTALL).groups()
     names = {}
     exec(code, names)
     assert capsys.readouterr().out == output
