@@ -1,7 +1,7 @@
 """Write the pages of this folder that quote results: ``make docs``.
 
 They quote those of ``make reproduce STUDY=config/convergence.yaml``, or of another study:
-``python docs/write.py --study config/short.yaml accuracy``.
+``python docs/write.py --study config/short.yaml accuracy``. ``README`` stands for its figure.
 
 A template that quotes a result names table, row and column, or the quantity computed from results.
 """
@@ -26,8 +26,9 @@ from boltjoint.report.pages import accuracy
 
 HERE = Path(__file__).parent
 RESULTS = HERE.parent / "results"
-#: figures by the page that goes with their results
+#: figures by the page that goes with their results; that of the README has a shorter name here
 FIGURES = {
+    "README": ("response_three_bolt_constant_enriched-40_node-to-node_linear_resonance=1",),
     "accuracy": ("reductions", "sampling"),
     "sweeps": (
         "sweep_bands_three_bolt_variable_three_bolt_uncertainty",
@@ -35,6 +36,7 @@ FIGURES = {
         "sweep_backbones_three_bolt_constant_three_bolt_pitch_and_lap",
     ),
 }
+SHORTER = {FIGURES["README"][0]: "response"}
 
 
 class Tables:
@@ -316,7 +318,8 @@ def write(study: str, pages: Sequence[str] = ()) -> None:
     (HERE / "figures").mkdir(exist_ok=True)
     for page in pages or FIGURES:
         for name in FIGURES.get(page, ()):
-            shutil.copy(RESULTS / f"figures/{name}.svg", HERE / "figures")
+            copied = HERE / f"figures/{SHORTER.get(name, name)}.svg"
+            shutil.copy(RESULTS / f"figures/{name}.svg", copied)
 
 
 if __name__ == "__main__":

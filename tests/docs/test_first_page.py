@@ -7,6 +7,10 @@ import numpy as np
 import pytest
 from test_rooms import ROOMS
 
+from boltjoint.config.study import load_study
+from boltjoint.report.displays import DISPLAYS
+from boltjoint.study.artefact_list import Contents
+
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "index.md").read_text(encoding="utf-8")
 
@@ -46,3 +50,23 @@ def test_the_measured_backbone_is_fitted_as_its_page_says(monkeypatch):
     ((of_frequency, of_damping),) = fitted(curve).rms_errors
     assert of_frequency < 2e-4
     assert of_damping < 0.05
+
+
+#: figures that scripts of docs/ draw: the others are copied from results
+DRAWN = {"growth": "benchmarks", "measured": "first_picture", "rooms": "rooms_picture"}
+
+
+def test_every_figure_of_the_pages_is_drawn_or_copied_by_a_script(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS))
+    from write import FIGURES, SHORTER
+
+    files = set()
+    for study in ("convergence", "sweeps"):
+        configured = load_study(DOCS.parent, {"study": f"config/{study}.yaml"})
+        files |= set(Contents(configured, DISPLAYS).files(form="figure"))
+    copied = {name for names in FIGURES.values() for name in names}
+    assert not {name for name in copied if f"results/figures/{name}.svg" not in files}
+    there = {path.stem for path in DOCS.glob("figures/*.svg")}
+    assert there == {*DRAWN, *(SHORTER.get(name, name) for name in copied)}
+    for name, script in DRAWN.items():
+        assert f"{name}.svg" in (DOCS / f"{script}.py").read_text(encoding="utf-8")
