@@ -9,11 +9,21 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from second_way import OneHarmonic, force_at_peaks, total_indices
+
+from boltjoint import solve_response
 
 FOLDER = Path(__file__).parents[2] / "docs/gallery"
 EXAMPLES = sorted(path.stem for path in FOLDER.glob("[0-9]*.py"))
 #: processor time of those that ran here [s]
 SPENT = {}
+
+
+def assert_peaks_of_one_harmonic(joint, response, loss_factor):
+    """Peaks are those of equations in which nothing is the library's."""
+    one = OneHarmonic(joint, loss_factor)
+    for place in range(response.sizes["force"]):
+        one.check_peak(response, place)
 
 
 def response(names):
@@ -43,6 +53,8 @@ def preload(names):
     low, middle, high = names["peaks"].values()
     assert 100 < low < middle < high < 180
     assert (low, middle, high) == pytest.approx((151.5, 159.1, 162.3), abs=0.1)
+    # the last once more, by equations that the library has no part in
+    assert_peaks_of_one_harmonic(names["joint"], names["response"], 0.001)
 
 
 def friction_law(names):
@@ -88,6 +100,7 @@ def flange(names):
     low, high = names["joint"].resonance_range()[0]
     assert low < large < small < high
     assert small == pytest.approx(2393.5, rel=1e-3)
+    assert_peaks_of_one_harmonic(names["joint"], names["response"], 0.01)
 
 
 def reduction(names):
@@ -102,18 +115,27 @@ def harmonics(names):
     error = 100 * (names["one"] / names["last"] - 1).to_numpy()
     assert names["peaks"]["peak_harmonics"].to_numpy().min() >= 17
     assert error[1] == pytest.approx(-27.4, abs=0.5)
+    # one harmonic once more, by equations that the library has no part in
+    response = solve_response(names["joint"], names["forces"], damping=0.001)
+    assert_peaks_of_one_harmonic(names["joint"], response, 0.001)
+    np.testing.assert_allclose(response["peak_amplitude"], names["one"], rtol=1e-4)
 
 
 def sweep(names):
     friction, stiffness, loss_factor = names["indices"].total_order
     assert (friction, stiffness) == pytest.approx((0.25, 0.76), abs=0.02)
     assert loss_factor < 0.02
+    # by quadrature, which has converged to 0.01; the rest is the scatter of 64 samples
+    exact = total_indices(names["peaks"], names["distributions"], 5)
+    np.testing.assert_allclose(names["indices"].total_order, exact, atol=0.03)
 
 
 def loosened_bolt(names):
     # of the last, with one loose bolt
     small, large = names["peaks"].to_numpy()
     assert (small, large) == pytest.approx((173.6, 133.3), abs=0.1)
+    response = solve_response(names["joint"], [1.0, 20.0], damping=0.001)
+    assert_peaks_of_one_harmonic(names["joint"], response, 0.001)
 
 
 def calibration(names):
@@ -145,6 +167,21 @@ def isola(names):
     assert 14.0 < names["low"] < 14.3 < names["high"] < 14.4
     assert names["peak"] == pytest.approx(0.340, abs=1e-3)
     assert names["peak"] < names["appears"] == pytest.approx(0.606, abs=1e-3)
+    # the same from samples of the hysteresis, at each state of the backbone
+    shown, expected = names["amplitude"].to_numpy(), names["force"].to_numpy()
+    states = (shown > 0.15) & (shown < 1.5)
+    force = force_at_peaks(1e-3 * shown[states] / 1.5, names["joint"], 0.001)
+    np.testing.assert_allclose(force, expected[states], rtol=2e-3)
+    # and between them, where the range of an isolated branch ends at extremes of the force:
+    # that of the library ends at the nearest states, which are some tenth in amplitude apart
+    amplitude = np.geomspace(0.15, 1.5, 40)
+    force = force_at_peaks(1e-3 * amplitude / 1.5, names["joint"], 0.001)
+    highest, lowest = np.flatnonzero(np.diff(np.sign(np.diff(force)))) + 1
+    assert force[lowest] == pytest.approx(names["low"], rel=2e-3)
+    assert names["high"] <= force[highest] == pytest.approx(names["high"], rel=0.01)
+    rising = slice(0, highest + 1)
+    peak = np.interp(14.3, force[rising], amplitude[rising])
+    assert peak == pytest.approx(names["peak"], rel=5e-3)
 
 
 def clusters(names):
