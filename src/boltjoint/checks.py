@@ -136,7 +136,7 @@ def _is_finite(value: float | Real) -> bool:
         return False
 
 
-def whole(name: str, value: int, **limits: int) -> int:
+def whole(name: str, value: ArrayLike, **limits: int) -> int:
     """A whole number within limits, as for ``array``."""
     plain = _scalar(value)
     if not isinstance(plain, Integral) or isinstance(plain, bool) or abs(int(plain)) > _LARGEST:

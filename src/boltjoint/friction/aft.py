@@ -183,10 +183,10 @@ class AlternatingFrequencyTime(FrictionLaw):
         checks.sequence("rows", rows)
         if len(rows) != len(self.directions):
             raise ValueError(f"rows has {len(rows)} directions, expected {len(self.directions)}")
-        rows = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
-        if min(map(len, rows)) < self._points:
-            raise ValueError(f"rows has {min(map(len, rows))} points, expected {self._points}")
-        return amplitude, self.elements.at_samples.in_modes(rows, w)
+        of_points = [checks.array("rows", B, ("points", amplitude.shape[1])) for B in rows]
+        if (points := min(map(len, of_points))) < self._points:
+            raise ValueError(f"rows has {points} points, expected {self._points}")
+        return amplitude, self.elements.at_samples.in_modes(of_points, w)
 
     def states(self, motion: Array, w: float) -> NDArray[np.int8]:
         """As ``contact_state``, without checks."""
@@ -237,12 +237,23 @@ def by_samples(law: FrictionLaw, samples: int) -> AlternatingFrequencyTime:
     """The elements of a law by AFT, in one harmonic; AFT itself as it is."""
     if isinstance(law, AlternatingFrequencyTime):
         return law
-    return AlternatingFrequencyTime(law, samples=samples)
+    return AlternatingFrequencyTime(elements_of(law), samples=samples)
 
 
 def without_sampling(law: FrictionLaw) -> FrictionLaw:
     """The law of the elements in place of AFT of it; another law as it is."""
     return law.elements if isinstance(law, AlternatingFrequencyTime) else law
+
+
+def elements_of(law: FrictionLaw) -> ElementLaw:
+    """The law of the elements, whether or not their forces are by AFT.
+
+    Raises
+    ------
+    ValueError
+        If the law is not made of elements.
+    """
+    return checks.instance("law", without_sampling(law), ElementLaw)
 
 
 def _sums(values: Array) -> Array:

@@ -58,7 +58,7 @@ def elements_by_surface(
         As for ``ContactPairs.keys`` and the laws, or if there is no such surface, or one lacks a
         key of its law.
     """
-    names = np.full(pairs.normal_load.shape, "") if pairs.surface is None else pairs.surface
+    names = _surfaces(pairs)
     there = np.unique(names).tolist()
     for name in surfaces:
         checks.choice("surface", name, there)
@@ -93,10 +93,15 @@ def _keys_of(
         lacking = np.broadcast_to(np.isnan(values.get(name, np.nan)), pairs.normal_load.shape)
         if lacking.any():
             raise ValueError(
-                f"surface {pairs.surface[np.flatnonzero(lacking)[0]]} has no {name}, which the law "
+                f"surface {_surfaces(pairs)[lacking][0]} has no {name}, which the law "
                 f"{law.declaration.name!r} needs"
             )
     return values
+
+
+def _surfaces(pairs: ContactPairs) -> NDArray[np.str_]:
+    """Name of the surface of each pair, an empty one where they have none."""
+    return np.full(pairs.normal_load.shape, "") if pairs.surface is None else pairs.surface
 
 
 #: normal over tangential stiffness with which no load changes in any digit
@@ -145,12 +150,12 @@ class CombinedLaw(ElementLaw):
         pairs, law, surfaces, keys
             As for ``elements_by_surface``.
         """
-        parts, carrying = zip(*elements_by_surface(pairs, law, surfaces, keys), strict=True)
+        of_laws = elements_by_surface(pairs, law, surfaces, keys)
         # points stand in the order of the pairs, whatever the law on each
-        every = np.sort(np.concatenate(carrying))
+        every = np.sort(np.concatenate([carrying for _, carrying in of_laws]))
         parts = [
-            part.moved_to(np.searchsorted(every, pair)[part.point_of_element])
-            for part, pair in zip(parts, carrying, strict=True)
+            part.moved_to(np.searchsorted(every, carrying)[part.point_of_element])
+            for part, carrying in of_laws
         ]
         return parts[0] if len(parts) == 1 else cls(tuple(parts)), every
 
@@ -237,10 +242,13 @@ class CombinedLaw(ElementLaw):
 
         Those on points of a part follow the law of that part, and stand in its order.
         """
-        new = point_of_element, tangential_stiffness, slip_force
-        mine = [np.isin(point_of_element, part.point_of_element) for part in self.parts]
-        of_parts = zip(self.parts, mine, strict=True)
-        return type(self)(tuple(part.replaced_by(*(v[own] for v in new)) for part, own in of_parts))
+        on, k, limit = point_of_element, tangential_stiffness, slip_force
+        mine = [np.isin(on, part.point_of_element) for part in self.parts]
+        new = (
+            part.replaced_by(on[own], k[own], limit[own])
+            for part, own in zip(self.parts, mine, strict=True)
+        )
+        return type(self)(tuple(new))
 
     def stuck_stiffness(self, points: int) -> Array:
         """Stiffness of the points in stick [N/m], shape (points, directions)."""
@@ -259,7 +267,7 @@ class CombinedLaw(ElementLaw):
         ]
         count = len(self.components)
         return SumOfClosedForms(
-            [part.closed_form for part in same],
+            [form for part in same if (form := part.closed_form) is not None],
             [columns_of(self._places(part.directions), count) for part in same],
         )
 
@@ -280,8 +288,8 @@ class CombinedLaw(ElementLaw):
 
     def sliders(self) -> Sliders | None:
         """Those of all parts; None where one has none."""
-        of_parts = [part.sliders() for part in self.parts]
-        return None if any(own is None for own in of_parts) else joined(of_parts, self._first[:-1])
+        own = [sliders for part in self.parts if (sliders := part.sliders()) is not None]
+        return joined(own, self._first[:-1]) if len(own) == len(self.parts) else None
 
     @cached_property
     def dashpots(self) -> Dashpots | None:
@@ -355,8 +363,17 @@ def _known_law(what: str, law: type[ElementLaw] | str) -> type[ElementLaw]:
 
 
 def _with_bias(law: ElementLaw) -> ElementLaw:
-    """Elements under constant normal load as those under variable load with soft normal springs."""
-    return LAWS[law.declaration.limit_of](
+    """Elements under constant normal load as those under variable load with soft normal springs.
+
+    Raises
+    ------
+    ValueError
+        If the law is not the limit of another one.
+    """
+    variable = law.declaration.limit_of
+    if variable is None:
+        raise ValueError(f"the law {law.name!r} is not the limit of one under variable load")
+    return LAWS[variable](
         point_of_element=law.point_of_element,
         tangential_stiffness=law.tangential_stiffness,
         normal_stiffness=_SOFT * law.tangential_stiffness,

@@ -90,8 +90,11 @@ class ConstantLoad(ElementLaw):
         """The describing function of each element."""
         return CompiledForm(Kernel(add_forces, self.compiled_elements), self._states)
 
-    def sliders(self) -> Sliders:
+    def sliders(self) -> Sliders | None:
         """The elements themselves."""
+        return self._on_lines()
+
+    def _on_lines(self) -> Sliders:
         return Sliders(
             element=np.arange(self.slip_force.size),
             point=self.point_of_element,

@@ -23,6 +23,7 @@ K. Y. Sanliturk, D. J. Ewins: Modelling two-dimensional friction contact and its
 harmonic balance method. Journal of Sound and Vibration 193 (1996) 511-523.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -81,12 +82,16 @@ class _PlaneInTime(InTime):
         return integrate_in_plane(self.point_of_element, self.quantities, motion, samples)
 
 
-class _CircularLimit:
+class _CircularLimit(ABC):
     """The forms that both laws have: sliders that move in the plane, and no closed form."""
 
     closed_form = None
-    #: k_u, k_v, n0 and mu of each element, shape (4, elements)
-    _in_plane: Array
+    point_of_element: NDArray[np.int64]
+
+    @property
+    @abstractmethod
+    def _in_plane(self) -> Array:
+        """k_u, k_v, n0 and mu of each element, shape (4, elements)."""
 
     def sliders(self) -> None:
         """None: they do not move on lines."""
@@ -155,8 +160,6 @@ class CoupledVariableLoad(_CircularLimit, VariableLoad):
     def _in_plane(self) -> Array:
         return np.array([getattr(self, name) for name in self.quantities])
 
-
-Array = NDArray[np.float64]
 
 #: change of a slider over a period, relative to the largest limit, below which it is periodic, and
 #: periods after which it counts as such, as in ``coupled_kernels``

@@ -5,9 +5,9 @@ A law composes the forms in which its forces are known (``friction.forms``).
 
 from abc import abstractmethod
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class ContactPairs:
     area: Array | None = None
     surface: NDArray[np.str_] | None = None
 
-    def of_each(self, name: str, value: float | Array, **limits: float) -> Array:
+    def of_each(self, name: str, value: float | Array, **limits: Unpack[checks.Limits]) -> Array:
         """A quantity of every pair, shape (pairs,), from that of all or of each.
 
         ``limits`` as for ``checks.number``.
@@ -50,7 +50,11 @@ class ContactPairs:
     def at(self, some: NDArray[np.int64]) -> "ContactPairs":
         """Some of the pairs."""
         return ContactPairs(
-            *(None if column is None else column[some] for column in vars(self).values())
+            self.normal_load[some],
+            self.gap[some],
+            self.position[some],
+            None if self.area is None else self.area[some],
+            None if self.surface is None else self.surface[some],
         )
 
     def keys(
@@ -97,12 +101,17 @@ class ContactPairs:
 
     def _of_areas(self, keys: Mapping[str, float | Array]) -> dict[str, float | Array]:
         """Quantities of each pair, of which some are given per area."""
-        values = {}
+        values: dict[str, float | Array] = {}
         for name, value in keys.items():
             of_pair = name.removesuffix(PER_AREA)
             if of_pair in values:
                 raise ValueError(f"{of_pair} is given for each pair and per area: give one of them")
-            values[of_pair] = value * self.area if is_per_area(name) else value
+            if not is_per_area(name):
+                values[of_pair] = value
+            elif self.area is None:
+                raise ValueError(f"{name} needs the area of the pairs")
+            else:
+                values[of_pair] = value * self.area
         return values
 
 
@@ -122,9 +131,13 @@ class ElementLaw(FrictionLaw):
     #: amplitudes scaled
     _ASKED: ClassVar = ("declaration", "quantities", "tangential_stiffness", "slip_force")
 
-    def __init_subclass__(cls, **options: object) -> None:
+    if TYPE_CHECKING:
+        # that of the dataclass, but of combined laws
+        def __init__(self, point_of_element: NDArray[np.int64], **quantities: Array) -> None: ...
+
+    def __init_subclass__(cls) -> None:
         """Refuse a law that lacks what is asked of all of them."""
-        super().__init_subclass__(**options)
+        super().__init_subclass__()
         own = [
             base for base in cls.__mro__ if issubclass(base, ElementLaw) and base is not ElementLaw
         ]
@@ -189,7 +202,11 @@ class ElementLaw(FrictionLaw):
     def stiffness_along(self, direction: str) -> Array:
         """Stiffness of each element in stick along one of the ``directions`` [N/m]."""
         # the plane of contact has one stiffness
-        return self.normal_stiffness if direction == "normal" else self.tangential_stiffness
+        return (
+            self.quantity("normal_stiffness")
+            if direction == "normal"
+            else self.tangential_stiffness
+        )
 
     @classmethod
     @abstractmethod
@@ -223,11 +240,13 @@ class ElementLaw(FrictionLaw):
 
     def with_quantities(self, changed: Mapping[str, Array]) -> Self:
         """The same elements with other values of some quantities, each (elements,)."""
-        return replace(self, **changed)
+        own = {name: self.quantity(name) for name in self.quantities}
+        return type(self)(self.point_of_element, **own | dict(changed))
 
     def moved_to(self, points: NDArray[np.int64]) -> Self:
         """The same elements on other points, shape (elements,)."""
-        return replace(self, point_of_element=points)
+        own = {name: self.quantity(name) for name in self.quantities}
+        return type(self)(points, **own)
 
     def kept(self, elements: NDArray[np.int64], points: NDArray[np.int64], weight: Array) -> Self:
         """Some of the elements, in their order, on other points; their forces times a weight."""
@@ -236,7 +255,19 @@ class ElementLaw(FrictionLaw):
             name: self.quantity(name)[elements] * (1.0 if unit == "1" else weight)
             for name, (unit, _) in self.quantities.items()
         }
-        return type(self)(point_of_element=points, **scaled)
+        return type(self)(points, **scaled)
+
+    def replaced_by(
+        self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
+    ) -> "ElementLaw":
+        """Other elements on the same points, by stiffness [N/m] and slip force [N] of each.
+
+        Raises
+        ------
+        ValueError
+            If these do not tell the elements of the law.
+        """
+        raise ValueError(f"the law {self.name!r} has no elements by stiffness and slip force alone")
 
     @abstractmethod
     def stuck_stiffness(self, points: int) -> Array:
@@ -325,9 +356,7 @@ class ElementLaw(FrictionLaw):
         return self.in_time.evaluate(motion, in_radians(frequency), samples)
 
 
-def check_elements(
-    law: ElementLaw, limits: Mapping[str, Mapping[str, float]] | None = None
-) -> None:
+def check_elements(law: ElementLaw, limits: Mapping[str, checks.Limits] | None = None) -> None:
     """Convert the quantities of the elements of a new law to arrays of one length.
 
     Parameters
@@ -342,10 +371,10 @@ def check_elements(
     ValueError
         If one is not an array of finite numbers, out of its limits, or of another length.
     """
-    limits = limits or {}
+    limits, positive = limits or {}, checks.Limits(above=0)
     on = checks.indices("point_of_element", law.point_of_element, ("elements",))
     object.__setattr__(law, "point_of_element", on)
     for name in law.quantities:
-        within = limits.get(name, {"above": 0})
-        values = checks.array(name, getattr(law, name), on.shape, **within)
+        within = limits.get(name, positive)
+        values = checks.array(name, law.quantity(name), on.shape, **within)
         object.__setattr__(law, name, values)

@@ -242,7 +242,8 @@ class SumAtSamples(AtSamples):
             form.in_modes([rows[place] for place in places], w)
             for form, places in zip(self.forms, self.places, strict=True)
         ]
-        return None if any(form is None for form in of_forms) else _ModalSum(of_forms)
+        known = [form for form in of_forms if form is not None]
+        return _ModalSum(known) if len(known) == len(of_forms) else None
 
     def states(self, displacement: Array, w: float) -> NDArray[np.int8]:
         """As of ``AtSamples``."""
@@ -296,12 +297,12 @@ class _ModalSum(NamedTuple):
     ) -> tuple[Array, "_SumOfTangents"]:
         """As ``ModalElements.force_and_tangent``."""
         of_parts = [part.force_and_tangent(basis, amplitude) for part in self.parts]
-        force = sum(own for own, _ in of_parts)
+        force = sum((own for own, _ in of_parts), np.zeros(()))
         return force, _SumOfTangents([tangent for _, tangent in of_parts])
 
     def delay(self, basis: HarmonicBasis, amplitude: Array) -> Array:
         """As ``ModalElements.delay``."""
-        return sum(part.delay(basis, amplitude) for part in self.parts)
+        return sum((part.delay(basis, amplitude) for part in self.parts), np.zeros(()))
 
 
 class _SumOfTangents(NamedTuple):
@@ -311,8 +312,8 @@ class _SumOfTangents(NamedTuple):
 
     def __call__(self) -> Array:
         """As ``ModalTangent``."""
-        return sum(part() for part in self.parts)
+        return sum((part() for part in self.parts), np.zeros(()))
 
     def along(self, change: Array) -> Array:
         """As ``ModalTangent.along``."""
-        return sum(part.along(change) for part in self.parts)
+        return sum((part.along(change) for part in self.parts), np.zeros(()))

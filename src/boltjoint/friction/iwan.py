@@ -176,7 +176,7 @@ class FourParameterIwan(ElementLaw):
         return _MasingInTime(self.point_of_element, self.compiled_elements.quantities)
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
-        return _states_by(motion.any(axis=1)[self.point_of_element])
+        return _states_by(np.any(motion, axis=1)[self.point_of_element])
 
     @cached_property
     def _power_law_stiffness(self) -> Array:
@@ -220,7 +220,7 @@ class _MasingAtSamples(_Masing, AtSamples):
 
     def states(self, displacement: Array, w: float) -> NDArray[np.int8]:
         """As of ``AtSamples``."""
-        return _states_by(displacement[:, 0].any(axis=1)[self.point_of_element])
+        return _states_by(np.any(displacement[:, 0], axis=1)[self.point_of_element])
 
 
 class _MasingInTime(_Masing, InTime):

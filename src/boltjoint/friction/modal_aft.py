@@ -70,6 +70,17 @@ class ModalSliders(NamedTuple):
         X = sliders.tangential_stiffness[:, None] * R
         return cls(R, N, X, V, sliders.normal_load, sliders.friction_coefficient)
 
+    def part(self, at: slice) -> "ModalSliders":
+        """Some of the sliders."""
+        return ModalSliders(
+            self.R[at],
+            None if self.N is None else self.N[at],
+            self.X[at],
+            None if self.V is None else self.V[at],
+            self.normal_load[at],
+            self.friction_coefficient[at],
+        )
+
     def by_displacement(self, on: NDArray[np.int64], by_x: Array, by_n: Array) -> Array:
         """Derivatives ``by_x X + by_n V`` of some elements by the modes, (elements, modes)."""
         derivative = by_x[:, None] * self.X[on]
@@ -209,7 +220,7 @@ def slider_delay(elements: ModalSliders, basis: HarmonicBasis, amplitude: Array)
     delay = np.zeros((modes, modes, count, count))
     for first in range(0, len(elements.R), _ELEMENTS_AT_ONCE):
         at = slice(first, first + _ELEMENTS_AT_ONCE)
-        block = ModalSliders(*(None if column is None else column[at] for column in elements))
+        block = elements.part(at)
         x, n = _spring_forces(block, amplitude, basis)
         of_slider = _follow(x, n, block.friction_coefficient, np.empty_like(x))[1]
         moving = of_slider[:, 5] - of_slider[:, 4] < samples

@@ -1,6 +1,6 @@
 """Springs with sliders, followed through the samples of a period (AFT), and their forces."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -200,7 +200,7 @@ class Sliders:
     lateral: NDArray[np.bool_] | None = None
 
 
-def joined(parts: Sequence[Sliders], first: Sequence[int]) -> Sliders:
+def joined(parts: Sequence[Sliders], first: Iterable[int]) -> Sliders:
     """Sliders of several sets of elements, by the number of the first element of each."""
     absent = {"normal_stiffness": 0.0, "lateral": False}
     values: dict[str, Any] = {

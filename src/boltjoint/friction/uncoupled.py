@@ -12,7 +12,7 @@ C.-H. Menq, P. Chidamparam, J. H. Griffin: Friction damping of two-dimensional m
 application in vibration control. Journal of Sound and Vibration 144 (1991) 427-447.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -52,7 +52,7 @@ class UncoupledConstantLoad(ConstantLoad):
 
     def sliders(self) -> Sliders:
         """The elements along t1, then those along t2."""
-        return _in_both_directions(super().sliders())
+        return _in_both_directions(self._on_lines())
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         return np.maximum(super()._states(motion[:, :2]), super()._states(motion[:, 2:]))
@@ -90,7 +90,7 @@ class UncoupledVariableLoad(VariableLoad):
 
     def sliders(self) -> Sliders:
         """The elements along t1, then those along t2."""
-        return _in_both_directions(super().sliders())
+        return _in_both_directions(self._on_lines())
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         # of a separation both know
@@ -107,11 +107,16 @@ class UncoupledVariableLoad(VariableLoad):
 
 def _in_both_directions(sliders: Sliders) -> Sliders:
     """The same sliders along t1 and along t2."""
-    twice = {
-        name: None if values is None else np.tile(values, 2)
-        for name, values in vars(sliders).items()
-    }
-    return replace(sliders, **twice | {"lateral": np.repeat([False, True], sliders.point.size)})
+    k_v = sliders.normal_stiffness
+    return Sliders(
+        element=np.tile(sliders.element, 2),
+        point=np.tile(sliders.point, 2),
+        tangential_stiffness=np.tile(sliders.tangential_stiffness, 2),
+        normal_stiffness=None if k_v is None else np.tile(k_v, 2),
+        normal_load=np.tile(sliders.normal_load, 2),
+        friction_coefficient=np.tile(sliders.friction_coefficient, 2),
+        lateral=np.repeat([False, True], sliders.point.size),
+    )
 
 
 @kept_loop

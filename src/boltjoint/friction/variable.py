@@ -120,11 +120,19 @@ class VariableLoad(ElementLaw):
             ]
         )
 
-    def sliders(self) -> Sliders:
+    def sliders(self) -> Sliders | None:
         """The elements themselves."""
-        quantities = (getattr(self, name) for name in self.quantities)
-        every = np.arange(self.point_of_element.size)
-        return Sliders(every, self.point_of_element, *quantities)
+        return self._on_lines()
+
+    def _on_lines(self) -> Sliders:
+        return Sliders(
+            np.arange(self.point_of_element.size),
+            self.point_of_element,
+            self.tangential_stiffness,
+            self.normal_stiffness,
+            self.normal_load,
+            self.friction_coefficient,
+        )
 
     def _states(self, motion: Array) -> NDArray[np.int8]:
         state = np.empty(self.point_of_element.size, dtype=np.int8)

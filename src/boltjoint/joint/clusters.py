@@ -137,10 +137,12 @@ def modal_stiffness_where(joint: Joint, stuck: Flags) -> Array:
 
 def stiffness_at_points(joint: Joint, stuck: Flags | None = None) -> list[Array]:
     """Stiffness of all elements, or the stuck ones, at each point by direction [N/m], (points,)."""
-    law = joint.law
+    law, points = joint.contact.element_law, joint.points
     of_elements = [law.stiffness_along(direction) for direction in law.directions]
     return [
-        np.bincount(law.point_of_element, k if stuck is None else k * stuck, joint.points)
+        np.asarray(
+            np.bincount(law.point_of_element, k if stuck is None else k * stuck, points), float
+        )
         for k in of_elements
     ]
 

@@ -14,6 +14,7 @@ D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Appl
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
+from typing import TypedDict
 
 import numpy as np
 import xarray as xr
@@ -25,6 +26,7 @@ from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.fitting import DescribingFunctionMisfit, rounded_shares
 from boltjoint.joint.hysteresis import (
     FitOptions,
+    LoopError,
     amplitude_of_load,
     checked_elements,
     loop_error_of_curve,
@@ -125,9 +127,8 @@ def fit_iwan_joint(
         If the law of the joint is another one, a region has no element, or a fraction is not
         between 0 and 1.
     """
-    check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
+    law = check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
     fractions = checks.array("load_fractions", load_fractions, ("loops",), above=0, at_most=1)
-    law = joint.law
     fits, qualities = [], []
     for point in range(joint.points):
         mine = law.point_of_element == point
@@ -145,14 +146,32 @@ def fit_iwan_joint(
         law=FourParameterIwan(np.arange(joint.points), **quantities),
         element_position=joint.position,
     )
-    of_regions = {name: [quality[name] for quality in qualities] for name in qualities[0]}
-    return reduced, fit_dataset(**of_regions, options=options)
+    return reduced, fit_dataset(
+        cost=[quality["cost"] for quality in qualities],
+        error=[quality["error"] for quality in qualities],
+        amplitude=[quality["amplitude"] for quality in qualities],
+        displacement=[quality["displacement"] for quality in qualities],
+        force_of_region=[quality["force_of_region"] for quality in qualities],
+        force_of_fit=[quality["force_of_fit"] for quality in qualities],
+        options=options,
+    )
+
+
+class _Quality(TypedDict):
+    """Cost, error and loops of the fit of a region, as for ``fit_dataset``."""
+
+    cost: float
+    error: LoopError
+    amplitude: Array
+    displacement: Array
+    force_of_region: Array
+    force_of_fit: Array
 
 
 def _quality(
     k: Array, s: Array, fit: FourParameterIwan, fractions: Array, options: FitOptions
-) -> dict[str, object]:
-    """Cost, error and loops of the fit of a region, as for ``fit_dataset``."""
+) -> _Quality:
+    """Quality of the fit of a region."""
     amplitude = np.array([amplitude_of_load(fraction, k, s) for fraction in fractions])
     u = np.outer(amplitude, np.cos(np.linspace(0, np.pi, options.loop_samples)))
     of_region = np.array([unloading_branch(a, v, k, s) for a, v in zip(amplitude, u, strict=True)])

@@ -95,11 +95,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     ValueError
         If friction is evaluated by AFT: files hold the law itself.
     """
-    checks.instance("joint", joint, Joint)
-    law = joint.law
-    parts = law.parts if isinstance(law, CombinedLaw) else (law,)
-    for part in parts:
-        checks.instance("law of the joint", part, ElementLaw)
+    law = checks.instance("joint", joint, Joint).contact.element_law
     between = joint.resonance_range()
     if reduced_from is not None:
         bounds = checks.variable(
@@ -107,7 +103,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
         )
         lowest, highest = np.minimum(between, bounds)[:, 0], np.maximum(between, bounds)[:, 1]
         between = np.column_stack([lowest, highest])
-    stored = {
+    stored: dict[str, xr.Variable | xr.DataArray] = {
         "resonance_range": quantity(
             ("resonance", "bound"),
             between,
@@ -130,7 +126,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     }
     further = [direction for direction in law.directions if direction != "tangential"]
     stored |= {MODES[direction]: _relative_mode(joint, direction) for direction in further}
-    if joint.free_participation is not None:
+    if joint.free_frequency is not None and joint.free_participation is not None:
         stored |= free_mode_quantities(joint.free_frequency, joint.free_participation)
     meaning = "slip force of the element in the assembled state"
     stored["slip_force"] = quantity("element", law.slip_force, "N", meaning)
@@ -138,7 +134,7 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
         stored[name] = quantity("element", law.quantity(name), unit, meaning)
     if reduced_from is not None:
         stored |= {name: reduced_from[name] for name in _OF_MODES if name in reduced_from}
-    if len(parts) > 1:
+    if isinstance(law, CombinedLaw):
         meaning = "law of the element, by its place in the names of law"
         stored["law_of_element"] = quantity("element", law.part_of_element, "1", meaning)
     return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
@@ -298,19 +294,24 @@ def joint_from_dataset(stored: xr.Dataset, sampling: Mapping[str, int] | None = 
     if _IMPOSSIBLE in stored.attrs:
         raise ImpossibleJoint(stored.attrs[_IMPOSSIBLE])
     values = partial(checks.variable, "stored", stored)
-    of_points = [name for name in MODES.values() if name in stored or name == "tangential_mode"]
-    dims = {
-        **dict.fromkeys(("natural_frequency", "excitation_mode", "response_mode"), ("mode",)),
-        **dict.fromkeys(of_points, ("point", "mode")),
-        "position": ("point", "axis"),
-        "element_position": ("element", "axis"),
-    }
     elements = _stored_elements(stored)
     if sampling is not None:
         checks.mapping("sampling", sampling, ("harmonics", "samples"))
+    rows = {
+        name: values(name, ("point", "mode"))
+        for name in MODES.values()
+        if name in stored or name == "tangential_mode"
+    }
     return Joint(
         law=elements if sampling is None else AlternatingFrequencyTime(elements, **sampling),
-        **{name: values(name, of_name) for name, of_name in dims.items()},
+        natural_frequency=values("natural_frequency", ("mode",)),
+        excitation_mode=values("excitation_mode", ("mode",)),
+        response_mode=values("response_mode", ("mode",)),
+        tangential_mode=rows["tangential_mode"],
+        lateral_mode=rows.get("lateral_mode"),
+        normal_mode=rows.get("normal_mode"),
+        position=values("position", ("point", "axis")),
+        element_position=values("element_position", ("element", "axis")),
         **optional_fields("stored", stored),
         places=_stored_places(stored),
     )
@@ -320,8 +321,7 @@ def _stored_elements(stored: xr.Dataset) -> ElementLaw:
     """The friction elements of one law, or of several whose names stand one after another."""
     values = partial(checks.variable, "stored", stored)
     on = checks.index_variable("stored", stored, "point_of_element", ("element",))
-    named = stored.attrs.get("law")
-    names = named.split(AND) if isinstance(named, str) else [named]
+    names = str(stored.attrs.get("law")).split(AND)
     laws = [LAWS[checks.choice("law", name, LAWS)] for name in names]
     if len(laws) == 1:
         return laws[0](on, **{name: values(name, ("element",)) for name in laws[0].quantities})

@@ -21,7 +21,15 @@ from boltjoint.damping import ModalStructure
 from boltjoint.friction.declarations import AXES
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.protocol import FrictionLaw
-from boltjoint.joint.parts import SURFACE, Contact, Excitation, Sensors, SurfacePlaces
+from boltjoint.joint.parts import (
+    SURFACE,
+    Contact,
+    Excitation,
+    RelativeModes,
+    Sensors,
+    SurfacePlaces,
+    count_same,
+)
 
 Array = NDArray[np.float64]
 
@@ -36,9 +44,6 @@ OUTPUT_POINT = "output"
 
 #: relative difference of squared frequencies below which a frequency is a multiple one
 _SAME_FREQUENCY = 1e-9
-
-#: elements are alike whose modes and quantities differ by this share of the largest: by rounding
-_ALIKE = 1e-11
 
 
 @dataclass(frozen=True)
@@ -143,7 +148,8 @@ class Joint:
         if self.sensor_mode is not None or self.sensor_name:
             expected["sensor_mode"] = (len(self.sensor_name), modes)
         if self.free_frequency is not None or self.free_participation is not None:
-            free = checks.array("free_frequency", self.free_frequency, ("free modes",)).size
+            free_frequency = np.asarray(self.free_frequency)
+            free = checks.array("free_frequency", free_frequency, ("free modes",)).size
             expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
@@ -182,13 +188,9 @@ class Joint:
 
     def structure(self, basis: Array | None = None) -> ModalStructure:
         """The structure without contact in a basis, shape (modes, vectors), or in the modes."""
-        free = self.free_frequency
-        return ModalStructure(
-            2 * np.pi * self.natural_frequency,
-            basis,
-            None if free is None else 2 * np.pi * free,
-            self.free_participation,
-        )
+        w, free = 2 * np.pi * self.natural_frequency, self.free_frequency
+        free_w = None if free is None else 2 * np.pi * free
+        return ModalStructure(w, basis, free_w, self.free_participation)
 
     @property
     def points(self) -> int:
@@ -198,17 +200,21 @@ class Joint:
     @property
     def surface_places(self) -> SurfacePlaces:
         """``places``, or their default."""
-        return SurfacePlaces(SURFACE, self.position[:, :2]) if self.places is None else self.places
+        return self.places or SurfacePlaces(np.full(self.points, SURFACE), self.position[:, :2])
 
     @property
     def rows(self) -> tuple[Array, ...]:
         """Modal rows of each direction the law needs, each (points, modes)."""
         return self.contact.rows
 
-    def moved_as(self, transform: Callable[[Array], Array]) -> dict[str, Array]:
+    def moved_as(self, transform: Callable[[Array], Array]) -> RelativeModes:
         """The fields of ``rows``, each transformed in the same way, for ``dataclasses.replace``."""
-        names = [MODES[direction] for direction in self.law.directions]
-        return {name: transform(B) for name, B in zip(names, self.rows, strict=True)}
+        moved = RelativeModes(tangential_mode=transform(self.tangential_mode))
+        if self.lateral_mode is not None:
+            moved["lateral_mode"] = transform(self.lateral_mode)
+        if self.normal_mode is not None:
+            moved["normal_mode"] = transform(self.normal_mode)
+        return moved
 
     @cached_property
     def distinct(self) -> "Joint":
@@ -333,7 +339,7 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
         **joint.moved_as(lambda B: mean @ B),
         position=mean @ joint.position,
         places=joint.places and joint.places.merged(mean, region),
-        law=joint.law.moved_to(region[joint.law.point_of_element]),
+        law=joint.contact.element_law.moved_to(region[joint.law.point_of_element]),
     )
 
 
@@ -357,7 +363,7 @@ def keep_elements(joint: Joint, weight: Array) -> Joint:
         If a weight is negative, or none is positive.
     """
     checks.instance("joint", joint, Joint)
-    law = joint.law
+    law = joint.contact.element_law
     weight = checks.array("weight", weight, law.point_of_element.shape, at_least=0)
     kept = np.flatnonzero(weight)
     if not kept.size:
@@ -379,16 +385,7 @@ def count_alike(joint: Joint) -> Array:
     It is 0 of those that another one stands for: elements on both sides of a plane of symmetry are
     alike in motion that is symmetric too. The law of the joint is made of elements.
     """
-    law = joint.law
+    law = joint.contact.element_law
     described = [B[law.point_of_element] for B in joint.rows]
     described += [feature[:, None] for feature in law.features]
-    features = np.hstack(
-        [feature / max(abs(feature).max(), np.finfo(float).tiny) for feature in described]
-    )
-    # alike elements are next to each other in the order of any sum of what describes them
-    order = np.argsort(features @ np.cos(np.arange(features.shape[1])))
-    changes = abs(np.diff(features[order], axis=0)).max(axis=1) > _ALIKE
-    first = np.flatnonzero(np.concatenate([[True], changes]))
-    alike = np.zeros(len(features))
-    alike[np.minimum.reduceat(order, first)] = np.diff(first, append=len(features))
-    return alike
+    return count_same(described)

@@ -20,7 +20,7 @@ from boltjoint.friction.declarations import AXES, is_per_area
 from boltjoint.friction.element_law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
-from boltjoint.joint.model import MODES, Joint
+from boltjoint.joint.model import Joint
 from boltjoint.joint.parts import SurfacePlaces, surfaces_of
 
 
@@ -58,13 +58,19 @@ def connect_nodes(
     ValueError
         As for ``connect_pairs``.
     """
-    keys = {
-        "tangential_stiffness": tangential_stiffness,
-        "friction_coefficient": friction_coefficient,
-    }
+    k_u, mu = tangential_stiffness, friction_coefficient
     if normal_stiffness is None:
-        return connect_pairs(modes, preload, ConstantLoad, **keys)
-    return connect_pairs(modes, preload, VariableLoad, **keys, normal_stiffness=normal_stiffness)
+        return connect_pairs(
+            modes, preload, ConstantLoad, tangential_stiffness=k_u, friction_coefficient=mu
+        )
+    return connect_pairs(
+        modes,
+        preload,
+        VariableLoad,
+        tangential_stiffness=k_u,
+        friction_coefficient=mu,
+        normal_stiffness=normal_stiffness,
+    )
 
 
 def connect_pairs(
@@ -117,16 +123,18 @@ def connect_pairs(
         surface = surfaces_of("preload", preload, "pair")
         contact = ContactPairs(normal_load, gap, position, area, surface)
     elements, pairs = elements_of_pairs(contact, law, surfaces, **keys)
+    rows = {
+        direction: relative.sel(axis=AXES[direction]).to_numpy()[pairs]
+        for direction in elements.directions
+    }
     return Joint(
-        **{
-            name: checks.variable("modes", modes, name, ("mode",))
-            for name in ("natural_frequency", "excitation_mode", "response_mode")
-        },
+        natural_frequency=checks.variable("modes", modes, "natural_frequency", ("mode",)),
+        excitation_mode=checks.variable("modes", modes, "excitation_mode", ("mode",)),
+        response_mode=checks.variable("modes", modes, "response_mode", ("mode",)),
         **optional_fields("modes", modes),
-        **{
-            MODES[direction]: relative.sel(axis=AXES[direction]).to_numpy()[pairs]
-            for direction in elements.directions
-        },
+        tangential_mode=rows["tangential"],
+        lateral_mode=rows.get("lateral"),
+        normal_mode=rows.get("normal"),
         position=position[pairs],
         places=SurfacePlaces.of("preload", preload).at(pairs),
         law=elements,

@@ -103,8 +103,9 @@ def partition_regions(
     if count is None:
         if tolerance is None:
             raise ValueError("regions need a number, or a tolerance that chooses it")
-        how = {"resonances": resonances, "options": options}
-        count = choose_count(joint, preload, tolerance, division, motion, **how)
+        count = choose_count(
+            joint, preload, tolerance, division, motion, resonances=resonances, options=options
+        )
     return partition.joint(count)
 
 
@@ -253,7 +254,8 @@ class _Partition:
     def _load(self) -> Array:
         """Slip force at each point [N]."""
         law = self._joint.law
-        return np.bincount(law.point_of_element, law.slip_force, self._joint.points)
+        points = self._joint.points
+        return np.asarray(np.bincount(law.point_of_element, law.slip_force, points), float)
 
     def error(self, count: int) -> float:
         return _largest_error(self._states, self._joint, self.joint(count))
@@ -269,8 +271,14 @@ class _Partition:
         # of all pairs, since the surface may be open between those that have elements
         pair, places = self._pair_of_points, self._surface.places
         share = np.bincount(places.number[pair], self._load, places.number.max() + 1)
-        of_pairs = places.number, places.place, self._surface.pressure, count, share
-        region = on_each_surface(bands_of_equal_middle_load, *of_pairs)[pair]
+        region = on_each_surface(
+            bands_of_equal_middle_load,
+            places.number,
+            places.place,
+            self._surface.pressure,
+            count,
+            np.asarray(share, float),
+        )[pair]
         refuse_empty_regions(region, count)
         return region
 

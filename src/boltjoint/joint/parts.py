@@ -7,23 +7,25 @@ directions of the tangents of its points.
 The structure itself is a ``damping.ModalStructure``. Each part is asked for what concerns it alone.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self, TypedDict
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-
-if TYPE_CHECKING:
-    from boltjoint.friction.protocol import FrictionLaw
+from boltjoint.friction.element_law import ElementLaw
+from boltjoint.friction.protocol import FrictionLaw
 
 Array = NDArray[np.float64]
 
 #: surface where none is named
 SURFACE = "contact"
+
+#: elements are alike whose modes and quantities differ by this share of the largest: by rounding
+_ALIKE = 1e-11
 
 #: length of the mean of unit vectors below which they have no direction in common
 _NO_DIRECTION = 1e-6
@@ -204,6 +206,34 @@ class Sensors:
     by_name: Mapping[str, Array]
 
 
+def count_same(described: Sequence[Array]) -> Array:
+    """How many elements are as each is, shape (elements,), 0 of those another one stands for.
+
+    Parameters
+    ----------
+    described
+        What tells elements apart, each (elements, quantities).
+    """
+    features = np.hstack(
+        [feature / max(abs(feature).max(), np.finfo(float).tiny) for feature in described]
+    )
+    # alike elements are next to each other in the order of any sum of what describes them
+    order = np.argsort(features @ np.cos(np.arange(features.shape[1])))
+    changes = abs(np.diff(features[order], axis=0)).max(axis=1) > _ALIKE
+    first = np.flatnonzero(np.concatenate([[True], changes]))
+    alike = np.zeros(len(features))
+    alike[np.minimum.reduceat(order, first)] = np.diff(first, append=len(features))
+    return alike
+
+
+class RelativeModes(TypedDict, total=False):
+    """Fields of a joint with the modal rows of its points, of the directions that a law needs."""
+
+    tangential_mode: Array
+    lateral_mode: Array
+    normal_mode: Array
+
+
 @dataclass(frozen=True)
 class Contact:
     """Contact points of a structure and the friction elements on them.
@@ -222,7 +252,7 @@ class Contact:
         Surface of every point and its place there.
     """
 
-    law: "FrictionLaw"
+    law: FrictionLaw
     rows: tuple[Array, ...]
     position: Array
     element_position: Array
@@ -232,6 +262,17 @@ class Contact:
     def points(self) -> int:
         """Number of contact points."""
         return len(self.position)
+
+    @property
+    def element_law(self) -> ElementLaw:
+        """The law of the elements.
+
+        Raises
+        ------
+        ValueError
+            If the law is not made of elements, or is evaluated by AFT.
+        """
+        return checks.instance("law of the joint", self.law, ElementLaw)
 
     @property
     def rows_in_plane(self) -> tuple[Array, ...]:

@@ -53,14 +53,16 @@ def fit_reduced_joint(
     ValueError
         If a region has elements under load but fewer than ``count``, or as for ``fit_elements``.
     """
-    check_capabilities(joint, COULOMB_ELEMENTS)
+    law = check_capabilities(joint, COULOMB_ELEMENTS)
     count = checks.whole("count", count, at_least=1)
-    load_fractions = check_fit_options(method, load_fractions, starts)
+    fractions = check_fit_options(method, load_fractions, starts)
     checks.instance("options", options, FitOptions)
-    law = joint.law
-    fits, errors, of_region, of_fit, displacement = [], [], [], [], []
+    fits, errors = [], []
+    of_region: list[Array] = []
+    of_fit: list[Array] = []
+    displacement: list[Array] = []
     phase = np.linspace(0, np.pi, options.loop_samples)
-    unknown = np.full((load_fractions.size, phase.size), np.nan)
+    unknown = np.full((fractions.size, phase.size), np.nan)
     for point in range(joint.points):
         mine = (law.point_of_element == point) & (law.slip_force > 0)
         k, s = law.tangential_stiffness[mine], law.slip_force[mine]
@@ -76,7 +78,7 @@ def fit_reduced_joint(
             s,
             count,
             method=method,
-            load_fractions=load_fractions,
+            load_fractions=fractions.tolist(),
             starts=starts,
             options=options,
         )
@@ -109,7 +111,7 @@ def _refuse_few(elements: int, count: int, point: int) -> None:
 def _with_elements(joint: Joint, fits: Sequence[Fit]) -> Joint:
     """The joint with the fitted elements of each point."""
     point_of_element = np.repeat(np.arange(joint.points), [f.slip_force.size for f in fits])
-    fitted = joint.law.replaced_by(
+    fitted = joint.contact.element_law.replaced_by(
         point_of_element,
         np.concatenate([f.tangential_stiffness for f in fits]),
         np.concatenate([f.slip_force for f in fits]),
@@ -147,7 +149,7 @@ def fit_dataset(
     largest, rms = [e.largest for e in error], [e.rms for e in error]
     of_all, of_mean = "largest force difference of all loops", "mean force difference of loops"
     loop, over = ("point", "loop", "sample"), "over the slip force"
-    stored = {
+    stored: dict[str, tuple[str | tuple[str, ...], object, str, str]] = {
         "fit_cost": ("point", cost, "N2", "cost of eq. 3.3"),
         "largest_loop_error": ("point", largest, "1", f"{of_all} {over}"),
         "rms_loop_error": ("point", rms, "1", f"{of_mean} at all amplitudes {over}"),
@@ -161,7 +163,10 @@ def fit_dataset(
         ),
         "loop_force_of_fit": (loop, force_of_fit, "N", "force of the fitted elements"),
     }
-    variables = {name: quantity(*row) for name, row in stored.items()}
+    variables = {
+        name: quantity(dims, values, unit, meaning)
+        for name, (dims, values, unit, meaning) in stored.items()
+    }
     return xr.Dataset(variables, attrs={"options": options.stored()})
 
 
@@ -178,24 +183,24 @@ def tabulate_joint(joint: Joint) -> Joint:
     ValueError
         If the normal load varies: the force is then no function of one amplitude.
     """
-    check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
-    law = joint.law
+    law = check_capabilities(joint, COULOMB_ELEMENTS, CONSTANT_NORMAL_LOAD)
     elements = law.point_of_element, law.tangential_stiffness, law.slip_force
     return replace(joint, law=TabulatedLoad(*elements))
 
 
-def check_capabilities(joint: Joint, *needs: str) -> None:
-    """Refuse a joint whose law lacks what a reduction needs of it (``names.Reduction``)."""
-    checks.instance("joint", joint, Joint)
-    checks.instance("law of the joint", joint.law, ElementLaw)
-    declaration = joint.law.declaration
+def check_capabilities(joint: Joint, *needs: str) -> ElementLaw:
+    """The law of a joint; refused where it lacks what a reduction needs (``names.Reduction``)."""
+    law = checks.instance("joint", joint, Joint).contact.element_law
+    declaration = law.declaration
     if missing := [need for need in needs if need not in declaration.capabilities]:
         raise ValueError(
             f"the law {declaration.name!r} of the joint cannot be reduced so: "
             f"that needs {' and '.join(missing)}"
         )
+    return law
 
 
-def _loops(amplitude: Array, displacement: Array, k: Array, s: Array) -> list[Array]:
+def _loops(amplitude: Array, displacement: Array, k: Array, s: Array) -> Array:
     """Force along the unloading branch of the loop of each amplitude."""
-    return [unloading_branch(a, u, k, s) for a, u in zip(amplitude, displacement, strict=True)]
+    loops = zip(amplitude, displacement, strict=True)
+    return np.array([unloading_branch(a, u, k, s) for a, u in loops])

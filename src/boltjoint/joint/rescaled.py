@@ -53,15 +53,13 @@ def rescale_contact(
         If the law of the joint has no elements, a coefficient or the ratio is out of range, or the
         keys differ.
     """
-    checks.instance("joint", joint, Joint)
-    checks.instance("law of the joint", joint.law, ElementLaw)
+    elements = checks.instance("joint", joint, Joint).contact.element_law
     for name, keys in (("before", before), ("after", after)):
         checks.mapping(name, keys)
     ratio = checks.number("preload_ratio", preload_ratio, above=0)
     if _all_keys(before) != _all_keys(after):
         raise ValueError(f"after must have the keys of before: {', '.join(before)}")
     surface = joint.surface_places.name[joint.law.point_of_element]
-    elements = joint.law
     for name in np.unique(surface):
         old, new = (
             elements_of_pairs(_two_pairs(str(name), ratio), law, **_keys_on(str(name), keys))[0]
