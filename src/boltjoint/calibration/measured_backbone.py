@@ -64,11 +64,12 @@ class MeasuredBackbone:
             raise ValueError(f"amplitude of {self.name} is empty: a curve has a point at least")
         order = np.argsort(amplitude, kind="stable")
         object.__setattr__(self, "amplitude", amplitude[order])
+        positive, share = checks.Limits(above=0), checks.Limits(above=0, below=1)
         for name, limits in (
-            ("frequency", {"above": 0}),
-            ("frequency_deviation", {"above": 0}),
-            ("damping_ratio", {"above": 0, "below": 1}),
-            ("damping_deviation", {"above": 0}),
+            ("frequency", positive),
+            ("frequency_deviation", positive),
+            ("damping_ratio", share),
+            ("damping_deviation", positive),
         ):
             curve = getattr(self, name)
             if name.endswith("deviation") and np.ndim(curve) == 0:
@@ -108,9 +109,17 @@ class MeasuredBackbone:
             the file tells none, as a column ``acceleration_m_per_s2``, the output point.
         """
         checks.instance("mode", mode, IdentifiedMode)
-        curves = mode.frequency, mode.frequency_error, mode.damping_ratio, mode.damping_error
         # a signal without a name has that of its quantity
         if sensor is None and mode.sensor != mode.quantity:
             sensor = mode.sensor
-        at = {"resonance": resonance, "sensor": sensor, "name": name}
-        return cls(mode.amplitude, *curves, quantity=mode.quantity, **at)
+        return cls(
+            mode.amplitude,
+            mode.frequency,
+            mode.frequency_error,
+            mode.damping_ratio,
+            mode.damping_error,
+            quantity=mode.quantity,
+            resonance=resonance,
+            sensor=sensor,
+            name=name,
+        )

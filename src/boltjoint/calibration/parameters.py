@@ -196,7 +196,7 @@ class JointParameters:
         ValueError
             If a name is none of a parameter, or a value is out of range.
         """
-        law, damping = self.joint.law, self.damping
+        law, damping = self.joint.contact.element_law, as_damping(self.damping)
         frequency = self.joint.natural_frequency.copy()
         changed: dict[str, Array] = {}
         for name, value in values.items():
@@ -206,7 +206,7 @@ class JointParameters:
             elif quantity == FREQUENCY and place is not None and 1 <= place <= frequency.size:
                 frequency[place - 1] = value
             elif quantity in law.quantities and self._is_point(place):
-                own = changed.get(quantity, law.quantity(quantity))
+                own = changed[quantity] if quantity in changed else law.quantity(quantity)
                 changed[quantity] = self._with(own, quantity, place, value)
             else:
                 allowed = (*law.quantities, LOSS_FACTOR, f"{FREQUENCY}[1]")
@@ -222,7 +222,7 @@ class JointParameters:
 
     def _with(self, own: Array, quantity: str, place: int | None, value: float) -> Array:
         """The quantity of all elements with another value of some."""
-        law = self.joint.law
+        law = self.joint.contact.element_law
         some = np.ones(own.size, bool) if place is None else law.point_of_element == place
         unit, _ = law.quantities[quantity]
         new = own.copy()

@@ -243,13 +243,11 @@ def check_curve(curve: MeasuredBackbone, model: Array) -> CurveCheck:
     model
         Frequency [Hz] and damping ratio at its amplitudes, (points, 2).
     """
-    pairs = (
-        (model[:, 0] - curve.frequency) / curve.frequency_deviation,
-        (model[:, 1] - curve.damping_ratio) / curve.damping_deviation,
-    )
-    of_size = [float(chi2.sf(r @ r, r.size)) for r in pairs]
-    of_runs = [runs_probability(r) for r in pairs]
-    mean_square = [float(np.mean(r**2)) for r in pairs]
+    of_frequency = (model[:, 0] - curve.frequency) / curve.frequency_deviation
+    of_damping = (model[:, 1] - curve.damping_ratio) / curve.damping_deviation
+    of_size = _size_probability(of_frequency), _size_probability(of_damping)
+    of_runs = runs_probability(of_frequency), runs_probability(of_damping)
+    mean_square = float(np.mean(of_frequency**2)), float(np.mean(of_damping**2))
     sentences = []
     for word, square, size, runs in zip(
         ("frequency", "damping"), mean_square, of_size, of_runs, strict=True
@@ -269,12 +267,17 @@ def check_curve(curve: MeasuredBackbone, model: Array) -> CurveCheck:
         )
     return CurveCheck(
         curve.name,
-        tuple(mean_square),
-        tuple(of_size),
-        tuple(of_runs),
+        mean_square,
+        of_size,
+        of_runs,
         rise is not None,
         tuple(sentences),
     )
+
+
+def _size_probability(residual: Array) -> float:
+    """Probability of residuals so large, in standard deviations."""
+    return float(chi2.sf(residual @ residual, residual.size))
 
 
 def runs_probability(residual: Array) -> float:
@@ -294,7 +297,7 @@ def runs_probability(residual: Array) -> float:
 
 def stiffening(curve: MeasuredBackbone) -> tuple[float, float] | None:
     """Amplitude from which the measured frequency rises, and by how much [Hz]; None if it falls."""
-    f, deviation = curve.frequency, curve.frequency_deviation
+    f, deviation = curve.frequency, curve.deviations[:, 0]
     lowest = int(np.argmin(f))
     rise = f[-1] - f[lowest]
     if rise > _RISE * np.hypot(deviation[-1], deviation[lowest]):

@@ -21,7 +21,8 @@ LazyJacobian = Callable[[], Matrix]
 """Lazily evaluated Jacobian: called where a correction needs the derivative of a residual."""
 
 
-class Derivative(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Derivative:
     """Derivative of a residual: called, its Jacobian; or its product with a change, without it."""
 
     jacobian: LazyJacobian

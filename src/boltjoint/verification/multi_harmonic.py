@@ -80,7 +80,7 @@ def solve_periodic(
     control = StepControl(maximum_iterations=50) if control is None else control
     checks.instance("control", control, StepControl)
     w = 2 * np.pi * frequency
-    law = AlternatingFrequencyTime(joint.law, harmonics, samples)
+    law = AlternatingFrequencyTime(joint.contact.element_law, harmonics, samples)
     balance = ViscousBalance(replace(joint, law=law), damping, force)
     if start is None:
         x = balance.stuck_solution(w)
@@ -164,13 +164,20 @@ def tabulate_time_integration(
         checks.whole("harmonics", number, at_least=1)
     samples = checks.whole("samples", samples, at_least=2 * max(harmonics) + 1)
     steps = checks.whole("steps", steps, at_least=3)
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for force in forces:
         if (peak := motion_at_peak(response, force)) is not None:
             excitation = float(peak[0]), float(force), damping
             from_rest = steady_state(joint, *excitation, steps=steps)
-            how = {"samples": samples, "steps": steps, "from_rest": from_rest}
-            rows += _compared(joint, excitation, peak[1], harmonics, **how)
+            rows += _compared(
+                joint,
+                excitation,
+                peak[1],
+                harmonics,
+                samples=samples,
+                steps=steps,
+                from_rest=from_rest,
+            )
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
@@ -217,7 +224,7 @@ def tabulate_steady_states(
     """
     joint, forces, damping = checked_levels(joint, response, forces)
     harmonics = checks.indices("harmonics", harmonics, ("numbers",)).tolist()
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for force in forces:
         if (peak := motion_at_peak(response, force)) is None:
             continue
@@ -245,11 +252,11 @@ def checked_levels(
     checks.instance("joint", joint, Joint)
     checks.instance("response", response, xr.Dataset)
     levels = response["force_level"].to_numpy()
-    forces = levels if forces is None else checks.levels("forces", forces)
-    if not np.isin(forces, levels).all():
-        raise ValueError(f"forces are {forces}: they must be among the levels of the response")
+    some = levels.tolist() if forces is None else checks.levels("forces", forces)
+    if not np.isin(some, levels).all():
+        raise ValueError(f"forces are {some}: they must be among the levels of the response")
     joint = replace(joint, law=without_sampling(joint.law))
-    return joint.distinct, forces, damping_of_attributes(response.attrs)
+    return joint.distinct, some, damping_of_attributes(response.attrs)
 
 
 def _compared(
@@ -262,7 +269,8 @@ def _compared(
     steps: int,
     from_rest: SteadyState | None = None,
     change: float = 0.0,
-    **options: float,
+    tolerance: float = 1e-9,
+    maximum_periods: int = 3000,
 ) -> Iterator[tuple]:
     """Rows of a force: balances of more and more harmonics against the time integration.
 
@@ -270,8 +278,9 @@ def _compared(
     """
     amplitudes: dict[int, float] = {}
     for highest in harmonics:
-        how = {"harmonics": highest, "samples": samples}
-        solution = solve_periodic(joint, *excitation, **how, start=motion)
+        solution = solve_periodic(
+            joint, *excitation, harmonics=highest, samples=samples, start=motion
+        )
         amplitude = abs(solution.amplitude(joint.response_mode))
         amplitudes[highest] = amplitude if solution.converged else np.nan
         motion = solution if solution.converged else motion
@@ -279,7 +288,14 @@ def _compared(
         if last.size == 3 and np.all(abs(last[1:] / last[:-1] - 1) < change):
             break
     start = motion.in_time(steps)
-    integrated = steady_state(joint, *excitation, start=start, steps=steps, **options)
+    integrated = steady_state(
+        joint,
+        *excitation,
+        start=start,
+        steps=steps,
+        tolerance=tolerance,
+        maximum_periods=maximum_periods,
+    )
     in_time, settled = abs(integrated.amplitude), integrated.converged
     from_rest_percent = np.nan
     if from_rest is not None:

@@ -96,9 +96,10 @@ class _ModalEquations:
         excitation = model.excitation.modes
         self.phi, self.phi_cos = excitation.real, excitation.imag
         # forces in time are those of the normal direction too, whether the law needs it or not
-        modes = (getattr(model, MODES[direction]) for direction in model.law.directions_in_time)
+        self.law = model.contact.element_law
+        modes = (getattr(model, MODES[direction]) for direction in self.law.directions_in_time)
         self.rows = [np.zeros_like(model.rows[0]) if B is None else B for B in modes]
-        self.law, self.damping = model.law, damping.matrix(model.structure())
+        self.damping = damping.matrix(model.structure())
 
     def extrapolated(
         self, motion: NDArray[np.float64], frequency: float, excitation: float, samples: int
@@ -117,14 +118,16 @@ class _ModalEquations:
         contact = self.law.in_time.evaluate(point_motion, 2 * np.pi * frequency, samples)
         bias, sine, cosine = motion.T
         zero = np.zeros_like(bias)
+        of_directions = (B.T @ contact[:, 3 * d : 3 * d + 3] for d, B in enumerate(self.rows))
         terms = (
             self.L * motion,
             -((2 * np.pi * frequency) ** 2) * np.column_stack([zero, sine, cosine]),
             self.damping.at(2 * np.pi * frequency) @ np.column_stack([zero, -cosine, sine]),
-            sum(B.T @ contact[:, 3 * d : 3 * d + 3] for d, B in enumerate(self.rows)),
+            sum(of_directions, np.zeros(())),
             -np.column_stack([zero, self.phi * excitation, self.phi_cos * excitation]),
         )
-        return sum(terms) / max(np.linalg.norm(term) for term in terms)
+        largest = float(max(np.linalg.norm(term) for term in terms))
+        return sum(terms, np.zeros(())) / largest
 
 
 def check_solutions(

@@ -189,7 +189,8 @@ class Integration:
     def of(
         cls, joint: Joint, frequency: float, force: float, damping: Damping, steps: int
     ) -> "Integration":
-        sliders, dashpots = joint.law.sliders(), joint.law.dashpots
+        law = joint.contact.element_law
+        sliders, dashpots = law.sliders(), law.dashpots
         if sliders is None:
             raise ValueError(
                 f"the law {joint.law.name!r} is not known in time: its sliders move in the plane"
@@ -206,13 +207,14 @@ class Integration:
         if k_v is None:
             elements = X, N, R, N, normal_load, mu * sliders.normal_load
         else:
-            N = np.ascontiguousarray(joint.normal_mode[on][:, elastic])
+            N = np.ascontiguousarray(joint.rows[-1][on][:, elastic])
             V = k_v[:, None] * N
             if lateral is not None:
                 # two sliders have a normal load in common, and it acts once
                 N[lateral] = 0.0
             elements = X, V, R, N, sliders.normal_load, mu
-        H, pull = damping.matrix(joint.structure()).at(w), joint.excitation.modes * (force + 0j)
+        H = np.broadcast_to(damping.matrix(joint.structure()).at(w), (elastic.size,) * 2)
+        pull = joint.excitation.modes * (force + 0j)
         viscous = H[np.ix_(elastic, elastic)] / w
         if dashpots is not None:
             B = joint.rows[0][:, elastic]
@@ -221,11 +223,10 @@ class Integration:
         # no damping model couples them with elastic modes
         among = np.ix_(~elastic, ~elastic)
         rigid = np.zeros(elastic.size, dtype=complex)
-        inertia = w**2 * np.eye(np.count_nonzero(~elastic))
+        inertia = w**2 * np.eye(int(np.count_nonzero(~elastic)))
         rigid[~elastic] = np.linalg.solve(1j * H[among] - inertia, pull[~elastic])
-        motion, z, history = np.zeros((2, 2, L.size)), np.zeros(on.size), np.zeros((steps, L.size))
-        of_modes = structure, elements, elastic, rigid
-        return cls(frequency, steps, *of_modes, *motion, z, history)
+        (q, v), z, history = np.zeros((2, 2, L.size)), np.zeros(on.size), np.zeros((steps, L.size))
+        return cls(frequency, steps, structure, elements, elastic, rigid, q, v, z, history)
 
     def halved(self) -> "Integration":
         """The same state with half the step."""

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.damping import Damping, damping_of_attributes
+from boltjoint.damping import Damping, as_damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_root
 from boltjoint.dynamics.backbone.compiled_epmc import epmc_system
@@ -115,7 +115,9 @@ class Backbone:
         amplitude = np.array([state.amplitude for state in states])
         mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
         excitation = joint.excitation.modes
-        force = [state.least_distance / state.excited_distance(excitation) for state in states]
+        force = np.array(
+            [state.least_distance / state.excited_distance(excitation) for state in states]
+        )
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
         # of the forces of the contact, not the total less the structure's: exact where little slips
@@ -126,7 +128,7 @@ class Backbone:
         ]
         response = amplitude * abs(mode @ joint.response_mode)
         shape = np.stack([mode.real, mode.imag], axis=-1)
-        quantities = [
+        quantities: list[tuple[str, str | tuple[str, ...], object, str, str]] = [
             ("modal_amplitude", "state", amplitude, "kg^1/2 m", "modal amplitude"),
             ("response_amplitude", "state", response, "m", "amplitude of the output point"),
             ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
@@ -149,13 +151,20 @@ class Backbone:
         further = np.flatnonzero(components.number > 1)
         if further.size:
             coords["component"] = [components[i] for i in further]
-            dims, meaning = ("state", "component", "mode"), "further harmonics of the motion"
-            quantities.append(("further_harmonics", dims, motion[:, further], "kg^1/2 m", meaning))
+            of_component, meaning = (
+                ("state", "component", "mode"),
+                "further harmonics of the motion",
+            )
+            values = motion[:, further]
+            quantities.append(("further_harmonics", of_component, values, "kg^1/2 m", meaning))
         return xr.Dataset(
-            {name: quantity(*row) for name, *row in quantities},
+            {
+                name: quantity(dims, values, unit, meaning)
+                for name, dims, values, unit, meaning in quantities
+            },
             coords=coords,
             attrs={
-                **self.equations.balance.damping.attributes(),
+                **as_damping(self.equations.balance.damping).attributes(),
                 "resonance": self.equations.resonance,
                 "options": self.control.stored(),
             },
@@ -339,7 +348,8 @@ def backbone_from_dataset(
             f"the joint has {', '.join(equations.components)}"
         )
     real = (2 * np.pi * frequency) ** 2 / equations.scale
-    unknown = np.column_stack([*map(parts.get, equations.components), real, 2 * real * damping])
+    mode = [parts[name] for name in equations.components]
+    unknown = np.column_stack([*mode, real, 2 * real * damping])
     if unknown.shape[1] != equations.start().size:
         raise ValueError(
             f"stored has {shape.shape[1]} modes, the joint {joint.natural_frequency.size}"

@@ -58,7 +58,7 @@ class BetweenStates:
         a, b, t = first.unknown, second.unknown, share
         h = second.log_amplitude - first.log_amplitude
         x = a + t * (b - a)
-        if not self._turns:
+        if not self._turns and first.slope is not None and second.slope is not None:
             at_first, at_second = h * first.slope - (b - a), h * second.slope - (b - a)
             x += t * (1 - t) * ((1 - t) * at_first - t * at_second)
         return ModalState(first.equations, x, first.log_amplitude + t * h)
@@ -72,14 +72,14 @@ class BetweenStates:
         control = self.control.stricter(self.control.tolerance * equations.loss)
         p = guess.log_amplitude
         if not self._turns:
-            solution = newton(equations, guess.unknown, p, control, chords=True)[0]
-            if solution.converged and self._is_near(solution, guess):
-                return ModalState(equations, solution.x, p)
+            nearest = newton(equations, guess.unknown, p, control, chords=True)[0]
+            if nearest.converged and self._is_near(nearest, guess):
+                return ModalState(equations, nearest.x, p)
         corrector = Corrector(equations, control, lambda _: control.amplitude_scale)
         chord = self._chord * self._weights
         predictor = Predictor(guess.unknown, p, self._weights, chord / np.linalg.norm(chord))
-        solution = (projection(corrector, predictor) or (None,))[0]
-        if solution is None or not self._is_near(solution, guess):
+        projected = projection(corrector, predictor)
+        if projected is None or not self._is_near(solution := projected[0], guess):
             return None
         return ModalState(equations, solution.x, solution.p)
 

@@ -94,8 +94,8 @@ class EPMCEquations(Equations):
         )
         _, self._harmonic, self._power, self._varying = self.balance.linear_part()
         #: moves what stands in the component of a sine to that of its cosine, and back
-        place, sign = self.components.quarter_later()
-        self._turned = (modes * place[:, None] + np.arange(modes)).ravel()
+        later, sign = self.components.quarter_later()
+        self._turned = (modes * later[:, None] + np.arange(modes)).ravel()
         self._sign = np.repeat(sign, modes)
         self.resonance, place = joint.check_resonance(resonance), joint.place_of(resonance)
         squared, vectors = np.linalg.eigh(self.balance.stiffness + joint.stuck_stiffness())
@@ -152,8 +152,8 @@ class EPMCEquations(Equations):
         last = self._last
         if last is None or w != last.w or not np.array_equal(x, last.x):
             residual, jacobian = self.balance.residual_and_jacobian(x, 0.0, w)
-            self._last = _Unexcited(x, w, residual, cache(jacobian))
-        return self._last
+            last = self._last = _Unexcited(x, w, residual, cache(jacobian))
+        return last
 
     def _quarter_later(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The harmonics h of x a quarter of their period later, times h: i h phi_h."""

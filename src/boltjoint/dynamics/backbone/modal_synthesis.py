@@ -115,7 +115,7 @@ def synthesise_response(
         )
     else:
         reason = "the backbone begins above the response at an end of the window"
-    peak = None if curve.peak is None else curve.insert_peak(points)
+    peak = None if curve.peak is None else curve.insert_peak(points, curve.peak)
     return SynthesisedResponse(
         frequency=np.sqrt([point.squared for point in points]) / (2 * np.pi),
         modal_coordinate=curve.motions(points),
@@ -133,6 +133,12 @@ class _Point:
     state: ModalState
     side: int
     squared: float
+
+
+def _phase(point: _Point, peak: ModalState) -> float:
+    """Phase from the peak [rad], negative below resonance."""
+    ratio = np.exp(point.state.log_amplitude - peak.log_amplitude)
+    return point.side * float(np.arccos(min(ratio, 1.0)))
 
 
 class _ResponseCurve:
@@ -184,7 +190,8 @@ class _ResponseCurve:
             if at.size and phases[at[-1]] - phases[at[-1] + 1] > spacing:
                 place = int(at[-1])
                 share = (p[-1] + np.log(np.cos(phase)) - p[place]) / (p[place + 1] - p[place])
-                state = self.backbone.solve_between(*self.states[place : place + 2], share)
+                first, second = self.states[place : place + 2]
+                state = self.backbone.solve_between(first, second, share)
                 if state is not None:
                     states.setdefault(place, []).append(state)
         return states
@@ -203,10 +210,11 @@ class _ResponseCurve:
                 return before, _Point(state, side, end)
         return None
 
-    def insert_peak(self, points: list[_Point]) -> int | None:
+    def insert_peak(self, points: list[_Point], peak: ModalState) -> int | None:
         """Index of the largest maximum of the output point, which is located and inserted.
 
-        None without a maximum between the first and the last point.
+        Phases are counted from the peak of the mode. None without a maximum between the first and
+        the last point.
         """
         amplitude = self.output_amplitude(points)
         rises, falls = np.diff(amplitude[:-1]) >= 0, np.diff(amplitude[1:]) <= 0
@@ -215,7 +223,7 @@ class _ResponseCurve:
             return None
         highest = int(maxima[np.argmax(amplitude[maxima])])
         around = points[highest - 1 : highest + 2]
-        phases = [self._phase(point) for point in around]
+        phases = [_phase(point, peak) for point in around]
         if not amplitude[highest] > max(amplitude[highest - 1], amplitude[highest + 1]):
             return highest  # flat, to rounding
 
@@ -233,7 +241,7 @@ class _ResponseCurve:
             first, second = around[place : place + 2]
             if ascending:
                 p, begin, end = (
-                    self.peak.log_amplitude + float(np.log(np.cos(phase))),
+                    peak.log_amplitude + float(np.log(np.cos(phase))),
                     first.state.log_amplitude,
                     second.state.log_amplitude,
                 )
@@ -305,11 +313,6 @@ class _ResponseCurve:
     def _excess(self, state: ModalState) -> float:
         """Excitation beyond that which balances the damping, in terms of lambda."""
         return state.excited_distance(self.excitation) - state.least_distance
-
-    def _phase(self, point: _Point) -> float:
-        """Phase from the peak [rad], negative below resonance."""
-        ratio = np.exp(point.state.log_amplitude - self.peak.log_amplitude)
-        return point.side * float(np.arccos(min(ratio, 1.0)))
 
     def _point(self, state: ModalState, side: int) -> _Point:
         if side == 0:

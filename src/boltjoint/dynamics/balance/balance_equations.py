@@ -60,12 +60,13 @@ class BalanceEquations(Equations):
 
     def evaluate(
         self, x: NDArray[np.float64], p: float, load_factor: float = 1.0
-    ) -> tuple[NDArray[np.float64], Derivative]:
+    ) -> tuple[NDArray[np.float64], LazyJacobian]:
         """Residual and Jacobian at the frequency p [rad/s], under a part of the excitation."""
-        if self.is_analytic:
-            residual, jacobian = self.balance.residual_and_jacobian(x, p)
-        else:
-            residual, jacobian = self._with_differences(x, p)
+        residual, jacobian = (
+            self.balance.residual_and_jacobian(x, p)
+            if self.is_analytic
+            else self._with_differences(x, p)
+        )
         return residual + (1 - load_factor) * self.balance.modal_force, jacobian
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:

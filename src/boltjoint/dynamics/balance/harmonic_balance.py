@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.damping import Damping, DampingMatrix, ModalStructure, as_damping
+from boltjoint.damping import Damping, DampingMatrix, ModalStructure, Term, as_damping
 from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.harmonics import Components
 from boltjoint.joint.model import Joint
@@ -98,13 +98,14 @@ class HarmonicBalance:
     @cached_property
     def damping_matrix(self) -> DampingMatrix:
         """H(w) [rad^2/s^2], shape (modes, modes)."""
-        return self.damping.matrix(self._structure)
+        return as_damping(self.damping).matrix(self._structure)
 
     def complex_stiffness(self, w: float, harmonic: int = 1) -> NDArray[np.complex128]:
         """``L + i H(hw)`` of the harmonic h [rad^2/s^2], shape (modes, modes)."""
         if self.damping_matrix.varying is None and harmonic == 1:
             return self._constant_complex_stiffness
-        return self.stiffness + 1j * self._damping(self.damping_matrix, harmonic, w)
+        damping = self._damping(self.damping_matrix, harmonic, w)
+        return np.asarray(self.stiffness + 1j * damping, complex)
 
     @cached_property
     def contact(self) -> ModalContact:
@@ -198,7 +199,7 @@ class HarmonicBalance:
         """The linear response at w while nothing slips, shape of x."""
         w = checks.number("w", w, at_least=0)
         stiffness = self.dynamic_stiffness(w) + self.contact.stuck_stiffness
-        return np.linalg.solve(stiffness, self.modal_force)
+        return np.asarray(np.linalg.solve(stiffness, self.modal_force), float)
 
     def describing_function(self, x: NDArray[np.float64], w: float) -> NDArray[np.complex128]:
         """Describing function of each point and direction at x and w [N/m] (``ModalContact``)."""
@@ -215,10 +216,9 @@ class HarmonicBalance:
             the frequency w of further terms, and their matrices, shape (terms, n, n).
         """
         terms = () if self.damping_matrix.varying is None else self.damping_matrix.varying.terms
-        n = self._harmonic.size
-        varying = np.zeros((len(terms), n, n))
+        varying = np.zeros((len(terms), *self._static_stiffness.shape))
         for matrix, term in zip(varying, terms, strict=True):
-            self._add_damping(matrix, lambda h, t=term: h**t.power * t.factor * t.matrix)
+            self._add_damping(matrix, _by_harmonic(term))
         power = np.array([term.power for term in terms], dtype=float)
         return self._static_stiffness, self._harmonic, power, varying
 
@@ -240,12 +240,12 @@ class HarmonicBalance:
 
     @cached_property
     def _constant_complex_stiffness(self) -> NDArray[np.complex128]:
-        return self.stiffness + 1j * self.damping_matrix.constant.at(0.0)
+        return np.asarray(self.stiffness + 1j * self.damping_matrix.constant.at(0.0), complex)
 
     @cached_property
     def _static_stiffness(self) -> NDArray[np.float64]:
         """Elasticity and constant damping: the linear part of the equations at zero frequency."""
-        matrix = np.kron(np.eye(len(self.components)), self.stiffness)
+        matrix = np.asarray(np.kron(np.eye(len(self.components)), self.stiffness), float)
         if self._mean is not None:
             matrix[self._mean, self._mean] = self.stiffness_of_mean
         self._add_damping(matrix, lambda h: self._damping(self.damping_matrix.constant, h, 0.0))
@@ -278,6 +278,11 @@ class HarmonicBalance:
         return 1, harmonic * w
 
 
+def _by_harmonic(term: Term) -> _ByHarmonic:
+    """A term of H of the harmonic h, less the power of the frequency."""
+    return lambda h: h**term.power * term.factor * term.matrix
+
+
 def stiffness_of_harmonic(
     jacobian: NDArray[np.float64], components: Components, harmonic: int
 ) -> NDArray[np.complex128]:
@@ -290,7 +295,7 @@ def stiffness_of_harmonic(
     blocks = jacobian.reshape(count, len(jacobian) // count, count, -1)
     s, c = components.sin(harmonic), components.cos(harmonic)
     real = blocks[s, :, s] + blocks[c, :, c]
-    return (real + 1j * (blocks[c, :, s] - blocks[s, :, c])) / 2
+    return np.asarray((real + 1j * (blocks[c, :, s] - blocks[s, :, c])) / 2, complex)
 
 
 class OutputPoint:

@@ -56,7 +56,7 @@ class ModalContact:
         """Modal stiffness while nothing slips [s^-2], shape (components * modes,) * 2."""
         stuck = self.contact.stuck_stiffness()
         stuck = stuck if self.basis is None else self.basis.T @ stuck @ self.basis
-        return np.kron(np.eye(len(self.components)), stuck)
+        return np.asarray(np.kron(np.eye(len(self.components)), stuck), float)
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
@@ -106,7 +106,8 @@ class ModalContact:
         """Derivative of the forces on the modes by w; None where they do not depend on it."""
         if not self._depends_on_frequency:
             return None
-        return self.modal_force(self.contact.law.frequency_derivative(self.motion(x), w))
+        derivative = self.contact.law.frequency_derivative(self.motion(x), w)
+        return None if derivative is None else self.modal_force(derivative)
 
     @cached_property
     def _depends_on_frequency(self) -> bool:
@@ -120,8 +121,8 @@ class ModalContact:
     def modal_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
         """Forces of the points on the modes [kg^-1/2 N], shape (components * modes,)."""
         n = len(self.components)
-        modal = sum(force[:, d * n : (d + 1) * n].T @ B for d, B in enumerate(self.rows))
-        return modal.ravel()
+        of_directions = (force[:, d * n : (d + 1) * n].T @ B for d, B in enumerate(self.rows))
+        return sum(of_directions, np.zeros(())).ravel()
 
     def modal_tangent(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """Derivative of the modal forces by the modal amplitudes [s^-2] from tangents of points."""
@@ -237,8 +238,8 @@ class ModalContact:
         for d, B in enumerate(self.rows):
             for e, C in enumerate(self.rows):
                 _add_products(B, C, change[:, d, :, e, :].reshape(-1, n * n), jacobian)
-        jacobian = jacobian.reshape(modes, n, n, modes)
-        return jacobian.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
+        by_part = jacobian.reshape(modes, n, n, modes)
+        return by_part.transpose(1, 0, 2, 3).reshape(n * modes, n * modes)
 
     @cached_property
     def _products(self) -> list[list[NDArray[np.float64]]]:

@@ -350,7 +350,8 @@ def _largest_errors(reference: TracedBackbone, mode: CandidateBackbone) -> Array
 
     Infinite where more than a tenth of the states are not found.
     """
-    largest, found_states, difference = np.zeros(2), 0, 0.0
+    largest, found_states = np.zeros(2), 0
+    difference: Array | float = 0.0
     transferred = mode.transfer(reference.mode)
     for state, sensitivity in zip(reference.states, reference.sensitivities, strict=True):
         projected = transferred(state)

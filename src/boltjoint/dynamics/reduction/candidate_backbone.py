@@ -212,7 +212,10 @@ class CandidateBackbone:
 
     def _project(self, force: Array, count: int) -> Array:
         directions = range(len(self._rows))
-        return sum(self._rows[d].T @ force[:, d * count : (d + 1) * count] for d in directions)
+        of_directions = (
+            self._rows[d].T @ force[:, d * count : (d + 1) * count] for d in directions
+        )
+        return sum(of_directions, np.zeros(()))
 
     def _linear(self, motion: Array, eigenvalue: complex, adjoint: bool = False) -> Array:
         """Structure with damping, less lambda times the mass, on bias, sine and cosine parts."""
@@ -280,6 +283,7 @@ def _joint_of_side(
     pair = candidates.pair_on_side[[number[point] for point in on]]
     kept, region = np.unique(pair, return_inverse=True)
     joint = merge_points(whole, region)
-    if not joint.law.declaration.has_closed_form:
-        joint = replace(joint, law=AlternatingFrequencyTime(joint.law))
+    law = joint.contact.element_law
+    if not law.declaration.has_closed_form:
+        joint = replace(joint, law=AlternatingFrequencyTime(law))
     return joint, kept

@@ -321,7 +321,7 @@ class _Weights:
 
     def __init__(self, rows: Iterable[Array]) -> None:
         # all rows at once would take more memory than all else
-        self._product = sum(some.T @ some for some in rows)
+        self._product = sum((some.T @ some for some in rows), np.zeros(()))
         self._target = self._product.sum(axis=1)
         #: of each column
         self.weight = np.zeros(self._target.size)

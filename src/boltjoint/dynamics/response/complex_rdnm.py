@@ -10,6 +10,7 @@ are orthogonal.
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations, Jacobian
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.rdnm import (
@@ -85,8 +86,10 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
         return self._phi, self._correction
 
     @basis.setter
-    def basis(self, basis: tuple[NDArray[np.complex128], NDArray[np.complex128]]) -> None:
-        self._phi, self._correction = phi, correction = basis
+    def basis(self, basis: object) -> None:
+        phi, correction = checks.instance("basis", basis, tuple)
+        self._phi: NDArray[np.complex128] = phi
+        self._correction: NDArray[np.complex128] = correction
         rows, bias = self.balance.contact.rows, self._bias
         shape = self.balance.joint.points, len(rows), len(self.balance.components)
         size = bias + 2 * phi.shape[1]
@@ -103,9 +106,16 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
             self._motion_of_correction[:, d, -2:] = np.column_stack([z.real, z.imag])
 
     def evaluate(
-        self, x: NDArray[np.float64], p: float
+        self, x: NDArray[np.float64], p: float, load_factor: float = 1.0
     ) -> tuple[NDArray[np.float64], LazyJacobian]:
-        """Residual and Jacobian at the frequency p [rad/s]."""
+        """Residual and Jacobian at the frequency p [rad/s].
+
+        Raises
+        ------
+        ValueError
+            If the load factor is not 1: the modes are those under the whole excitation.
+        """
+        checks.number("load_factor", load_factor, at_least=1.0, at_most=1.0)
         if not self.is_analytic:
             return self._with_differences(x, p)
         force, tangent = self.balance.joint.law.evaluate_with_tangent(self._motion(x), p)
@@ -154,7 +164,7 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
         if self._quasi_static_correction:
             residual_modes = np.delete(vectors, kept, axis=1)
             y = residual_modes.T @ self._excitation / (np.delete(squared, kept) - p**2)
-            correction = residual_modes @ y
+            correction = np.asarray(residual_modes @ y, complex)
         phi = vectors[:, kept] * orientation_of_modes(vectors[:, kept], self._phi)
         self.basis = phi, correction
 

@@ -5,6 +5,7 @@ load stepping (homotopy in the force); one that does not cross the window is sta
 """
 
 from copy import copy
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,10 @@ class Continuation:
         self._equations, self._balance, self._control = equations, balance, control
         self._output = output
         self._largest_scale = control.window_scale * 2 * np.pi * (window[1] - window[0])
-        self._lagged = isinstance(equations, LaggedEquations)
+        self._lagged = equations if isinstance(equations, LaggedEquations) else None
+        full = equations if self._lagged is None else self._lagged.full_equations
+        #: the equations themselves, or those in fixed coordinates with their solutions, if any
+        self._full = full if isinstance(full, BalanceEquations) else None
 
     def across(
         self, window: tuple[float, float], start: NDArray[np.float64] | None
@@ -108,9 +112,9 @@ class Continuation:
         branch = self._from_starts(window, start)
         if branch.complete:
             return branch
-        if self._lagged and self._equations.full_equations is not None:
+        if self._lagged is not None and self._full is not None:
             full = copy(self)
-            full._equations, full._lagged = self._equations.full_equations, False
+            full._equations, full._lagged = self._full, None
             other = full.across(window, start)
             return other if other.complete else branch
         steps, self._control = self._control, self._control.with_shorter_steps(_SHORTER_STEPS)
@@ -149,9 +153,12 @@ class Continuation:
     ) -> SolutionBranch:
         if start is None:
             start = self._start(begin)
-        trace = lagged_continuation.trace if self._lagged else arc_length.trace
+        trace = (
+            partial(arc_length.trace, self._equations)
+            if self._lagged is None
+            else partial(lagged_continuation.trace, self._lagged)
+        )
         return trace(
-            self._equations,
             start,
             window,
             self._control,
@@ -185,12 +192,11 @@ class Continuation:
     def _start(self, w: float) -> NDArray[np.float64]:
         """An initial guess: the stuck linear solution, or the end of load stepping from it."""
         stuck = self._balance.stuck_solution(w)
-        if self._lagged and self._equations.full_equations is None:
+        if self._full is None:
             return stuck  # a lagged basis is no use far from its solution
-        equations = self._equations.full_equations if self._lagged else self._equations
-        if newton(equations, stuck, w, self._control)[0].converged:
+        if newton(self._full, stuck, w, self._control)[0].converged:
             return stuck
-        loading = LoadStepping(equations, w)
+        loading = LoadStepping(self._full, w)
         for factor in _LOAD_FACTORS:
             window = np.log(factor), 0.0
             branch = arc_length.trace(loading, factor * stuck, window, self._control, scale=1.0)

@@ -101,8 +101,8 @@ def converge_peaks(
     peaks = [ConvergedPeak()] * response.sizes["force"]
     damping = damping_of_attributes(response.attrs)
     for place, force in enumerate(response["force_level"].to_numpy()):
-        if np.isfinite(response["peak_frequency"][place]):
-            peak = motion_at_peak(response, force)
+        has_peak = np.isfinite(response["peak_frequency"][place])
+        if has_peak and (peak := motion_at_peak(response, force)) is not None:
             at = find_converged_peak(joint, *peak, force, damping, options, left_out)
             if at.sequence.has_more_harmonics and not at.sequence.converged:
                 logger.warning(
@@ -158,16 +158,18 @@ def _judge(
 
     What the search of the peak left is added: its distance from the peak, and its tolerance.
     """
-    if not sequence.has_more_harmonics:
+    located = sequence.peaks[-1].located if sequence.has_more_harmonics else None
+    if located is None:
         return ConvergedPeak(sequence)
     last = sequence.peaks[-1]
-    law = AlternatingFrequencyTime(balance.joint.law, **options.sampling(last.harmonics))
+    elements = balance.joint.contact.element_law
+    law = AlternatingFrequencyTime(elements, **options.sampling(last.harmonics))
     balance = replace(balance, joint=replace(balance.joint, law=law))
     change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
     frequency, amplitude = left_out.safety * change + sequence.extrapolated_change
     # changes of amplitudes at phases near each other are less apart than they are large
-    frequency += last.located.frequency_error(left_out.safety / 2 * change[1])
-    amplitude += last.located.amplitude_error + PeakSearch().tolerance
+    frequency += located.frequency_error(left_out.safety / 2 * change[1])
+    amplitude += located.amplitude_error + PeakSearch().tolerance
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
     superharmonic = find_superharmonic(balance, jacobian, last.motion, last.frequency)
@@ -235,7 +237,10 @@ def _dataset(peaks: Sequence[ConvergedPeak]) -> xr.Dataset:
     )
     what = "with the harmonics up to that number"
     return xr.Dataset(
-        {name: quantity("force", *row) for name, *row in of_forces}
+        {
+            name: quantity("force", values, unit, meaning)
+            for name, values, unit, meaning in of_forces
+        }
         | {
             "harmonic_peak_frequency": quantity(
                 ("force", "harmonics"), by_harmonics[0], "Hz", f"peak {what}"
@@ -285,8 +290,10 @@ def find_converged_peaks(
     """
     checks.instance("joint", joint, Joint)
     joint = replace(joint, law=without_sampling(joint.law))
-    how = {"damping": damping, "resonance": resonance, "control": control}
-    response = solve_response(joint, forces, LinearModes(jacobian=jacobian), **how)
+    method = LinearModes(jacobian=jacobian)
+    response = solve_response(
+        joint, forces, method, damping=damping, resonance=resonance, control=control
+    )
     return converge_peaks(joint, response, harmonics)
 
 
@@ -339,18 +346,32 @@ def solve_converged_response(
     method = as_method(method)
     if not method.knows_harmonics:
         raise ValueError(f"method is {method.name}: must be linear or rdnm-N")
-    how = {"damping": damping, "resonance": resonance, "control": control}
     if peaks is None:
         peaks = find_converged_peaks(
-            joint, forces, **how, harmonics=harmonics, jacobian=method.jacobian
+            joint,
+            forces,
+            damping=damping,
+            resonance=resonance,
+            control=control,
+            harmonics=harmonics,
+            jacobian=method.jacobian,
         )
     most = max(harmonics.harmonics)
     highest = peaks["peak_harmonics"].fillna(most).to_numpy().astype(int)
     responses = []
     for force, number in zip(forces, highest, strict=True):
         logger.info("%g N: response with %d harmonics", force, number)
-        law = AlternatingFrequencyTime(joint.law, **harmonics.sampling(int(number)))
-        responses.append(solve_response(replace(joint, law=law), [force], method, **how))
+        elements = joint.contact.element_law
+        law = AlternatingFrequencyTime(elements, **harmonics.sampling(int(number)))
+        response = solve_response(
+            replace(joint, law=law),
+            [force],
+            method,
+            damping=damping,
+            resonance=resonance,
+            control=control,
+        )
+        responses.append(response)
     response = _concatenate(responses)
     numbers = quantity("force", highest, "1", "highest harmonic of the response")
     return add_converged_peaks(response.assign(response_harmonics=numbers), peaks)

@@ -25,7 +25,7 @@ from boltjoint import checks
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
+from boltjoint.friction.aft import AlternatingFrequencyTime, elements_of
 from boltjoint.solvers.arc_length import CornerTracer
 from boltjoint.solvers.corrector import Corrector
 from boltjoint.solvers.equations import LazyJacobian, Solution, SolutionBranch, StepControl
@@ -286,17 +286,18 @@ class _Counted(BalanceEquations):
 
     def __init__(self, balance: HarmonicBalance) -> None:
         super().__init__(balance)
-        self.evaluations = 0.0
+        law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
+        self.evaluations, self._cost = 0.0, law.samples / _FEW_SAMPLES
 
     def evaluate(self, x: Array, p: float, load_factor: float = 1.0) -> tuple[Array, LazyJacobian]:
         """Residual and Jacobian."""
-        self.evaluations += self.balance.joint.law.samples / _FEW_SAMPLES
+        self.evaluations += self._cost
         return super().evaluate(x, p, load_factor)
 
 
 def _with_harmonics(balance: HarmonicBalance, harmonics: int, samples: int) -> HarmonicBalance:
     """The balance by AFT of the same elements."""
-    law = AlternatingFrequencyTime(without_sampling(balance.joint.law), harmonics, samples)
+    law = AlternatingFrequencyTime(elements_of(balance.joint.law), harmonics, samples)
     return replace(balance, joint=replace(balance.joint, law=law))
 
 

@@ -7,7 +7,7 @@ behind it nothing compares them.
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal, get_args
+from typing import Literal, TypedDict, get_args
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping
+from boltjoint.dynamics.balance.balance_equations import Jacobian
 from boltjoint.dynamics.response.branch import (
     Branch,
     BranchError,
@@ -132,11 +133,11 @@ def solve_response(
     joint.check_excitation(problem.resonance)
     prepared, branches, errors = method.prepared(problem, forces), [], []
     for force in forces:
-        branch, error = prepared.solve(problem, force), None
+        branch = prepared.solve(problem, force)
         if method.has_error:
             branch, error = _assessed(method, problem, branch)
+            errors.append(error)
         branches.append(branch)
-        errors.append(error)
         logger.info(
             "%g N: %d solutions, %s, %s",
             force,
@@ -160,10 +161,20 @@ def solve_response(
     )
 
 
+class MethodOptions(TypedDict, total=False):
+    """Words of the options of a method, as for ``method_of``."""
+
+    jacobian: Jacobian
+    basis_update: str
+    quasi_static_correction: bool
+    largest_error: float
+    fallback: str
+
+
 def method_of(
     coordinates: str,
     *,
-    jacobian: str = "analytic",
+    jacobian: Jacobian = "analytic",
     basis_update: str = "implicit",
     quasi_static_correction: bool = True,
     largest_error: float = ErrorLimits.of_peak,
@@ -199,17 +210,21 @@ def method_of(
     checks.flag("quasi_static_correction", quasi_static_correction)
     checks.choice("fallback", fallback, get_args(Fallback))
     limits = ErrorLimits(of_peak=checks.number("largest_error", largest_error, above=0))
-    of_all = {"jacobian": jacobian, "limits": limits, "has_fallback": fallback == "linear"}
+    has_fallback = fallback == "linear"
     if name.kind == "linear":
-        return LinearModes(**of_all)
+        return LinearModes(jacobian=jacobian, limits=limits, has_fallback=has_fallback)
     if name.kind == "backbone":
-        return ModalSynthesis(backbone, **of_all)
+        return ModalSynthesis(backbone, jacobian=jacobian, limits=limits, has_fallback=has_fallback)
+    if name.count is None:
+        raise ValueError(f"coordinates {coordinates!r} have no number of modes")
     return ResponseDependentModes(
         name.count,
         name.kind == "complex",
         basis_update == "lagged",
         quasi_static_correction,
-        **of_all,
+        jacobian=jacobian,
+        limits=limits,
+        has_fallback=has_fallback,
     )
 
 

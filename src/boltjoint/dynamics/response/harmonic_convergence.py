@@ -111,7 +111,8 @@ def change_by_left_out_harmonics(
     ndarray
         Shape (2,), without sign: the largest; where corrections did not converge, of the last.
     """
-    law, mode = balance.joint.law, balance.joint.response_mode
+    law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
+    mode = balance.joint.response_mode
     control = StepControl(tolerance=options.tolerance, maximum_iterations=options.iterations)
     before = np.array([frequency, abs(motion.amplitude(mode))])
     largest = np.zeros(2)
@@ -309,15 +310,16 @@ def converge_peak(
     """
     checks.instance("options", options, HarmonicConvergence)
     tolerances = options.frequency_tolerance, options.amplitude_tolerance
-    first = motion.components.highest
+    first = Components(motion.components).highest
     amplitude = abs(motion.amplitude(joint.response_mode))
     start = HarmonicPeak(first, frequency, amplitude, motion)
-    sequence, resonances = PeakSequence((start,)), []
+    sequence = PeakSequence((start,))
+    resonances: list[PhaseResonance] = []
     for highest in options.harmonics:
         if highest <= first:
             continue
         last, fewer = sequence.peaks[-1], resonances[-1] if resonances else None
-        law = AlternatingFrequencyTime(joint.law, **options.sampling(highest))
+        law = AlternatingFrequencyTime(joint.contact.element_law, **options.sampling(highest))
         balance = HarmonicBalance(replace(joint, law=law), damping, force)
         resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
         located = resonance.peak(narrowed=False)

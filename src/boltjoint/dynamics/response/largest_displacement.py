@@ -40,9 +40,10 @@ def add_largest_displacement(response: xr.Dataset, joint: xr.Dataset) -> xr.Data
     shares = np.full(response.sizes["force"], np.nan)
     for place, force in enumerate(response["force_level"].to_numpy()):
         at = response.isel(force=place)
-        if not np.isfinite(at["peak_amplitude"]):
+        at_peak = motion_at_peak(response, force) if np.isfinite(at["peak_amplitude"]) else None
+        if at_peak is None:
             continue
-        _, motion = motion_at_peak(response, force)
+        _, motion = at_peak
         sine, cosine = motion.in_components(("sin", "cos"))
         scale = float(at.get("peak_amplitude_converged", np.nan) / at["peak_amplitude"])
         scale = scale if np.isfinite(scale) else 1.0

@@ -150,7 +150,7 @@ def find_peak(
         If an argument is of another kind or out of range.
     """
     checks.instance("joint", joint, Joint)
-    law = AlternatingFrequencyTime(joint.law, harmonics, samples)
+    law = AlternatingFrequencyTime(joint.contact.element_law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
     return PhaseResonance(balance, frequency, start, search=search).peak()
 
@@ -273,7 +273,7 @@ class PhaseResonance:
         # the start is nearest to it
         self._solution(first)
         while abs(moved) * spread <= self._search.largest_turn:
-            phases = first + spread * np.arange(moved - 1, moved + 2)
+            phases = first + spread * np.arange(moved - 1.0, moved + 2.0)
             below, at, above = (self._log_amplitude(phase) for phase in phases)
             if at >= max(below, above):
                 return self._parabola(phases, np.array([below, at, above]))
@@ -288,7 +288,7 @@ class PhaseResonance:
         return _Parabola(
             spread=spread,
             vertex=phases[1] + spread * vertex,
-            highest=np.polyval(by_value, vertex),
+            highest=float(np.polyval(by_value, vertex)),
             sharpness=-2 * by_value[0] / spread**2,
             frequency_by_phase=max(abs(np.diff(w))) / spread,
             distance=spread,
@@ -362,7 +362,8 @@ class PhaseResonance:
             return
         near = self._solutions[nearest[0]]
         if len(nearest) < 3 and self._fewer is not None and self._fewer._spans(phase):
-            yield near + self._with_fewer(phase) - self._with_fewer(nearest[0])
+            fewer = self._fewer
+            yield near + self._with_fewer(fewer, phase) - self._with_fewer(fewer, nearest[0])
         elif len(nearest) > 1:
             yield self._between(phase)
         yield near
@@ -382,10 +383,10 @@ class PhaseResonance:
         room = self._search.spread / 2
         return min(self._solutions) - room <= phase <= max(self._solutions) + room
 
-    def _with_fewer(self, phase: float) -> Array:
+    def _with_fewer(self, fewer: "PhaseResonance", phase: float) -> Array:
         """The unknown of the motion with fewer harmonics at a phase."""
-        equations = self._fewer._equations
-        q, w = equations.solution(self._fewer._between(phase))
+        equations = fewer._equations
+        q, w = equations.solution(fewer._between(phase))
         components = equations.balance.components
         motion = PeriodicMotion(components, components.rows(q))
         mine = motion.in_components(self._equations.balance.components)

@@ -69,11 +69,12 @@ class LaggedRDNM(BalanceEquations, LaggedEquations):
     @property
     def basis(self) -> NDArray[np.float64]:
         """The present modes as combinations of the linear ones, shape (linear modes, modes)."""
-        return self.balance.basis
+        return self._basis
 
     @basis.setter
-    def basis(self, basis: NDArray[np.float64]) -> None:
-        self.balance = self.balance.in_basis(basis)
+    def basis(self, basis: object) -> None:
+        self._basis = checks.instance("basis", basis, np.ndarray)
+        self.balance = self.balance.in_basis(self._basis)
 
     def update(self, q: NDArray[np.float64], p: float) -> None:
         """Update the modes by the describing function at amplitudes of the linear modes."""
@@ -91,7 +92,13 @@ class LaggedRDNM(BalanceEquations, LaggedEquations):
         """Amplitudes of the linear modes, components one after another."""
         return (x.reshape(-1, self.basis.shape[1]) @ self.basis.T).ravel()
 
-    change_from_fixed, change_to_fixed = from_fixed, to_fixed
+    def change_from_fixed(self, dq: NDArray[np.float64]) -> NDArray[np.float64]:
+        """As ``from_fixed``."""
+        return self.from_fixed(dq)
+
+    def change_to_fixed(self, dx: NDArray[np.float64]) -> NDArray[np.float64]:
+        """As ``to_fixed``."""
+        return self.to_fixed(dx)
 
 
 class SelfConsistentRDNM(BalanceEquations):
@@ -138,9 +145,9 @@ class SelfConsistentRDNM(BalanceEquations):
         """The modes at the last accepted solution, by which those at the next are tracked."""
         return self._modes
 
-    def restore(self, state: NDArray[np.float64]) -> None:
+    def restore(self, state: object) -> None:
         """Return to the modes at an earlier solution."""
-        self._modes = state
+        self._modes = checks.instance("state", state, np.ndarray)
 
     def evaluate(
         self, x: NDArray[np.float64], p: float, load_factor: float = 1.0

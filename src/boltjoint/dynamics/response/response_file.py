@@ -1,6 +1,6 @@
 """Branches of a joint over force levels as ``response.nc`` holds them, and arranged by level."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,11 +90,11 @@ def to_dataset(
     of_solutions = _of_solutions(columns, unit, errors, folds, residuals, energy_errors)
     of_forces = _of_forces(columns, unit, errors, folds, limits)
     return xr.Dataset(
-        {name: quantity("solution", *row) for name, *row in of_solutions}
+        _along("solution", of_solutions)
         | {"modal_coordinate": quantity(*modal_coordinate)}
-        | {name: quantity("force", *row) for name, *row in of_forces}
+        | _along("force", of_forces)
         | stability_variables(stabilities)
-        | {name: quantity("fold", *row) for name, *row in _of_folds(joint, branches, folds)}
+        | _along("fold", _of_folds(joint, branches, folds))
         | _of_sensors(joint, branches)
         | {
             "contact_state": xr.Variable(
@@ -104,6 +104,13 @@ def to_dataset(
         coords={"component": components, "sensor": list(joint.sensors.by_name)},
         attrs=as_damping(damping).attributes() | {"stability": stability.stored()},
     )
+
+
+def _along(dimension: str, rows: Iterable[_Row]) -> dict[str, xr.Variable]:
+    """Variables along a dimension."""
+    return {
+        name: quantity(dimension, values, unit, meaning) for name, values, unit, meaning in rows
+    }
 
 
 def relative_residual(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
@@ -254,7 +261,10 @@ def _of_sensors(joint: Joint, branches: Sequence[Branch]) -> dict[str, xr.Variab
         ("sensor_peak_amplitude", "force", peaks, "m", "largest amplitude of the solutions"),
         ("sensor_peak_frequency", "force", at_peak, "Hz", "frequency of the largest amplitude"),
     )
-    return {name: quantity((dim, "sensor"), *row) for name, dim, *row in rows}
+    return {
+        name: quantity((dim, "sensor"), values, unit, meaning)
+        for name, dim, values, unit, meaning in rows
+    }
 
 
 def _modal_coordinates(
@@ -305,7 +315,9 @@ def by_force(response: xr.Dataset, joint: Joint | None = None) -> xr.Dataset:
     solved = response["converged"].to_numpy() == 1
     places = [np.flatnonzero((of_solution == level) & solved) for level in levels]
     longest = max((place.size for place in places), default=0)
-    arranged = {name: response[name] for name in response if "solution" not in response[name].dims}
+    arranged: dict[Hashable, xr.Variable | xr.DataArray] = {
+        name: response[name] for name in response if "solution" not in response[name].dims
+    }
 
     def along(values: np.ndarray) -> np.ndarray:
         rows = np.full((levels.size, longest, *values.shape[1:]), np.nan, values.dtype)

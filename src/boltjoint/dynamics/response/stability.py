@@ -155,7 +155,7 @@ def largest_multiplier(
         exponents = _all_exponents(stiffness, rate)
     kept = (abs(exponents.imag) <= half) & (abs(exponents.real) <= largest)
     if not kept.any():
-        kept = [abs(exponents).argmin()]
+        kept = np.arange(exponents.size) == abs(exponents).argmin()
     return float(np.exp(2 * np.pi / w * exponents[kept].real.max()))
 
 
@@ -202,7 +202,7 @@ def find_stability(
             if finer is not None and missing < _GIVEN_UP:
                 motion = finer.motion_of(int(i))
                 missing = missing + 1 if motion is None else 0
-            if motion is None:
+            if motion is None or finer is None:
                 multiplier[i] = largest_multiplier(balance, x[i], w, options)
                 harmonics[i] = of_few
             else:
@@ -226,7 +226,7 @@ def stability_variables(stabilities: Sequence[Stability]) -> dict[str, xr.Variab
         ("folded_from_converged", "force", low, "Hz", "folded_from with stability_harmonics"),
         ("folded_to_converged", "force", high, "Hz", "folded_to with stability_harmonics"),
     )
-    return {name: quantity(*row) for name, *row in rows}
+    return {name: quantity(dim, values, unit, meaning) for name, dim, values, unit, meaning in rows}
 
 
 def _exponent_problem(
@@ -250,7 +250,7 @@ def _all_exponents(jacobian: Array, rate: Array) -> NDArray[np.complex128]:
     first_order[:n, n:] = np.eye(n)
     first_order[n:, :n] = -jacobian
     first_order[n:, n:] = -rate
-    return np.linalg.eigvals(first_order)
+    return np.asarray(np.linalg.eigvals(first_order), complex)
 
 
 def _exponents_within(
@@ -306,4 +306,6 @@ def _rate_derivative(balance: HarmonicBalance, x: Array, w: float, samples: int)
         derivative[c, :, s, :] += 2 * h * w * mass
     law = by_samples(balance.joint.law, samples)
     delay = law.modal_slider_delay(balance.contact.rows, x.reshape(count, modes), w)
+    if delay is None:
+        raise ValueError(f"the delay of the sliders of the law {law.name!r} is not known")
     return (derivative + 2 * np.pi / w * delay).reshape(x.size, x.size)

@@ -135,8 +135,14 @@ class ModalSynthesis(Method):
         """With the backbone that covers the responses to all forces."""
         joint, control, backbone = problem.joint, problem.control, self.backbone
         if backbone is None:
-            how = {"damping": problem.damping, "resonance": problem.resonance, "control": control}
-            backbone = trace_for_forces(joint, forces, window=problem.window, **how)
+            backbone = trace_for_forces(
+                joint,
+                forces,
+                window=problem.window,
+                damping=problem.damping,
+                resonance=problem.resonance,
+                control=control,
+            )
         elif isinstance(backbone, xr.Dataset):
             backbone = backbone_from_dataset(joint, backbone, control)
         others = OtherResonances(backbone, forces, problem.window)
@@ -156,7 +162,8 @@ class ModalSynthesis(Method):
             raise ValueError("a response synthesised from the backbone has no start")
         if self.others is None:
             return self.prepared(problem, [force]).solve(problem, force)
-        return synthesise_branch(self.backbone, force, problem.window, self.others)
+        backbone = checks.instance("backbone", self.backbone, Backbone)
+        return synthesise_branch(backbone, force, problem.window, self.others)
 
 
 def synthesise_branch(
