@@ -22,6 +22,7 @@ from boltjoint.config.types import (
     INTEGRAL,
     Count,
     Description,
+    KeyPath,
     NotNegative,
     Positive,
     Problems,
@@ -182,7 +183,7 @@ class Assembly(Described):
 
     def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:
         """What is wrong with the map of the initial gap; ``gap_maps`` by their files."""
-        if self.gap_file in gap_maps:
+        if self.gap_file is not None and self.gap_file in gap_maps:
             conflicts = gap_maps[self.gap_file].conflicts(self.bar.lap_mm, self.bar.width_mm)
             yield from ((("contact", "gap_um"), sentence) for sentence in conflicts)
 
@@ -234,8 +235,10 @@ class Assembly(Described):
     def layers_in_washer(self) -> float:
         """Elements through the thickness of a washer; 0 without any."""
         washer, mesh = self.bolts.washer, self.mesh
-        if washer is None or mesh.layers_in_washer is not None:
-            return 0 if washer is None else mesh.layers_in_washer
+        if washer is None:
+            return 0
+        if mesh.layers_in_washer is not None:
+            return mesh.layers_in_washer
         # whole, but no int: the quotient of what is allowed may be infinite
         as_head = washer.thickness_mm * mesh.layers_in_head / self.bolts.head_height_mm
         return max(1.0, round(as_head, 0))
@@ -255,7 +258,9 @@ class Assembly(Described):
             yield from self._conflicts_of_row()
 
     def _conflicts_of_head(self) -> Problems:
-        diameters = {("bolts", "head_diameter_mm"): self.bolts.head_diameter_mm}
+        diameters: dict[KeyPath, float] = {
+            ("bolts", "head_diameter_mm"): self.bolts.head_diameter_mm
+        }
         if self.bolts.washer is not None:
             diameters["bolts", "washer", "diameter_mm"] = self.bolts.washer.diameter_mm
         for key, diameter in diameters.items():

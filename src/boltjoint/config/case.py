@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import product
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
 
@@ -70,6 +70,16 @@ class SolveBlock(Entry):
     def conflicts(self) -> Problems:
         if self.window_Hz is not None and self.window_Hz[0] >= self.window_Hz[1]:
             yield ("window_Hz",), "must be the lower frequency, then the higher one"
+
+
+class WholeBlock(NamedTuple):
+    """A block of ``solve`` with bases and coordinates, its own or those of the case."""
+
+    resonance: int
+    joints: tuple[JointName, ...]
+    modes: tuple[Basis, ...]
+    coordinates: tuple[Coordinates, ...]
+    window_Hz: tuple[float, float] | None
 
 
 class Case(EntryWithLaterKeys):
@@ -177,12 +187,15 @@ class Case(EntryWithLaterKeys):
         } | {("outputs", i): name for i, name in enumerate(self.outputs)}
 
     @property
-    def blocks(self) -> tuple[SolveBlock, ...]:
+    def blocks(self) -> tuple[WholeBlock, ...]:
         """The blocks of ``solve``, with what the case gives for what they leave out."""
         return tuple(
-            block.model_copy(
-                update={"modes": block.modes or self.modes}
-                | {"coordinates": block.coordinates or self.coordinates}
+            WholeBlock(
+                block.resonance,
+                block.joints,
+                block.modes or self.modes,
+                block.coordinates or self.coordinates,
+                block.window_Hz,
             )
             for block in self.solve
         )
@@ -220,6 +233,7 @@ class Case(EntryWithLaterKeys):
     def partition(self, joint: str) -> dict[str, Any]:
         """The options of ``partition.partition_regions`` for regions or clusters of this name."""
         parsed = JointName(joint)
+        options: dict[str, Any]
         if parsed.division == "clusters":
             options = {"division": "clusters", "motion": "mean"}
         else:
@@ -294,7 +308,7 @@ class Case(EntryWithLaterKeys):
                 yield ("sensors", index, "name"), "must not appear twice"
             names.add(sensor.name)
 
-    def _conflicts_in_block(self, index: int, block: SolveBlock) -> Problems:
+    def _conflicts_in_block(self, index: int, block: WholeBlock) -> Problems:
         above = ("solve", index)
         smallest = min(block.modes, key=lambda basis: basis.fewest)
         available = smallest.fewest
@@ -306,16 +320,16 @@ class Case(EntryWithLaterKeys):
             sentence = f"must be at most {available}, the modes of the basis {smallest}"
             yield (*above, "resonance"), sentence
         law = self.contact.declaration
-        for place, name in enumerate(block.joints):
-            if missing := name.missing(law.capabilities):
-                sentence = f"must not have /{name.reduction}, which needs {' and '.join(missing)}"
+        for place, joint in enumerate(block.joints):
+            if missing := joint.missing(law.capabilities):
+                sentence = f"must not have /{joint.reduction}, which needs {' and '.join(missing)}"
                 yield (*above, "joints", place), sentence
-            if not law.has_closed_form and (name.count == "auto" or name.pairs is not None):
-                sentence = f"must not be {name}, which needs a closed form of the law {law.name}"
+            if not law.has_closed_form and (joint.count == "auto" or joint.pairs is not None):
+                sentence = f"must not be {joint}, which needs a closed form of the law {law.name}"
                 yield (*above, "joints", place), sentence
 
 
-def _conflicts_between(blocks: Sequence[SolveBlock]) -> Problems:
+def _conflicts_between(blocks: Sequence[WholeBlock]) -> Problems:
     """Windows of a resonance that differ, and what is solved twice."""
     windows: dict[int, tuple[float, float]] = {}
     solved: set[tuple[str | int, ...]] = set()

@@ -1,13 +1,13 @@
 """What does not go together in a study: cases, assemblies, sweeps and settings."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from boltjoint.config.case import Case
 from boltjoint.config.described import Described
 from boltjoint.config.entries import choice
 from boltjoint.config.settings import ContactAdaptedBasis, Settings
 from boltjoint.config.sweep import Sweep
-from boltjoint.config.types import CONFIG_FILE, Problems
+from boltjoint.config.types import CONFIG_FILE, KeyPath, Problems
 from boltjoint.config.varied_case import SolvedCase, conflicts_with_case, solve_alone
 from boltjoint.config.varied_keys import Quantity
 from boltjoint.names import Basis, Preload
@@ -117,7 +117,7 @@ def conflicts_of_sweep(
 
 def conflicts_when_solved(solved: SolvedCase, assembly: Described, settings: Settings) -> Problems:
     """What an assembly and the settings do not allow in a case that is solved as in a sweep."""
-    conflicts = solved.problems
+    conflicts: Iterable[tuple[KeyPath, str]] = solved.problems
     if solved.case is not None:
         conflicts = conflicts_of_case(solved.case, assembly, settings, None)
     keys = {"joints": "joint", "modes": "basis", "resonance": "resonance"}
@@ -139,16 +139,17 @@ def _conflicts_of_joints(case: Case, assembly: Described) -> Problems:
         for index, joint in enumerate(block.joints):
             regions = 1 if joint.count == "auto" else joint.count or 0
             of_regions = of_one_side if joint.division == "regions" else pairs
-            for count, what, (most, of_what) in (
+            for number, what, (most, of_what) in (
                 (regions, joint.division, of_regions),
                 (regions * (joint.elements or 0), "elements in all", pairs),
                 (0 if joint.pairs == "auto" else joint.pairs or 0, "weighted pairs", pairs),
             ):
-                if count > most:
+                if number > most:
                     path = ("solve", block_index, "joints", index)
                     yield path, f"must have at most {most} {what}, {of_what}"
                     break
-            if joint.division is not None and joint.count != "auto" and joint.count < surfaces:
+            count = joint.count
+            if joint.division is not None and isinstance(count, int) and count < surfaces:
                 path = ("solve", block_index, "joints", index)
                 yield path, f"must have at least {surfaces} {joint.division}, one on each surface"
 

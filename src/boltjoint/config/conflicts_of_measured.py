@@ -23,14 +23,27 @@ FREQUENCY_RATIO = "frequency_ratio"
 OF_REGION = ("tangential_stiffness", "friction_coefficient")
 
 
+def measurement_of(case: Case) -> Measured:
+    """What was measured of a case, and what is fitted to it.
+
+    Raises
+    ------
+    ValueError
+        If nothing was.
+    """
+    if case.measured is None:
+        raise ValueError("the case has nothing measured")
+    return case.measured
+
+
 def basis_of_measured(case: Case) -> Basis:
     """The basis in which parameters are fitted."""
-    return case.measured.basis or case.modes[0]
+    return measurement_of(case).basis or case.modes[0]
 
 
 def calibrated_joint(name: str, case: Case) -> dict[str, Any]:
     """Case, basis and joint whose parameters are fitted to a measurement, for names of files."""
-    return {"case": name, "basis": basis_of_measured(case), "joint": case.measured.joint}
+    return {"case": name, "basis": basis_of_measured(case), "joint": measurement_of(case).joint}
 
 
 def calibrated_keys(case: Case) -> list[str]:
@@ -56,15 +69,16 @@ def _ratios(measured: Measured) -> list[str]:
 
 def _is_of_region(key: str, joint: JointName) -> bool:
     """Whether a parameter is of a region that the joint has."""
-    region = region_of(key)
-    has_regions = joint.division is not None and isinstance(joint.count, int)
-    return region is not None and has_regions and region[0] < joint.count
+    region, count = region_of(key), joint.count
+    if region is None or joint.division is None:
+        return False
+    return isinstance(count, int) and region[0] < count
 
 
 def calibrated_content(case: Case) -> dict[str, Any]:
     """The content of a case, of which only that remains on which a calibration depends."""
     kept = {"assembly", "preload_N", "preload_ratios", "contact", "loss_factor", "damping"}
-    block = {"resonance": 1, "joints": (case.measured.joint,)}
+    block = {"resonance": 1, "joints": (measurement_of(case).joint,)}
     return {
         **case.model_dump(include=kept),
         "forces_N": (1.0,),
@@ -103,7 +117,7 @@ def conflicts_of_measured(
 
 def _conflicts_of_model(case: Case, settings: Settings | None) -> Problems:
     """Joints and modes that the case does not have."""
-    measured, basis = case.measured, basis_of_measured(case)
+    measured, basis = measurement_of(case), basis_of_measured(case)
     if basis not in case.bases:
         yield ("basis",), f"is none of the bases that are solved: {', '.join(case.bases)}"
         return
@@ -127,13 +141,13 @@ def _conflicts_of_model(case: Case, settings: Settings | None) -> Problems:
 
 def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems:
     """Parameters that are none, and bounds that reach beyond what the case allows."""
-    measured = case.measured
+    measured = measurement_of(case)
     keys, ratios = calibrated_keys(case), _ratios(measured)
     with_regions = [f"joint.regions[0].{key}" for key in OF_REGION]
     allowed = [
         *keys,
         *ratios,
-        *filter(lambda each: _is_of_region(each, measured.joint), with_regions),
+        *(key for key in with_regions if _is_of_region(key, measured.joint)),
     ]
     content = calibrated_content(case)
     for key, parameter in measured.parameters.items():
@@ -161,7 +175,7 @@ def _conflicts_of_sensors(case: Case, assembly: Described | None) -> Problems:
     names = [*(each.name for each in case.sensors), *case.outputs]
     if not names and assembly is not None:
         names = list(assembly.output_names)
-    for index, curve in enumerate(case.measured.curves):
+    for index, curve in enumerate(measurement_of(case).curves):
         if curve.sensor is not None and curve.sensor not in names:
             sentence = f"is no sensor of the case{choice(curve.sensor, names)}"
             yield ("curves", index, "sensor"), sentence
@@ -178,7 +192,11 @@ def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
             yield (*key, "file"), f"cannot be used: {error}"
             return
         except (OSError, UnsuitableFile) as error:
-            problem = getattr(error, "sentence", None) or f"cannot be read ({error.strerror})"
+            problem = (
+                error.sentence
+                if isinstance(error, UnsuitableFile)
+                else f"cannot be read ({error.strerror})"
+            )
             yield (*key, "file"), f"{problem}: must be a CSV file, seen from the folder of config/"
             return
         values += 2 * table.amplitude.size

@@ -29,14 +29,34 @@ class MeshSize(NamedTuple):
 class Divisions(Protocol):
     """What of a half lap its size follows from: an ``Assembly`` has it."""
 
-    bar: Any
-    bolts: Any
-    mesh: Any
-    bolt_count: int
-    bolt_positions_mm: Sequence[float]
-    elements_outside_lap: Sequence[float]
-    layers_in_washer: float
-    rings_head_to_washer_edge: int
+    @property
+    def bar(self) -> Any: ...  # noqa: ANN401
+
+    @property
+    def bolts(self) -> Any: ...  # noqa: ANN401
+
+    @property
+    def mesh(self) -> Any: ...  # noqa: ANN401
+
+    @property
+    def bolt_count(self) -> int:
+        """Number of bolts."""
+
+    @property
+    def bolt_positions_mm(self) -> Sequence[float]:
+        """Places of the bolts along the lap [mm]."""
+
+    @property
+    def elements_outside_lap(self) -> Sequence[float]:
+        """Elements along each part of the bars outside the lap."""
+
+    @property
+    def layers_in_washer(self) -> float:
+        """Elements through the thickness of a washer; 0 without any."""
+
+    @property
+    def rings_head_to_washer_edge(self) -> int:
+        """Rings of elements between the edges of head and washer."""
 
 
 def mesh_size(assembly: Divisions) -> MeshSize:

@@ -149,7 +149,7 @@ class Triangular(Entry):
 
 
 #: by their words
-DISTRIBUTIONS = {
+DISTRIBUTIONS: dict[str, type[Entry]] = {
     "linear": Linear,
     "log": Logarithmic,
     "normal": Normal,

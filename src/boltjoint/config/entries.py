@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, Literal, Self, get_args, get_origin
 
 from pydantic import (
@@ -132,8 +132,9 @@ def _must_be_list(value: object) -> str:
 
 def _with_decimal_point(value: object) -> str | None:
     """A text that is a number with a decimal comma, with a point; None for all others."""
-    is_decimal = isinstance(value, str) and re.fullmatch(r"[-+]?[0-9]{1,40},[0-9]{1,40}", value)
-    return value.replace(",", ".") if is_decimal else None
+    if not isinstance(value, str) or not re.fullmatch(r"[-+]?[0-9]{1,40},[0-9]{1,40}", value):
+        return None
+    return value.replace(",", ".")
 
 
 def _instead(model: type[Entry], location: KeyPath, path: KeyPath) -> str:
@@ -146,7 +147,7 @@ def _instead(model: type[Entry], location: KeyPath, path: KeyPath) -> str:
     return f"not a known key{choice(key, keys)}"
 
 
-def _tags(model: type[Entry]) -> dict[str, str]:
+def _tags(model: type[BaseModel]) -> dict[str, str]:
     """The values by which a union tells this member, with their keys."""
     literals = {
         name: get_args(field.annotation)
@@ -165,7 +166,7 @@ def _meaning(model: type[Entry], path: KeyPath) -> str:
     return ""
 
 
-def choice(name: str, options: Sequence[str] | Mapping[str, Any]) -> str:
+def choice(name: str, options: Collection[str]) -> str:
     """The option that was probably meant, and all there are."""
     close = difflib.get_close_matches(name, options, n=1)
     if close and len(options) == 1:
@@ -190,7 +191,8 @@ _Schema = Mapping[str, Any]
 def key_path(model: type[BaseModel], location: KeyPath) -> KeyPath:
     """The keys of a location, without the members of unions."""
     path: list[str | int] = []
-    refs, schema = _root(model)
+    refs, root = _root(model)
+    schema: _Schema | None = root
     for part in location:
         schema = schema and _unwrapped(schema, refs)
         if schema and schema["type"] == "tagged-union":

@@ -102,7 +102,7 @@ class Measured(Entry):
     curve, by which measured amplitudes are multiplied."""
     basis: ModalBasis | None = None
     """A basis of the case; the first of its ``modes`` by default."""
-    joint: Annotated[Joint, Field(validate_default=True)] = "node-to-node"
+    joint: Joint = Field("node-to-node", validate_default=True)
     """A joint that ``solve`` has in this basis."""
     starts: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] = 8
     """Number of fits from different starts, of which the best is kept: a fit may have several

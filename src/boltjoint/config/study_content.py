@@ -77,7 +77,9 @@ class StudyContent:
     def _read_sweeps(self) -> list[tuple[Any, KeyPath, str]]:
         """Read the sweeps; cases that are wanted, with the files and the keys that name them."""
         files, layers = self.files, self.layers
-        wanted = [(layers, path, name) for path, name in _names(layers.content, "cases")]
+        wanted: list[tuple[Any, KeyPath, str]] = [
+            (layers, path, name) for path, name in _names(layers.content, "cases")
+        ]
         self.runs = {name for *_, name in wanted}
         for path, name in _names(layers.content, "sweeps"):
             file = f"{SWEEP_FOLDER}/{name}.yaml"
@@ -91,7 +93,9 @@ class StudyContent:
     def _read_cases(self, wanted: Iterable[tuple[Any, KeyPath, str]]) -> list:
         """Read the cases; assemblies that are named, with the files and the keys."""
         files, layers = self.files, self.layers
-        named = [(layers, path, name) for path, name in _names(layers.content, "assemblies")]
+        named: list[tuple[Any, KeyPath, str]] = [
+            (layers, path, name) for path, name in _names(layers.content, "assemblies")
+        ]
         for place, path, name in wanted:
             if name in names.PAGES or name in self.cases:
                 continue
@@ -166,14 +170,16 @@ class StudyContent:
         """Note cases that are tightened otherwise than the bases of their assemblies assume."""
         files = self.files
         with files.checking(CONFIG_FILE):
-            if all(self.cases.values()):
-                if not files.problems:
+            cases = {name: case for name, case in self.cases.items() if case is not None}
+            assemblies = {name: one for name, one in self.assemblies.items() if one is not None}
+            if len(cases) == len(self.cases):
+                if not files.problems and self.settings is not None:
                     compared = self.settings.convergence.bases
-                    others = other_preloads(self.cases, self.assemblies, compared)
+                    others = other_preloads(cases, assemblies, compared)
                     for name, key, sentence in others:
                         problem = with_value(self._contents[name], (key,), sentence)
                         files.note(_case_file(name), [problem])
-                for name, sentence in missing_preloads(self.cases.values(), self.assemblies):
+                for name, sentence in missing_preloads(cases.values(), assemblies):
                     files.note(_assembly_file(name), [(("preload_N",), sentence)])
 
     def swept(self) -> dict[str, SweptDesigns]:
@@ -188,8 +194,13 @@ class StudyContent:
                     continue
                 allowed = keys_that_vary(case, assembly, sweep.joint)
                 base = BaseOfVariants(sweep, case, assembly, self._conflicts_of_variant)
-                of_table = isinstance(sweep.design, Table)
-                read = cache(partial(self.files.table, sweep.design.file)) if of_table else None
+                design = sweep.design
+                of_table = isinstance(design, Table)
+                read = (
+                    cache(partial(self.files.table, design.file))
+                    if isinstance(design, Table)
+                    else None
+                )
                 swept[name] = designs = SweptDesigns(base, allowed, read)
                 if self.before:
                     continue
@@ -207,7 +218,8 @@ class StudyContent:
 
     def _conflicts_of_variant(self, solved: SolvedCase, assembly: Described) -> Problems:
         """What an assembly, the settings and the maps of gaps do not allow in a variant."""
-        yield from conflicts_when_solved(solved, assembly, self.settings)
+        if self.settings is not None:
+            yield from conflicts_when_solved(solved, assembly, self.settings)
         if assembly.gap_file is not None:
             for path, sentence in assembly.conflicts_of_gap(self.gap_maps):
                 yield ("assembly", *path), sentence
@@ -238,7 +250,10 @@ class StudyContent:
         return {
             name: count_points(case.measured, self.files)
             for name, case in self.cases.items()
-            if name in self.runs and case.measured is not None and not self.before
+            if name in self.runs
+            and case is not None
+            and case.measured is not None
+            and not self.before
         }
 
 
@@ -285,5 +300,6 @@ def _names(content: Mapping[str, Any], key: str) -> Iterator[tuple[KeyPath, str]
 
 
 def _is_name(value: object) -> bool:
-    is_file_name = isinstance(value, str) and re.fullmatch(names.NAME, value) is not None
-    return is_file_name and not names.repeats_pattern(value)
+    if not isinstance(value, str) or re.fullmatch(names.NAME, value) is None:
+        return False
+    return not names.repeats_pattern(value)

@@ -103,7 +103,7 @@ class SweepCheck(Entry):
     """Number of these designs; all, if there are not more."""
     basis: ModalBasis
     """Modal basis of the larger model."""
-    joint: Annotated[Joint, Field(validate_default=True)] = "node-to-node"
+    joint: Joint = Field("node-to-node", validate_default=True)
     """Joint of the larger model."""
     seed: Annotated[int, Field(strict=True, ge=0), INTEGRAL] = 0
     """Seed of the random numbers: with the same one the same designs are drawn."""
@@ -173,9 +173,8 @@ class Sweep(Entry):
         if self.levels is not None and (keys := LEVEL_KEYS & set(self.vary)):
             yield ("levels",), f"must not be given where {keys.pop()} varies"
         for key, values in self.vary.items():
-            is_list, is_range = isinstance(values, tuple), isinstance(values, Range)
-            if isinstance(self.design, Grid) and not is_list:
-                if not is_range:
+            if isinstance(self.design, Grid) and not isinstance(values, tuple):
+                if not isinstance(values, Range):
                     yield ("vary", key, "kind"), "must be linear or log in a grid"
                 elif values.number is None or values.number < 2:
                     yield ("vary", key, "number"), "is missing: at least two values of a grid"
@@ -224,7 +223,15 @@ class Sweep(Entry):
 
     @property
     def checking(self) -> Self:
-        """The sweep as its designs are solved again in the larger model."""
+        """The sweep as its designs are solved again in the larger model.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        if self.check is None:
+            raise ValueError("the sweep has no larger model")
         larger = {"basis": self.check.basis, "joint": self.check.joint, "coordinates": "linear"}
         return self.model_copy(update=larger)
 
@@ -250,6 +257,8 @@ def design_columns(vary: Mapping[str, Values], design: Design) -> dict[str, Arra
     # it takes half a second to import
     from scipy.stats import qmc
 
+    if isinstance(design, Table):
+        raise ValueError("the values of a table of designs are those of its columns")
     if isinstance(design, Saltelli):
         # as scipy.stats.sobol_indices draws them
         both = qmc.Sobol(2 * len(vary), rng=design.seed).random(design.number).T
@@ -278,5 +287,7 @@ def _quantile(values: Values, share: Array) -> Array:
 def grid_values(values: Values) -> Array:
     """Values of a key in a grid."""
     if isinstance(values, Range):
+        if values.number is None:
+            raise ValueError("a range in a grid has a number of values")
         return values.quantile(np.linspace(0, 1, values.number))
     return np.array(values)

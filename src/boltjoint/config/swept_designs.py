@@ -51,28 +51,34 @@ class SweptDesigns:
     @property
     def file(self) -> str | None:
         """File of the table of designs; None where there is none."""
-        return None if self._read is None else self._base.sweep.design.file
+        design = self._base.sweep.design
+        return design.file if isinstance(design, Table) and self._read is not None else None
 
     @cached_property
-    def _table(self) -> CsvTable:
+    def _table(self) -> CsvTable | None:
+        """The table of designs; None where there is none."""
+        if self._read is None or self.file is None:
+            return None
         return CsvTable(self._read(), self.file)
 
     @cached_property
     def columns(self) -> dict[str, NDArray[np.float64]] | None:
         """Values of the keys by design, checked; None where they are those of no table."""
-        if self._read is None:
+        if self._read is None or self.file is None:
             return None
         return read_table(self._read(), self.file, self._allowed)
 
     @cached_property
     def keys(self) -> tuple[str, ...]:
         """Keys that vary."""
-        return tuple(self._base.sweep.vary or self._table.keys)
+        vary = self._base.sweep.vary
+        return tuple(vary) if vary or self._table is None else tuple(self._table.keys)
 
     @cached_property
     def number(self) -> int:
         """Number of designs."""
-        return self._base.sweep.designs or self._table.count()
+        designs = self._base.sweep.designs
+        return designs or (0 if self._table is None else self._table.count())
 
     @cached_property
     def variants(self) -> tuple[Variant, ...]:
@@ -123,17 +129,18 @@ class SweptDesigns:
                 first = next(reasons)
                 if first and all(reasons):
                     return "; ".join(first)
-        if self._read is None:
+        columns = self.columns
+        if columns is None:
             return ""
         by_values = {tuple(variant.values.values()): variant for variant in self.variants}
         others = next(iter(by_values.values())).values
-        first = ""
-        for row in islice(zip(*self.columns.values(), strict=True), _MOST_TRIED):
-            values = dict(zip(self.columns, map(float, row), strict=True))
-            reason = by_values[tuple(values[key] for key in others)].reason
-            rescaled = {key: value for key, value in values.items() if key not in others}
+        met = ""
+        for row in islice(zip(*columns.values(), strict=True), _MOST_TRIED):
+            design = dict(zip(columns, map(float, row), strict=True))
+            reason = by_values[tuple(design[key] for key in others)].reason
+            rescaled = {key: value for key, value in design.items() if key not in others}
             reason = reason or "; ".join(refused(with_values(content, rescaled), Case))
             if not reason:
                 return ""
-            first = first or reason
-        return first if self.number <= _MOST_TRIED else ""
+            met = met or reason
+        return met if self.number <= _MOST_TRIED else ""

@@ -232,7 +232,7 @@ class BaseOfVariants:
             joint = with_numbers(joint, of_joint)
         except ValueError as error:
             reasons.append(f"{JOINT}{error}")
-        if not reasons:
+        if case is not None and not reasons:
             parts = own, bolts, joint
             if parts not in self._solved:
                 alone = self.sweep.model_copy(update={"joint": joint})
@@ -352,7 +352,8 @@ def find_variants(
 
 def _until_too_many(rows: Iterable[tuple[float, ...]]) -> Iterable[tuple[float, ...]]:
     """The first of equal rows, until there are more than can be made."""
-    rows, seen = iter(rows), set()
+    rows = iter(rows)
+    seen: set[tuple[float, ...]] = set()
     while len(seen) <= MOST_JOBS and (some := list(islice(rows, MOST_JOBS))):
         fresh = [row for row in dict.fromkeys(some) if row not in seen]
         seen.update(fresh)

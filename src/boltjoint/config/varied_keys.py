@@ -6,7 +6,7 @@ another mesh, tightening or reduction.
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from boltjoint.config.case import Case
@@ -91,7 +91,7 @@ def is_rescaled(key: str) -> bool:
     return not key.startswith((ASSEMBLY, RATIOS, JOINT, *_OF_CASE))
 
 
-def not_varied(key: str, keys: Mapping[str, Quantity]) -> str:
+def not_varied(key: str, keys: Collection[str]) -> str:
     """What is said of a key that is none that may vary."""
     close = difflib.get_close_matches(key, keys, n=1)
     meant = f"; did you mean {close[0]}?" if close else ";"
