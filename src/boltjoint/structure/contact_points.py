@@ -98,7 +98,7 @@ class ContactPoints:
         area: Array,
         friction_coefficient: float | Array,
         frame: Array | None = None,
-        surface: str | Sequence[str] = "contact",
+        surface: str | Sequence[str] | NDArray[np.str_] = "contact",
         gap: float | Array = 0.0,
         penalty: float | Array = 1e15,
     ) -> Self:

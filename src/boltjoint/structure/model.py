@@ -195,8 +195,7 @@ class Structure:
         for name, kind in (("symmetry", Reflection), ("geometry", Geometry)):
             if getattr(self, name) is not None:
                 checks.instance(name, getattr(self, name), kind)
-        rigid = np.zeros((self.dofs, 0)) if self.rigid is None else self.rigid
-        rigid = checks.array("rigid", rigid, (self.dofs, "motions"))
+        rigid = checks.array("rigid", self.rigid_body_motions, (self.dofs, "motions"))
         if rigid.shape[1] > _MOST_RIGID:
             raise ValueError(
                 f"the structure has {rigid.shape[1]} rigid-body motions: more than {_MOST_RIGID} "
@@ -254,15 +253,27 @@ class Structure:
         for name, given in (("bolts", bolts), ("inputs", inputs), ("outputs", outputs)):
             checks.mapping(name, {} if given is None else given)
         of_bolts = tuple(
-            Bolt(name, _row_of(f"bolt {name}", load, dofs), None if np.ndim(load) else load)
+            Bolt(
+                name,
+                _row_of(f"bolt {name}", load, dofs),
+                None if np.ndim(load) else checks.whole(f"bolt {name}", load),
+            )
             for name, load in (bolts or {}).items()
         )
-        rows = [
+        of_inputs, of_outputs = (
             {name: Row(_row_of(name, each, dofs), name) for name, each in (given or {}).items()}
             for given in (inputs, outputs)
-        ]
-        options = {"support": support, "factorisation": factorisation}
-        structure = cls(K, M, contact, of_bolts, *rows, **options)
+        )
+        structure = cls(
+            K,
+            M,
+            contact,
+            of_bolts,
+            of_inputs,
+            of_outputs,
+            support=support,
+            factorisation=factorisation,
+        )
         return structure.with_rigid_motions()
 
     @property
@@ -275,6 +286,11 @@ class Structure:
         """Method of the factors, which ``auto`` leaves to size and symmetry."""
         is_symmetric = self.symmetry is not None
         return chosen_method(self.factorisation, self.dofs, is_symmetric=is_symmetric)
+
+    @property
+    def rigid_body_motions(self) -> Array:
+        """``rigid``, or none, shape (dofs, motions)."""
+        return np.zeros((self.dofs, 0)) if self.rigid is None else self.rigid
 
     @cached_property
     def base_stiffness(self) -> sparse.csc_array:
@@ -300,11 +316,11 @@ class Structure:
         """Whether the structure, its contact and forces (dofs,) have a plane of symmetry."""
         mirror, contact = self.symmetry, self.contact
         of_points = contact.gap, contact.penalty, contact.friction_coefficient, contact.area
-        return self.has_mirrored(*of_points) and _are_alike(
-            force, mirror.sign * force[mirror.image]
-        )
+        if mirror is None or not self.has_mirrored(*of_points):
+            return False
+        return _are_alike(force, mirror.sign * force[mirror.image])
 
-    def has_mirrored(self, *of_points: Array) -> bool:
+    def has_mirrored(self, *of_points: Array | NDArray[np.bool_] | NDArray[np.int64]) -> bool:
         """Whether there is a symmetry that quantities of the points, (points,) each, have."""
         mirror = self.symmetry
         return mirror is not None and all(
@@ -325,8 +341,9 @@ class Structure:
 
     def _check_equilibrium(self, bolt: Bolt) -> None:
         """Refuse a tension that would move the whole structure."""
-        work = abs(self.rigid.T @ bolt.load)
-        limit = _ASYMMETRY * (abs(self.rigid).T @ abs(bolt.load))
+        rigid = self.rigid_body_motions
+        work = abs(rigid.T @ bolt.load)
+        limit = _ASYMMETRY * (abs(rigid).T @ abs(bolt.load))
         if np.any(work > limit):
             raise ValueError(
                 f"load of {bolt.name} is not in equilibrium with itself: it does work on a "
@@ -334,7 +351,7 @@ class Structure:
             )
 
 
-def _are_alike(one: Array, other: Array) -> bool:
+def _are_alike(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
     """Whether two arrays differ by no more than rounding."""
     return bool(abs(one - other).max() <= _ASYMMETRY * abs(one).max())
 

@@ -98,7 +98,7 @@ def find_modes(
     else:
         if pod_modes is None:
             raise ValueError(f"{family} needs POD modes of the assembly, from find_pod_modes")
-        number = pod_modes.attrs["automatic_vectors"] if number is None else number
+        number = number or pod_modes.attrs["automatic_vectors"]
         attributes |= {"vectors": number, **estimated_errors(pod_modes, number)}
         basis = basis_of_pod_modes(structure, pod_modes, number)
         frequency, q = basis.frequency, basis.q
@@ -166,7 +166,7 @@ def _variables(
 
 def _with_rigid_modes(structure: Structure, frequency: Array, q: Array) -> tuple[Array, Array]:
     """Frequencies and motion with rigid-body modes, at 0 Hz, before those of elastic ones."""
-    motions = structure.rigid.shape[1]
+    motions = structure.rigid_body_motions.shape[1]
     if not motions:
         return frequency, q
     logger.info("%d rigid-body modes", motions)
@@ -267,11 +267,11 @@ def _candidates(modes: _Modes) -> dict[str, xr.Variable]:
     return variables
 
 
-def _parse(family: str) -> tuple[str, int | None]:
-    """Kind and number of vectors of a family of bases, None where POD modes know it."""
+def _parse(family: str) -> tuple[str, int]:
+    """Kind and number of vectors of a family of bases, 0 where POD modes know it."""
     text = family if isinstance(family, str) else ""
     if text == "enriched-auto":
-        return "enriched", None
+        return "enriched", 0
     match = re.fullmatch(r"([a-z]+)-([1-9][0-9]*)", text)
     if match is None or match[1] not in _FAMILIES:
         allowed = ", ".join(f"{name}-N" for name in _FAMILIES)

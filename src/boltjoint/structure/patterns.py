@@ -60,7 +60,7 @@ def stuck_patterns(
     ValueError
         If the two do not hold the same pairs, or there is no radius, or one that is not positive.
     """
-    radii = bolt_radii(assembly) if radii is None else checks.numbers("radii", radii)
+    given = bolt_radii(assembly) if radii is None else checks.numbers("radii", radii)
     structure = structure_of(assembly)
     contact = structure.contact
     places = SurfacePlaces.in_planes(contact.position, contact.frame, contact.surface)
@@ -70,11 +70,11 @@ def stuck_patterns(
     pressure = load / contact.area
     parts = {"all": np.ones(len(x), dtype=bool)}
     distance = distance_to_bolts(structure.bolts, contact.position)
-    if len(radii) and distance is not None:
+    if given and distance is not None:
         # of wide heads the radius is the larger one
-        radii = sorted(radii, reverse=True)
-        parts |= {f"within {1e3 * radius:g} mm": distance < radius for radius in radii}
-        parts[f"beyond {1e3 * radii[0]:g} mm"] = distance > radii[0]
+        ordered = sorted(given, reverse=True)
+        parts |= {f"within {1e3 * radius:g} mm": distance < radius for radius in ordered}
+        parts[f"beyond {1e3 * ordered[0]:g} mm"] = distance > ordered[0]
     parts["left half"] = x < 0
     parts["above half of the pressure"] = pressure > pressure.max() / 2
     return {name: part & (load > 0) for name, part in parts.items()}
@@ -235,7 +235,7 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
     reference = checks.variable("patterns", patterns, "frequency", dims)
     natural = checks.variable("modes", modes, "natural_frequency", ("mode",))
     checks.variable("modes", modes, "relative_mode", ("axis", "pair", "mode"))
-    of_springs = tuple(patterns["stiffness"].dims) if "stiffness" in patterns else ()
+    of_springs = tuple(map(str, patterns["stiffness"].dims)) if "stiffness" in patterns else ()
     stiffness = checks.variable("patterns", patterns, "stiffness", of_springs)
     stuck_pairs = checks.indices(
         "stuck of patterns", patterns["stuck"].transpose("pattern", "pair").to_numpy()

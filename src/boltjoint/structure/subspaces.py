@@ -203,7 +203,9 @@ def symmetric(structure: Structure, *, tightened: bool = False) -> Subspace:
     return Subspace(structure, _half(structure, 1.0, tightened), tightened)
 
 
-def part_that_moves(structure: Structure, *of_points: Array) -> Subspace:
+def part_that_moves(
+    structure: Structure, *of_points: Array | NDArray[np.bool_] | NDArray[np.int64]
+) -> Subspace:
     """Symmetric motion where quantities of the contact points (points,) are symmetric, else all."""
     if structure.has_mirrored(*of_points):
         return symmetric(structure)

@@ -168,6 +168,8 @@ def balanced_pod_modes(
             break
         importance = importance * np.sqrt(bound / largest)
         importance = np.maximum(importance / importance.sum(), least_weight / len(adjoint))
+    if best is None:
+        raise ValueError("POD modes need an iteration")
     largest, vectors, share = best
     return PODModes(coordinates.basis @ vectors, share, float(largest))
 

@@ -41,7 +41,7 @@ def gauss(points: int, axes: int) -> IntegrationRule:
     return IntegrationRule(grid, weight)
 
 
-def _simplex(volume: float, *orbits: tuple[Array, float]) -> IntegrationRule:
+def _simplex(volume: float, *orbits: tuple[Sequence[float], float]) -> IntegrationRule:
     """Points that are permutations of barycentric coordinates, with the share of each in volume."""
     point, weight = [], []
     for barycentric, share in orbits:
@@ -158,7 +158,7 @@ class ShapeFunctions:
 
     @cached_property
     def _coefficient(self) -> Array:
-        return np.linalg.inv(_monomials(self.node, self.exponent))
+        return np.asarray(np.linalg.inv(_monomials(self.node, self.exponent)), float)
 
     def values(self, point: Array) -> Array:
         """N at points (points, axes), shape (points, nodes)."""

@@ -110,8 +110,9 @@ def stiffness(
     first = len(unknowns.sections) - len(beams)
     for number, each in enumerate(beams):
         material = mesh.deck.materials[each.beam.material.upper()]
-        E = pascal * material.youngs_modulus
-        shear = E / (2 * (1 + material.poissons_ratio))
+        modulus, ratio = material.elasticity
+        E = pascal * modulus
+        shear = E / (2 * (1 + ratio))
         scale = mesh.metre ** np.array([2, 4, 4, 4])
         area, second, third, torsion = scale * np.array(each.sizes)
         along = np.subtract(*mesh.coordinate[each.nodes[::-1]])
@@ -125,13 +126,13 @@ def stiffness(
         row = np.concatenate([-axes[0], axes[0], [1.0]])
         place = np.concatenate([columns.ravel(), shortening])
         found = found + _added(E * area / length * np.outer(row, row), place, unknowns.size)
-        turned = [unknowns.rotations(int(node)) for node in each.nodes]
-        if any(part is None for part in turned):
+        ends = [unknowns.rotations(int(node)) for node in each.nodes]
+        turned = [end for end in ends if end is not None]
+        if len(turned) < len(ends):
             continue
-        block, place = _bending(E, shear, (second, third, torsion), length, axes), []
-        for end in range(2):
-            place += [columns[end], turned[end]]
-        found = found + _added(block, np.concatenate(place), unknowns.size)
+        block = _bending(E, shear, (second, third, torsion), length, axes)
+        of_ends = [part for end in range(2) for part in (columns[end], turned[end])]
+        found = found + _added(block, np.concatenate(of_ends), unknowns.size)
     return found
 
 
@@ -156,8 +157,8 @@ def _bending(
         own = E * moment * np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
         K[np.ix_(place, place)] += own
     K[np.ix_([3, 9], [3, 9])] += shear * torsion / length * np.array([[1, -1], [-1, 1]])
-    turn = np.kron(np.eye(4), axes)
-    return turn.T @ K @ turn
+    turned = np.kron(np.eye(4), axes)
+    return np.asarray(turned.T @ K @ turned, float)
 
 
 def _added(block: Array, place: Indices, size: int) -> sparse.csc_array:

@@ -63,8 +63,7 @@ def bolts_of(deck: Deck, wanted: "Sequence[DeckBolt] | None") -> DeckBolts:
         If there are none, or none of a name.
     """
     known: DeckBolts = [
-        SectionBolt((section.surface or section.element).text, number)
-        for number, section in enumerate(deck.pretension)
+        SectionBolt(section.name, number) for number, section in enumerate(deck.pretension)
     ]
     if wanted is None:
         known += _loaded_pairs(deck)
@@ -85,11 +84,12 @@ def bolts_of(deck: Deck, wanted: "Sequence[DeckBolt] | None") -> DeckBolts:
                 )
             found.append(names[each.section.upper()]._replace(name=each.name))
         else:
-            nodes = np.array([_reference_node(deck, name) for name in each.couplings])
+            couplings = each.couplings or ()
+            nodes = np.array([_reference_node(deck, name) for name in couplings])
             pair = next((one for one in _loaded_pairs(deck) if set(one.node) == set(nodes)), None)
             if pair is None:
                 raise ValueError(
-                    f"{deck.file}: couplings {', '.join(each.couplings)} of bolt {each.name} have "
+                    f"{deck.file}: couplings {', '.join(couplings)} of bolt {each.name} have "
                     "no opposite forces by *CLOAD, which tell its direction"
                 )
             found.append(pair._replace(name=each.name))
@@ -143,7 +143,7 @@ def _loaded_pairs(deck: Deck) -> list[CouplingBolt]:
         own = nodes & reference.keys()
         for node in own:
             joined.setdefault(node, set()).update(own)
-    pairs = []
+    pairs: list[CouplingBolt] = []
     for first in reference:
         others = joined.get(first, set()) - {first}
         if len(others) != 1 or (second := next(iter(others))) in [p.node[0] for p in pairs]:
@@ -151,8 +151,8 @@ def _loaded_pairs(deck: Deck) -> list[CouplingBolt]:
         force, opposite = _force_on(deck, first), _force_on(deck, second)
         size = float(np.linalg.norm(force))
         if size and np.linalg.norm(force + opposite) <= _APART * size:
-            nodes = np.array([first, second])
-            pairs.append(CouplingBolt(reference[first], nodes, force / size))
+            both = np.array([first, second])
+            pairs.append(CouplingBolt(reference[first], both, force / size))
     return pairs
 
 
@@ -204,8 +204,10 @@ def cut(mesh: Mesh, section: PretensionSection) -> tuple[Mesh, Cut]:
         If there are no elements beyond the section, or elements on both sides of it hang together
         beside it.
     """
+    if section.surface is None:
+        raise ValueError(f"{section.place}: *PRE-TENSION SECTION of {section.name} has no surface")
     faces = mesh.faces(section.surface)
-    name, place = section.surface.text, section.place
+    name, place = section.name, section.place
     vectors = faces.area_vectors(mesh.coordinate)
     size = np.linalg.norm(vectors, axis=1)
     mean = vectors.sum(axis=0)

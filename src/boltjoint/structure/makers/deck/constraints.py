@@ -12,7 +12,7 @@ from boltjoint.structure.makers.deck.bolts import Cut
 from boltjoint.structure.makers.deck.content import Boundary, Coupling, Equation, Tie
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
-from boltjoint.structure.makers.deck.projection import motion, project
+from boltjoint.structure.makers.deck.projection import Projection, motion, project
 from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
 
 Array = NDArray[np.float64]
@@ -107,7 +107,10 @@ def tie(
             f"{each.place}: *TIE {each.name}: no slave lies within {1e3 * tolerance:.4g} mm of the "
             f"master: the nearest is {nearest:.4g} mm away"
         )
-    node, found = node[within], type(found)(*(part[within] for part in found))
+    node = node[within]
+    found = Projection(
+        found.face[within], found.parent[within], found.point[within], found.distance[within]
+    )
     farthest = {"near": ADJUSTED * size, "all": np.inf, "none": -1.0}[adjust]
     adjusted = found.distance <= (farthest if each.is_adjusted else -1.0)
     moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()
@@ -146,7 +149,8 @@ def section_rows(cuts: Sequence[Cut], unknowns: Unknowns) -> Iterable[Rows]:
 
 def equation_rows(equations: Sequence[Equation], unknowns: Unknowns, mesh: Mesh) -> Rows:
     """Rows of equations, one for each node of sets of as many nodes."""
-    row, column, entry, pivot = [], [], [], []
+    row, column, entry = [], [], []
+    pivot: list[int | None] = []
     for each in equations:
         nodes = [unknowns.deck.nodes_of(term.node) for term in each.terms]
         count = max(len(node) for node in nodes)
@@ -177,6 +181,8 @@ def kinematic_rows(
     """Rows by which nodes move rigidly with a reference node along some of x, y, z."""
     nodes = nodes[nodes != reference]
     turned = unknowns.rotations(reference)
+    if turned is None:
+        raise ValueError(f"{name}: its reference node has no rotations")
     axes = np.array([dof - 1 for dof in dofs])
     arm = mesh.coordinate[nodes] - mesh.coordinate[reference]
     pivot = unknowns.translations(nodes)[:, axes].ravel()

@@ -62,6 +62,13 @@ class Material:
     poissons_ratio: float | None = None
     density: float | None = None
 
+    @property
+    def elasticity(self) -> tuple[float, float]:
+        """Young's modulus and Poisson's ratio; a ``ValueError`` where the deck does not say."""
+        if self.youngs_modulus is None or self.poissons_ratio is None:
+            raise ValueError(f"{self.place}: *MATERIAL {self.name} has no *ELASTIC")
+        return self.youngs_modulus, self.poissons_ratio
+
 
 class Section(NamedTuple):
     """Material of a set of solid elements."""
@@ -130,6 +137,12 @@ class PretensionSection(NamedTuple):
     element: Reference | None
     normal: tuple[float, float, float]
     place: Place
+
+    @property
+    def name(self) -> str:
+        """Name of the surface, or of the beam."""
+        reference = self.surface or self.element
+        return "" if reference is None else reference.text
 
 
 class Boundary(NamedTuple):

@@ -105,14 +105,14 @@ def weighted(mesh: Mesh, each: "DeckContact") -> WeightedPoints:
     """Points of a pair, with signed gaps."""
     one, other = faces_of_contact(mesh, each)
     sides = [[node for _, node in faces.alike()] for faces in (one, other)]
+    weighting = "face" if each.points == "faces" else "dual"
     gap = None if each.largest_gap_mm is None else _MM * each.largest_gap_mm
-    options = {
-        "along": np.array(each.first_tangent),
-        "weighting": "face" if each.points == "faces" else "dual",
-        "largest_gap": gap,
-    }
+    along = np.array(each.first_tangent)
     try:
-        return _of_both_sides(weighted_points(mesh.coordinate, *sides, **options))
+        points = weighted_points(
+            mesh.coordinate, sides[0], sides[1], along, weighting=weighting, largest_gap=gap
+        )
+        return _of_both_sides(points)
     except ValueError as error:
         names = " and ".join(each.surfaces)
         if "do not meet" in str(error) and _look_away(mesh, one, other):

@@ -60,7 +60,7 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
     length, mass, _ = description.units.factors
     blocks = mesh.blocks(description.units.pascal, mass / length**3)
     weight = sum(
-        float(volumes @ block.material.density)
+        float(volumes @ np.asarray(block.material.density, dtype=np.float64))
         for volumes, block in zip(mesh.volumes, blocks, strict=True)
     )
     size = np.ptp(mesh.coordinate[mesh.nodes], axis=0)

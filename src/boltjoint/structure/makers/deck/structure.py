@@ -144,12 +144,14 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
         unit[: 3 * mesh.node_count] = np.tile(np.eye(3), (mesh.node_count, 1))
         support = -(T.T @ (M @ unit)).T
     loads = loads_of(deck, bolts)
+    rows = _rows(description, mesh, displacement)
     structure = Structure(
         stiffness=(stiffness + stiffness.T) / 2,
         mass=(inertia + inertia.T) / 2,
         contact=contact,
         bolts=_bolts(description, assembled, bolts, T),
-        **_rows(description, mesh, displacement),
+        inputs=rows,
+        outputs=rows,
         support=support,
         rigid=whole,
         geometry=_geometry(mesh, displacement),
@@ -246,7 +248,7 @@ def _check_sliding(
     places = wide.coords[0], own[wide.coords[1]]
     rows = sparse.coo_array((wide.data, places), shape=(len(closed), unknowns.size)).tocsr()
     left = rigid.allowed(motions, assembled.rows, assembled.held, rows).shape[1]
-    sliding = left - structure.rigid.shape[1]
+    sliding = left - structure.rigid_body_motions.shape[1]
     if sliding > 0:
         raise ValueError(
             f"{mesh.deck.file}: with contact closed {sliding} motions of bodies along the surfaces "
@@ -295,13 +297,11 @@ def _of_beam(
         along / np.linalg.norm(along),
         mesh.coordinate[beam.nodes].mean(axis=0),
         mesh.metre**2 * beam.sizes[0],
-        material.youngs_modulus * description.units.pascal,
+        material.elasticity[0] * description.units.pascal,
     )
 
 
-def _rows(
-    description: Description, mesh: Mesh, displacement: sparse.csc_array
-) -> dict[str, dict[str, Row]]:
+def _rows(description: Description, mesh: Mesh, displacement: sparse.csc_array) -> dict[str, Row]:
     """Rows of the nodes that are nearest to the points."""
     rows, by_row = {}, displacement.tocsr()
     for each in description.points:
@@ -314,7 +314,7 @@ def _rows(
                 f"is held along {each.direction}"
             )
         rows[each.name] = Row(row, each.direction)
-    return {"inputs": rows, "outputs": rows}
+    return rows
 
 
 def _geometry(mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
@@ -343,7 +343,7 @@ def _log(model: DeckModel, lengths: list[str]) -> None:
         len(model.assembled.mesh.nodes),
         model.structure.dofs,
         len(model.contact),
-        model.structure.rigid.shape[1],
+        model.structure.rigid_body_motions.shape[1],
     )
     for tie in model.assembled.ties:
         if tie.apart:

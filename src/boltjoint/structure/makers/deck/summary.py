@@ -18,6 +18,7 @@ from boltjoint.structure.makers.deck.reader import read_deck
 
 if TYPE_CHECKING:
     from boltjoint.config.deck import Deck as Description
+    from boltjoint.config.deck import DeckMaterial
 
 
 def summary_of(description: "Description", folder: Path) -> Summary:
@@ -60,17 +61,18 @@ def described_mesh(description: "Description", folder: Path) -> Mesh:
                 raise ValueError(f"{deck.file} has no *MATERIAL {each.name}; there are: {there}")
             deck.materials[key] = Material(each.name, Place(deck.file, 1))
         found = deck.materials[key]
-        changes = {
-            "youngs_modulus": _in_unit(each.youngs_modulus_GPa, 1e9 / description.units.pascal),
-            "poissons_ratio": each.poissons_ratio,
-            "density": _in_unit(each.density_kg_per_m3, length**3 / mass),
-        }
-        given = {name: value for name, value in changes.items() if value is not None}
-        deck.materials[key] = replace(found, **given)
+        modulus = _in_unit(each.youngs_modulus_GPa, 1e9 / description.units.pascal)
+        ratio, density = each.poissons_ratio, _in_unit(each.density_kg_per_m3, length**3 / mass)
+        deck.materials[key] = replace(
+            found,
+            youngs_modulus=found.youngs_modulus if modulus is None else modulus,
+            poissons_ratio=found.poissons_ratio if ratio is None else ratio,
+            density=found.density if density is None else density,
+        )
     return mesh_of(deck, length)
 
 
-def _has_all(material: object) -> bool:
+def _has_all(material: "DeckMaterial") -> bool:
     values = (material.youngs_modulus_GPa, material.poissons_ratio, material.density_kg_per_m3)
     return all(value is not None for value in values)
 

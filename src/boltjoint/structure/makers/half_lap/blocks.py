@@ -42,8 +42,11 @@ class Blocks:
     """Extruded plans, and the pairs of their nodes that are joined."""
 
     def __init__(self) -> None:
-        self._point, self._hexahedron, self._part = [], [], []
-        self._kept, self._given_up = [], []
+        self._point: list[Array] = []
+        self._hexahedron: list[Labels] = []
+        self._part: list[Labels] = []
+        self._kept: list[Labels] = []
+        self._given_up: list[Labels] = []
         self._nodes = 0
 
     def add(self, part: int, plan: Plan, levels: Array) -> Labels:

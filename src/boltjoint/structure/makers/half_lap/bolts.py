@@ -24,13 +24,17 @@ _MM = 1e-3
 def radii_of(assembly: "Assembly") -> BoltRadii:
     """Radii of a bolt and its washers [m]."""
     bolts = assembly.bolts
-    washer = bolts.washer
+    washer, hole = bolts.washer, None
+    if washer is not None and bolts.has_narrow_washers and washer.hole_diameter_mm is not None:
+        hole = _MM * washer.hole_diameter_mm / 2
     return BoltRadii(
         shank=_MM * bolts.shank_diameter_mm / 2,
         hole=_MM * bolts.hole_diameter_mm / 2,
         head=_MM * bolts.head_diameter_mm / 2,
-        washer_hole=_MM * washer.hole_diameter_mm / 2 if bolts.has_narrow_washers else None,
-        washer=_MM * washer.diameter_mm / 2 if bolts.has_wide_washers else None,
+        washer_hole=hole,
+        washer=None
+        if washer is None or not bolts.has_wide_washers
+        else _MM * washer.diameter_mm / 2,
     )
 
 

@@ -77,8 +77,8 @@ def _compare_modes(
         yield _row(
             f"natural frequency of bending mode {mode + 1}",
             "Hz",
-            modes["natural_frequency"][mode],
-            other["natural_frequency"][match],
+            float(modes["natural_frequency"][mode]),
+            float(other["natural_frequency"][match]),
             FREQUENCY_BOUND,
             (assurance[mode, match], "MAC of the shapes", SHAPE_BOUND),
         )
@@ -116,8 +116,10 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
             np.linalg.norm(other_friction, axis=1).sum(),
             agreement=_correlation(friction, other_friction),
         )
-    shortening = (1e6 * each["shank_shortening"].mean() for each in (preload, other))
-    yield _row("mean shortening of the shanks", "µm", *shortening)
+    shortening, other_shortening = (
+        float(1e6 * each["shank_shortening"].mean()) for each in (preload, other)
+    )
+    yield _row("mean shortening of the shanks", "µm", shortening, other_shortening)
 
 
 def _row(
@@ -135,7 +137,7 @@ def _row(
     if maximum_difference is not None:
         bounds.append(f"difference within {100 * maximum_difference:g} %")
         holds &= abs(difference) <= maximum_difference
-    if minimum is not None:
+    if minimum is not None and likeness is not None:
         bounds.append(f"likeness above {minimum:g}")
         holds &= float(likeness) > minimum
     return {

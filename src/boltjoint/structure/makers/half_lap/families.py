@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT
 from boltjoint.structure.makers.registry import Families
-from boltjoint.structure.model import Structure
+from boltjoint.structure.model import Geometry, Structure
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ def families_of(structure: Structure, q: Array) -> Families:
     q
         The modes, shape (dofs, modes).
     """
-    geometry = structure.geometry
+    geometry = checks.instance("geometry of the structure", structure.geometry, Geometry)
     # neither mass nor constraints mix the axes
     axis = geometry.displacement.indices[geometry.displacement.indptr[:-1]] % 3
     energy = q * (structure.mass @ q)
@@ -65,7 +65,7 @@ def classify(
     ValueError
         If shapes do not fit each other, a share is not from 0 to 1, or a side is not positive.
     """
-    share = {"at_least": 0, "at_most": 1 + 1e-9}  # but for rounding
+    share = checks.Limits(at_least=0, at_most=1 + 1e-9)  # but for rounding
     energy_share = checks.array("energy_share", energy_share, ("modes", 3), **share)
     symmetric_share = checks.array(
         "symmetric_share", symmetric_share, energy_share.shape[:1], **share

@@ -101,7 +101,8 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
     metre = 1.0 if described.length_unit == "m" else 1e-3
     K, M = (reader.matrix(name, (dofs, dofs)) / metre for name in (K_name, M_name))
     bolts = tuple(_bolt(each, described, reader, dofs) for each in described.bolts)
-    rows = [_rows(each, described, reader, dofs) for each in (described.inputs, described.outputs)]
+    inputs = _rows(described.inputs, described, reader, dofs)
+    outputs = _rows(described.outputs, described, reader, dofs)
     support = None
     if described.support is not None:
         support = reader.matrix(described.support, (DIRECTIONS, dofs)).toarray() / metre
@@ -110,8 +111,17 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
     places |= {f"load of {each.name}": _place_of(each, reader) for each in described.bolts}
     _check_diagonals(described, reader, K, M)
     with _placed(places, reader.place(K_name)):
-        options = {"factorisation": described.factorisation, "maker": NAME}
-        structure = Structure(K, M, contact, bolts, *rows, support=support, **options)
+        structure = Structure(
+            K,
+            M,
+            contact,
+            bolts,
+            inputs,
+            outputs,
+            support=support,
+            factorisation=described.factorisation,
+            maker=NAME,
+        )
         for name, matrix in (("stiffness", structure.stiffness), ("mass", structure.mass)):
             _check_positive(name, matrix)
         return structure.with_rigid_motions()
@@ -129,24 +139,22 @@ def _contact(described: Matrices, reader: Reader, sizes: Sizes, metre: float) ->
     gap = np.zeros(points)
     if contact.gap is not None:
         gap = reader.array(contact.gap, (points,), at_least=0)
-    static = {
-        name: np.array([_first_given(plane, contact, key) for plane in planes])
-        for name, key in (
-            ("penalty", "penalty_N_per_m3"),
-            ("friction_coefficient", "friction_coefficient"),
-        )
-    }
-    names = np.array(described.surface_names)
-    of_points = {
-        "position": metre * position,
-        "area": metre**2 * area,
-        "frame": frame,
-        "gap": metre * gap,
-        "surface": names[number],
-        **{name: values[number] for name, values in static.items()},
-    }
+    penalty, friction_coefficient = (
+        np.array([_first_given(plane, contact, key) for plane in planes])[number]
+        for key in ("penalty_N_per_m3", "friction_coefficient")
+    )
+    surface = np.array(described.surface_names)[number]
     if contact.relative is not None:
-        return ContactPoints(_relative(described, reader, frame, sizes.dofs), **of_points)
+        return ContactPoints(
+            _relative(described, reader, frame, sizes.dofs),
+            position=metre * position,
+            area=metre**2 * area,
+            frame=frame,
+            gap=metre * gap,
+            surface=surface,
+            penalty=penalty,
+            friction_coefficient=friction_coefficient,
+        )
     sides = [
         reader.numbers(side, (points, DIRECTIONS), sizes.dofs)
         for side in (contact.side_a, contact.side_b)
@@ -157,7 +165,18 @@ def _contact(described: Matrices, reader: Reader, sizes: Sizes, metre: float) ->
             f"{reader.place(str(contact.side_b))}: pair {same[0] + described.numbered_from} has a "
             f"degree of freedom that {contact.side_a} has too: a node cannot meet itself"
         )
-    return ContactPoints.of_pairs(*sides, sizes.dofs, **of_points)
+    return ContactPoints.of_pairs(
+        sides[0],
+        sides[1],
+        sizes.dofs,
+        position=metre * position,
+        area=metre**2 * area,
+        frame=frame,
+        gap=metre * gap,
+        surface=surface,
+        penalty=penalty,
+        friction_coefficient=friction_coefficient,
+    )
 
 
 def _first_given(plane: Plane, contact: MatrixContact, key: str) -> float:
