@@ -68,30 +68,31 @@ def _solved_of(
     sweep: "Sweep", variant: "Variant", *, checking: bool
 ) -> tuple[Basis, list[JointName]]:
     """Basis and joints of a variant of a sweep, or of its check: node to node, and reduced."""
-    model = (sweep.check.basis, sweep.check.joint) if checking else (sweep.basis, variant.joint)
-    return model[0], with_regions([REFERENCE[0], model[1]])
+    basis, joint = sweep.basis, variant.joint
+    if checking and sweep.check is not None:
+        basis, joint = sweep.check.basis, sweep.check.joint
+    return basis, with_regions([REFERENCE[0], joint])
 
 
 def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
     """The joints of a sweep and of its check, and what they are made from."""
     sweep = study.sweeps[name]
     for variant in study.possible_variants(name):
-        of_assembly = {"assembly": variant.assembly_name}
+        assembly, case = variant.assembly_name, variant.case_name
         for kind in ("assembly", "structure", "mesh_view"):
-            yield Artefact(kind, **of_assembly)
+            yield Artefact(kind, assembly=assembly)
         for kind in ("preload", "preload_view"):
-            yield Artefact(kind, preload_N=variant.case.preload, **of_assembly)
+            yield Artefact(kind, preload_N=variant.case.preload, assembly=assembly)
         for checking in (False, True) if sweep.check is not None else (False,):
             basis, joints = _solved_of(sweep, variant, checking=checking)
             for kind in ("modes", "modes_view"):
-                yield Artefact(kind, basis=basis, **of_assembly)
+                yield Artefact(kind, basis=basis, assembly=assembly)
             if basis.is_contact_adapted:
-                yield Artefact("pod_modes", **of_assembly)
+                yield Artefact("pod_modes", assembly=assembly)
             for joint in joints:
-                fields = {"case": variant.case_name, "basis": basis, "joint": joint}
-                yield Artefact("joint", **fields)
+                yield Artefact("joint", case=case, basis=basis, joint=joint)
                 if joint.reduction is not None:
-                    yield Artefact("fit_timing", **fields)
+                    yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
 
 
 class Listed(Protocol):
@@ -143,6 +144,7 @@ class Contents(Responses):
 
         Without the joints of sweeps, and what these are made from.
         """
+        candidates: Iterable[Artefact]
         if kinds:
             candidates = [
                 candidate for kind in kinds for candidate in self._all_of(kind, fields.get("sweep"))
@@ -168,7 +170,7 @@ class Contents(Responses):
         """The artefacts of a kind, at least those of a sweep if one is named."""
         if kind != "chunk":
             return self._of_kind[kind]
-        names = self.study.sweeps if sweep is None else [sweep]
+        names = self.study.sweeps if sweep is None else [str(sweep)]
         return [artefact for name in names for artefact in self._chunks(name)]
 
     def files(self, *kinds: str, **fields: object) -> list[str]:
@@ -241,8 +243,9 @@ class Contents(Responses):
             for kind in ("joint", "peaks"):
                 yield Artefact(kind, case=case, basis=basis, joint=REFERENCE[0])
         joints = [(basis, self.joints(case, basis)) for basis in self.study.case(case).bases]
-        if reduced := self.reduced(case):
-            joints.append((self.converged(case).basis, with_regions(reduced)))
+        reduced, converged = self.reduced(case), self.converged(case)
+        if reduced and converged is not None:
+            joints.append((converged.basis, with_regions(reduced)))
         for basis, of_basis in joints:
             for joint in of_basis:
                 yield Artefact("joint", case=case, basis=basis, joint=joint)

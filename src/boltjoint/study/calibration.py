@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
@@ -19,8 +20,9 @@ from boltjoint.config.measured import Measured, read_backbone_table
 from boltjoint.config.units import unit_of
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import path_of, value_at
-from boltjoint.damping import Damping
+from boltjoint.damping import Damping, LossFactor
 from boltjoint.dataset import quantity
+from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.measurement.signals import UNITS
@@ -53,7 +55,7 @@ class CalibratedJoint:
     def value(self, key: str) -> float:
         """The value of a parameter that the case has: 1 of all ratios."""
         if key == "loss_factor":
-            return float(self.base.structural_damping.loss_factor)
+            return checks.instance("damping", self.base.structural_damping, LossFactor).loss_factor
         try:
             return float(value_at(self.case, path_of(key)))
         except (LookupError, TypeError):
@@ -79,12 +81,15 @@ class CalibratedJoint:
         return joint, case.structural_damping
 
 
-def _with_regions(joint: Joint, ratios: Mapping[str, float]):  # noqa: ANN202
+def _with_regions(joint: Joint, ratios: Mapping[str, float]) -> ElementLaw:
     """The elements of a joint with other stiffnesses and friction of some regions."""
-    elements = joint.law
+    elements = joint.contact.element_law
     changed: dict[str, np.ndarray] = {}
     for key, ratio in ratios.items():
-        region, quantity = region_of(key)
+        named = region_of(key)
+        if named is None:
+            raise ValueError(f"{key} is no parameter of a region")
+        region, quantity = named
         name = quantity if quantity in elements.quantities else _LIMIT
         value = changed.setdefault(name, elements.quantity(name).copy())
         value[elements.point_of_element == region] *= ratio

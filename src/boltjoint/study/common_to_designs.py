@@ -128,14 +128,14 @@ def common_window(
     """
     windows: list[tuple[float, float]] = []
     reasons: dict[int, str] = {}
-    for number, rows in _possible_rows(variants, designs):
+    for variant, rows in _possible_rows(variants, designs):
         own = designs.isel(design=rows)
         stiffnesses = {
             own[name].attrs["key"]: own[name].to_numpy()
             for name in varied(designs)
             if is_rescaled(own[name].attrs["key"]) and own[name].attrs["units"] in _STIFFNESSES
         }
-        window = variants[number].window
+        window = variant.window
         try:
             windows.append(
                 window({key: float(stiffness.max()) for key, stiffness in stiffnesses.items()})
@@ -152,8 +152,9 @@ def common_window(
                     of_values[conditions] = window(dict(zip(stiffnesses, conditions, strict=True)))
                 except IMPOSSIBLE as error:
                     of_values[conditions] = str(error)
-            if isinstance(of_values[conditions], str):
-                reasons[int(row)] = of_values[conditions]
+            outcome = of_values[conditions]
+            if isinstance(outcome, str):
+                reasons[int(row)] = outcome
         windows += [stiffness for stiffness in of_values.values() if not isinstance(stiffness, str)]
     if not windows:
         first = next(iter(reasons.values()), _first_reason(variants, designs))
@@ -178,8 +179,7 @@ def common_amplitudes(
         If the base case has no peak.
     """
     largest, reason = 0.0, _first_reason(variants, designs)
-    for number, rows in _possible_rows(variants, designs):
-        variant = variants[number]
+    for variant, rows in _possible_rows(variants, designs):
         if "force_level" in designs:
             level = float(designs["force_level"][rows].max())
         else:
@@ -196,12 +196,13 @@ def common_amplitudes(
 
 def _possible_rows(
     variants: Sequence["SweptJoint | ImpossibleJoint"], designs: xr.Dataset
-) -> Iterator[tuple[int, np.ndarray]]:
-    """Numbers of the variants with a joint, and the rows of their possible designs."""
+) -> Iterator[tuple["SweptJoint", np.ndarray]]:
+    """The variants with a joint, and the rows of their possible designs."""
     possible, of_variant = designs["reason"].to_numpy() == "", designs["variant"].to_numpy()
     for number in np.unique(of_variant[possible]):
-        if not isinstance(variants[number], Exception):
-            yield number, np.flatnonzero(possible & (of_variant == number))
+        variant = variants[number]
+        if not isinstance(variant, Exception):
+            yield variant, np.flatnonzero(possible & (of_variant == number))
 
 
 def _first_reason(variants: Sequence["SweptJoint | ImpossibleJoint"], designs: xr.Dataset) -> str:
@@ -243,10 +244,10 @@ class ObservedDesigns:
         self.complete = np.zeros((designs, levels), dtype=np.int8)
         self.reason = np.full(designs, "", dtype=object)
         self.grid, self.sizes = grid, sizes
-        self.backbone = np.full((designs, np.size(sizes), 2), np.nan)
-        self.response = np.full((designs, levels, np.size(grid)), np.nan)
+        self.backbone = np.full((designs, 1 if sizes is None else sizes.size, 2), np.nan)
+        self.response = np.full((designs, levels, 1 if grid is None else grid.size), np.nan)
         self.converged = np.full((designs, levels, 5), np.nan) if converged else None
-        self.state = None
+        self.state: NDArray[np.int8] | None = None
         if elements is not None:
             shape = designs, levels, elements
             self.state = np.full(shape, contact_states.UNKNOWN, dtype=np.int8)
@@ -270,13 +271,15 @@ class ObservedDesigns:
 
     def add_converged(self, place: int, peaks: Sequence[ConvergedPeak]) -> None:
         """Keep the peaks of a design with all harmonics."""
+        if self.converged is None:
+            raise ValueError("the peaks with all harmonics are not observed")
         self.converged[place] = [(*peak.values, *peak.truncation_error) for peak in peaks]
 
     def dataset(self) -> xr.Dataset:
         """All of it, by design and force."""
         along = "design", "force"
         why = "why the design is impossible, or a branch ends before or has no peak"
-        rows = {
+        rows: dict[str, tuple[str | tuple[str, ...], NDArray, str, str]] = {
             "peak_frequency": (along, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
             "peak_amplitude": (along, self.peak[..., 1], "m", "largest maximum of the response"),
             "complete": (along, self.complete, "1", "1 where the branch crosses the whole window"),
@@ -297,7 +300,10 @@ class ObservedDesigns:
             ):
                 meaning = f"{name.replace('_', ' ')} of the nonlinear mode"
                 rows[name] = (("design", "amplitude"), values, unit, meaning)
-        variables = {name: quantity(*row) for name, row in rows.items()}
+        variables = {
+            name: quantity(dims, values, unit, meaning)
+            for name, (dims, values, unit, meaning) in rows.items()
+        }
         if self.state is not None:
             dims = (*along, "element")
             variables["contact_state"] = xr.Variable(dims, self.state, contact_states.ATTRIBUTES)

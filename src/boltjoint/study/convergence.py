@@ -18,7 +18,7 @@ from boltjoint.dynamics.response.methods import LinearModes, Problem
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
-from boltjoint.joint.partition import Division, partition_regions, region_error
+from boltjoint.joint.partition import Division, Motion, partition_regions, region_error
 from boltjoint.names import Basis
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.patterns import resonances_in
@@ -64,7 +64,8 @@ def tabulate_sampling(
         for force, motion in _largest_motions(joint, response).items():
             exact = joint.law.force(motion)
             for count in samples:
-                sampled = AlternatingFrequencyTime(joint.law, samples=count).force(motion)
+                elements = joint.contact.element_law
+                sampled = AlternatingFrequencyTime(elements, samples=count).force(motion)
                 rows.append(
                     {
                         "case": case,
@@ -122,16 +123,18 @@ def peaks_near(
     """
     forces = checks.levels("forces", forces)
     checks.instance("joint", joint, Joint)
-    of_mode = {"damping": as_damping(damping), "resonance": resonance, "control": control}
+    damping = as_damping(damping)
     window = frequency_window(joint, resonance=resonance)
-    backbone = trace_for_forces(joint, forces, window=window, **of_mode)
+    backbone = trace_for_forces(
+        joint, forces, window=window, damping=damping, resonance=resonance, control=control
+    )
     rows = []
     for force in forces:
         branch = _near_peak(backbone, force, window, resonance, control)
         if branch is None:
             logger.info("%g N: no peak in the window predicted from the backbone", force)
-            of_mode["resonance"] = Resonance(resonance, window)
-            branch = solve_branch(joint, force, **of_mode)
+            around = Resonance(resonance, window)
+            branch = solve_branch(joint, force, damping=damping, resonance=around, control=control)
         row = {"force_N": force, "peak_frequency_Hz": np.nan, "peak_mm_per_N": np.nan}
         if branch.peak is not None:
             row["peak_frequency_Hz"] = branch.frequency[branch.peak]
@@ -205,8 +208,14 @@ def tabulate_divisions(
     for count in counts:
         checks.whole("counts", count, at_least=1)
     parts = []
-    bands = [(division, motion) for motion in ("mean", "load-weighted", "linear")]
-    for how, motion in [*bands, ("inner-outer", "mean"), ("clusters", "mean")]:
+    divisions: list[tuple[Division, Motion]] = [
+        (division, "mean"),
+        (division, "load-weighted"),
+        (division, "linear"),
+        ("inner-outer", "mean"),
+        ("clusters", "mean"),
+    ]
+    for how, motion in divisions:
         for count in counts:
             try:
                 regions = partition_regions(joint, preload, count, how, motion)
@@ -263,7 +272,6 @@ def tabulate_reductions(
         raise ValueError("joints is empty: the first is the one that the others stand for")
     first = next(iter(joints.values()))
     around = Resonance(1, frequency_window(first))
-    how = {"damping": as_damping(damping), "resonance": around, "control": control}
     rows = []
     for name, joint in joints.items():
         of_joint = {
@@ -271,7 +279,7 @@ def tabulate_reductions(
             "points": joint.points,
             "elements": joint.law.point_of_element.size,
         }
-        problem = Problem.of(joint, **how)
+        problem = Problem.of(joint, as_damping(damping), around, control)
         timed = Timed.of(LinearModes()).prepared(problem, forces)
         for force in forces:
             branch = timed.solve(problem, force)

@@ -124,21 +124,21 @@ def _check_variants(variants: Sequence[Mapping[str, Any]]) -> None:
     if not variants:
         raise ValueError("variants is empty: there is one of the base case at least")
     for i, variant in enumerate(variants):
-        checks.mapping(f"values of variants[{i}]", variant.get("values"))
+        checks.instance(f"values of variants[{i}]", variant.get("values"), Mapping)
+        checks.mapping(f"values of variants[{i}]", variant["values"])
         checks.instance(f"reason of variants[{i}]", variant.get("reason"), str)
 
 
 def values_of(designs: xr.Dataset) -> list[dict[str, float]]:
     """The values of those keys of each design for which its joint is rescaled."""
-    named = {}
+    columns = {}
     for name in varied(designs):
         values = checks.variable("designs", designs, name, ("design",))
-        key = designs[name].attrs.get("key")
-        checks.instance(f"key of {name}", key, str)
-        named[key] = values
-    named = _rescaled(named)
-    rows = zip(*(column.tolist() for column in named.values()), strict=True)
-    return [dict(zip(named, row, strict=True)) for row in rows] or [{}] * designs.sizes["design"]
+        key = checks.instance(f"key of {name}", designs[name].attrs.get("key"), str)
+        columns[key] = values
+    columns = _rescaled(columns)
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows] or [{}] * designs.sizes["design"]
 
 
 def varied(dataset: xr.Dataset) -> list[str]:
@@ -150,10 +150,9 @@ def varied(dataset: xr.Dataset) -> list[str]:
         If it does not tell them, or has one that is no quantity of its designs with units.
     """
     places = places_of(dataset)
-    names = dataset.attrs.get("varied")
-    checks.instance("attribute varied of the designs", names, str)
+    names = checks.instance("attribute varied of the designs", dataset.attrs.get("varied"), str)
     for name in names.split():
-        dims = tuple(dataset[name].dims) if name in dataset else ()
+        dims = tuple(map(str, dataset[name].dims)) if name in dataset else ()
         checks.variable("designs", dataset, name, dims)
         if not set(dims) <= set(places):
             raise ValueError(f"{name} is over {', '.join(map(str, dims))}, but designs are not")
@@ -279,7 +278,7 @@ class SweptJoint:
         """That of all joints which is solved."""
         if self.sampling is None:
             return joints[-1]
-        law = AlternatingFrequencyTime(joints[-1].law, **self.sampling)
+        law = AlternatingFrequencyTime(joints[-1].contact.element_law, **self.sampling)
         return replace(joints[-1], law=law)
 
     def _case(self, values: Mapping[str, float]) -> Case:

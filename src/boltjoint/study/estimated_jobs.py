@@ -22,6 +22,7 @@ study on a machine that does nothing else.
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from boltjoint.config.conflicts_of_measured import measurement_of
 from boltjoint.config.described import COUNTLESS
 from boltjoint.config.settings import Solver
 from boltjoint.config.study import Study
@@ -156,7 +157,8 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     vector, square, fill = _NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
     factors = _FACTORS_FREE * fill
     preloads = {factor.preload_N for factor in contents.select("preload", assembly=name)}
-    bases = {factor.basis for factor in contents.select("modes", form="data", assembly=name)}
+    modes = contents.select("modes", form="data", assembly=name)
+    bases = {factor.basis for factor in modes if factor.basis is not None}
     varied = list(study.variants_of(ASSEMBLY_FOLDER, name))
     preloads |= {factor.case.preload for factor in varied}
     bases = bases.union(*(factor.bases for factor in varied))
@@ -168,9 +170,9 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         memory = _PROCESS + _BESIDE_FACTORS + _FACTORS * fill
         yield EstimatedJob("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
     for basis in sorted(bases):
-        if basis.is_contact_adapted:
-            continue
         number = basis.vectors
+        if basis.is_contact_adapted or not isinstance(number, int):
+            continue
         # of three modes about one bends in the plane
         met = _VECTORS_PER_MODE * (3 * number + 2) * vector
         memory = _PROCESS + _BESIDE_FACTORS + factors + met
@@ -211,7 +213,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     case, solver = study.cases[name], study.solver
     pairs = min(study.assembly(case.assembly).contact_pairs, COUNTLESS)
     most = MOST_CHOSEN if solver.harmonics == "auto" else solver.harmonics
-    harmonics, samples = (min(n, COUNTLESS) for n in (most, solver.time_samples))
+    harmonics, samples = (int(min(n, COUNTLESS)) for n in (most, solver.time_samples))
     law = case.contact.declaration
     directions, components = len(law.directions), law.components_of(harmonics)
     effort = 1.0
@@ -220,7 +222,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     factor = _solutions(solver) / _SOLUTIONS
     for response in contents.responses(name):
         vectors = _vectors(study, response.basis)
-        if not response.basis.is_contact_adapted:
+        if isinstance(response.basis.vectors, int) and not response.basis.is_contact_adapted:
             vectors = response.basis.vectors
         unknowns = components * (response.coordinates.count or vectors)
         memory = _SOLVER + _NUMBER * (
@@ -244,12 +246,15 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     if contents.converged(name):
         of_basis = contents.compared_bases(name), contents.reduced(name)
         regions = study.convergence.regions
-        compared = sum(map(len, of_basis)) + _DIVISIONS * len(regions)
+        compared = len(of_basis[0]) + len(of_basis[1]) + _DIVISIONS * len(regions)
         key = f"{CONFIG_FILE}: convergence"
         seconds = _PER_PEAKS * compared * factor
         yield EstimatedJob("divisions", name, _SOLVER, seconds, key, "to compare peaks")
-    if response := contents.integrated(name):
-        memory = _memory_of_balance(law.components_of(_MANY), response.basis.vectors)
+    if integrated := contents.integrated(name):
+        vectors = _vectors(study, integrated.basis)
+        if isinstance(integrated.basis.vectors, int):
+            vectors = integrated.basis.vectors
+        memory = _memory_of_balance(law.components_of(_MANY), vectors)
         seconds = _PER_INTEGRATION * len(case.verification_forces_N) * pairs
         key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
         yield EstimatedJob("harmonics", name, memory, seconds, key, f"to balance {_MANY} harmonics")
@@ -267,7 +272,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
 def _of_calibration(contents: Contents, name: str, pairs: float) -> EstimatedJob:
     """The fit of a joint to its measurement."""
     study = contents.study
-    measured, basis = study.cases[name].measured, contents.calibrated(name)["basis"]
+    measured, basis = measurement_of(study.cases[name]), contents.calibrated(name)["basis"]
     elements, vectors = _elements(measured.joint, pairs), _vectors(study, basis)
     # derivatives by each parameter take two residuals
     effort = study.cases[name].contact.declaration.relative_time * elements * vectors
@@ -287,7 +292,7 @@ def _solutions(solver: Solver) -> float:
 def _of_fit(study: Study, subject: str, joint: JointName) -> EstimatedJob:
     """The fit of the elements of a joint."""
     guesses = study.fitting.initial_guesses
-    regions = _MOST_REGIONS if joint.count == "auto" else joint.count
+    regions = joint.count if isinstance(joint.count, int) else _MOST_REGIONS
     elements = joint.elements or 1
     memory = _PROCESS + _NUMBER * _NUMBERS_OF_GUESS * guesses * elements
     seconds = _PER_GUESS * guesses * regions * elements
@@ -331,7 +336,7 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         stored += levels * _NUMBER * 5
         seconds += levels * _of_converged_peak(law.components_of(highest), elements, vectors)
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
-    key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=multiples.get)}"
+    key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=lambda each: multiples[each])}"
     chunk = min(sweep.designs_per_job, designs)
     memory = _SOLVER + of_peaks + 2 * chunk * stored + _PER_ROW * designs
     does = f"to solve designs of {name}"
@@ -369,6 +374,6 @@ def _elements(joint: JointName, pairs: float) -> float:
     """Elements of a joint, at most: of tolerances nothing is known yet."""
     if isinstance(joint.pairs, int):
         return joint.pairs
-    if joint.reduction is None or joint.count == "auto":
+    if joint.reduction is None or not isinstance(joint.count, int):
         return pairs
     return joint.count * (joint.elements or 1)

@@ -116,8 +116,10 @@ class Responses:
 
     def compared(self, case: str) -> list[Response]:
         """The responses of a case around the resonance of its converged one."""
-        resonance = self.converged(case).resonance
-        return [one for one in self.responses(case) if one.resonance == resonance]
+        converged = self.converged(case)
+        if converged is None:
+            return []
+        return [one for one in self.responses(case) if one.resonance == converged.resonance]
 
     def is_compared(self, case: str | None = None) -> bool:
         """Whether a case, or any of them, is compared with a published one."""
@@ -176,7 +178,7 @@ class Responses:
 
     def compared_bases(self, case: str) -> list[Basis]:
         """The bases in which only the peaks of a case are found."""
-        bases = list(self.study.convergence.bases)
+        bases: list[Basis] = list(self.study.convergence.bases)
         converged = self.converged(case)
         if self.study.convergence.regions and converged:
             bases.append(converged.basis)

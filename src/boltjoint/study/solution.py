@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import pandas as pd
 import xarray as xr
@@ -17,7 +17,11 @@ from boltjoint.dynamics.response.converged_peaks import (
     find_converged_peaks,
     solve_converged_response,
 )
-from boltjoint.dynamics.response.frequency_response import method_of, solve_response
+from boltjoint.dynamics.response.frequency_response import (
+    MethodOptions,
+    method_of,
+    solve_response,
+)
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
 from boltjoint.dynamics.response.methods import Problem
@@ -67,7 +71,7 @@ class CaseInBasis:
         backbones: "Mapping[Response, tuple[xr.Dataset, tuple[float, float]]]",
         *,
         harmonics: HarmonicConvergence | None = None,
-        **options: object,
+        **options: Unpack[MethodOptions],
     ) -> Iterator[tuple[xr.Dataset, dict[str, Any], pd.DataFrame]]:
         """The frequency responses, the parameters of each, and the times of its solution.
 
@@ -112,7 +116,7 @@ class CaseInBasis:
             yield solved, self._parameters(response, parameters), method.times
 
     def time_by_differences(
-        self, responses: "Sequence[Response]", **options: object
+        self, responses: "Sequence[Response]", **options: Unpack[MethodOptions]
     ) -> Iterator[pd.DataFrame]:
         """The times of the frequency responses with forward differences.
 
@@ -151,7 +155,8 @@ class CaseInBasis:
             joint, stored = load(response.joint)
             ranges = stored["resonance_range"].to_numpy().tolist()
             resonance = response.resonance
-            window = window_around(*ranges[resonance - 1], resonance, self.windows[resonance])
+            low, high = ranges[resonance - 1]
+            window = window_around(low, high, resonance, self.windows[resonance])
             how = {
                 "damping": self.damping,
                 "resonance": Resonance(resonance, window),
@@ -163,7 +168,9 @@ class CaseInBasis:
         """A joint and its file."""
         path = layout.path("joint", case=self.case, basis=self.basis, joint=name)
         stored = dataset.load(path)
-        sampling = None if self._chooses_harmonics else self.sampling
+        if self._chooses_harmonics or self.sampling is None:
+            return joint_from_dataset(stored), stored
+        sampling = {name: int(number) for name, number in self.sampling.items()}
         return joint_from_dataset(stored, sampling), stored
 
     @property

@@ -102,7 +102,10 @@ def peak_dissipation(
     at = response.isel(force=np.flatnonzero(response["complete"]))
     friction = []
     for force in at["force_level"].to_numpy():
-        frequency, motion = motion_at_peak(response, force)
+        at_peak = motion_at_peak(response, force)
+        if at_peak is None:
+            raise ValueError(f"the response to {force:g} has no solution")
+        frequency, motion = at_peak
         x = motion.in_components(balance.components).ravel()
         friction.append(energy_per_period(balance, x, 2 * np.pi * frequency)[2])
     return at["peak_amplitude"].to_numpy(), at["peak_frequency"].to_numpy(), np.array(friction)

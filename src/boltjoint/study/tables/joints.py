@@ -19,7 +19,7 @@ def tabulate_regions(joint: xr.Dataset) -> pd.DataFrame:
     Where the normal load varies, open pairs have elements as well. Stiffnesses are those of the
     elements that carry load in the assembled state, which alone act in small motion.
     """
-    law = joint_from_dataset(joint).law
+    law = joint_from_dataset(joint).contact.element_law
     region, slip_force = law.point_of_element, law.slip_force
     loaded = slip_force > 0
     x = joint["element_position"].sel(axis="x").to_numpy() * 1e3
@@ -56,7 +56,7 @@ def tabulate_elements(joint: xr.Dataset) -> pd.DataFrame:
     joint
         ``joint.nc`` of a reduced joint.
     """
-    law = joint_from_dataset(joint).law
+    law = joint_from_dataset(joint).contact.element_law
     columns = {"k_kN_per_mm": law.tangential_stiffness / 1e6, "slip_force_N": law.slip_force}
     if "normal" in law.directions:
         columns["normal_k_kN_per_mm"] = law.stiffness_along("normal") / 1e6

@@ -114,11 +114,11 @@ def tabulate_convergence(
     """
     places_of(sweep)
     checks.whole("amplitudes", amplitudes, at_least=1)
-    size = checks.array("size", size, (sweep["reason"].size,), finite=False)
-    meshes = np.argsort(-size, kind="stable")[: np.count_nonzero(np.isfinite(size))][-3:]
+    sizes = checks.array("size", size, (sweep["reason"].size,), finite=False)
+    meshes = np.argsort(-sizes, kind="stable")[: np.count_nonzero(np.isfinite(sizes))][-3:]
     if meshes.size < 3:
-        raise ValueError(f"size is {size.tolist()}: orders are found from three meshes")
-    h = size[meshes]
+        raise ValueError(f"size is {sizes.tolist()}: orders are found from three meshes")
+    h = sizes[meshes]
     rows = []
     for told, values in _observed(sweep, amplitudes):
         f = values[meshes]
