@@ -88,14 +88,16 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
         where = {"loc": "outside upper center", "ncols": 2}
         figure.legend(patches, ["pairs under load", "open pairs"], **where)
     panels[-1].set_xlabel(surface.labels[0])
-    _place_columns(bars, columns)
+    _place_columns(figure, bars, columns)
     return figure
 
 
-def _place_columns(axes: Axes, columns: Sequence[tuple[Text, Rectangle, Text]]) -> None:
+def _place_columns(
+    figure: Figure, axes: Axes, columns: Sequence[tuple[Text, Rectangle, Text]]
+) -> None:
     """Turn and move names, bars and texts of regions until they are apart and below the title."""
     names, rectangles, texts = zip(*columns, strict=True)
-    axes.figure.draw_without_rendering()
+    figure.draw_without_rendering()
     middle = np.array([text.get_position()[0] for text in texts])
     scale = axes.bbox.width / np.ptp(axes.get_xlim())
     width = np.array([text.get_window_extent().width for text in texts])
