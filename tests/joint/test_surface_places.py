@@ -13,7 +13,7 @@ from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import keep_elements, merge_points
 from boltjoint.joint.partition import choose_count, partition_regions
-from boltjoint.joint.parts import SurfacePlaces
+from boltjoint.joint.surface_places import SurfacePlaces
 
 TURN = Rotation.from_euler("xyz", [0.3, 1.2, -2.0]).as_matrix()
 #: surface of each of the 60 points of ``make_joint``

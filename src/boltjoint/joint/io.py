@@ -18,7 +18,7 @@ from boltjoint.friction.declarations import AND
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.model import MODES, Joint
-from boltjoint.joint.parts import SurfacePlaces, surfaces_of
+from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
 
 logger = logging.getLogger(__name__)
 

@@ -21,15 +21,8 @@ from boltjoint.damping import ModalStructure
 from boltjoint.friction.declarations import AXES
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.protocol import FrictionLaw
-from boltjoint.joint.parts import (
-    SURFACE,
-    Contact,
-    Excitation,
-    RelativeModes,
-    Sensors,
-    SurfacePlaces,
-    count_same,
-)
+from boltjoint.joint.parts import Contact, Excitation, RelativeModes, Sensors, count_same
+from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
 
 Array = NDArray[np.float64]
 
@@ -148,8 +141,8 @@ class Joint:
         if self.sensor_mode is not None or self.sensor_name:
             expected["sensor_mode"] = (len(self.sensor_name), modes)
         if self.free_frequency is not None or self.free_participation is not None:
-            free_frequency = np.asarray(self.free_frequency)
-            free = checks.array("free_frequency", free_frequency, ("free modes",)).size
+            of_free = () if self.free_frequency is None else self.free_frequency
+            free = checks.array("free_frequency", of_free, ("free modes",)).size
             expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))

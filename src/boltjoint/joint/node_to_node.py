@@ -21,7 +21,7 @@ from boltjoint.friction.element_law import ContactPairs, ElementLaw
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.io import optional_fields
 from boltjoint.joint.model import Joint
-from boltjoint.joint.parts import SurfacePlaces, surfaces_of
+from boltjoint.joint.surface_places import SurfacePlaces, surfaces_of
 
 
 def connect_nodes(

@@ -32,7 +32,7 @@ from boltjoint.joint.clusters import (
     modal_stiffness_where,
 )
 from boltjoint.joint.model import Joint, merge_points
-from boltjoint.joint.parts import SurfacePlaces
+from boltjoint.joint.surface_places import SurfacePlaces
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.path import Path as Shape
 from numpy.typing import NDArray
 
-from boltjoint.joint.parts import SurfacePlaces
+from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.report.figures.style import MM
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 

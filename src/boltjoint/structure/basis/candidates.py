@@ -25,7 +25,7 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from boltjoint import checks
-from boltjoint.joint.parts import SurfacePlaces
+from boltjoint.joint.surface_places import SurfacePlaces
 from boltjoint.structure.basis.attachment_modes import (
     SolvedVectors,
     attachment_modes,
