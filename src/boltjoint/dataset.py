@@ -5,7 +5,7 @@ compared before HDF5 opens the file, so that a result that was damaged after it 
 used.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import prod
 from pathlib import Path
 
@@ -126,6 +126,17 @@ def load(path: str | Path) -> xr.Dataset:
 def quantity(dims: str | tuple[str, ...], values: object, units: str, meaning: str) -> xr.Variable:
     """A variable with its units and one line on what it is."""
     return xr.Variable(dims, values, {"units": units, "long_name": meaning})
+
+
+Quantity = tuple[str, str | tuple[str, ...], object, str, str]
+"""Name of a variable of a dataset, and what ``quantity`` is made of."""
+
+
+def quantities(rows: Iterable[Quantity]) -> dict[str, xr.Variable]:
+    """Variables with their physical units and meanings, by their names."""
+    return {
+        name: quantity(dims, values, units, meaning) for name, dims, values, units, meaning in rows
+    }
 
 
 def _history(dataset: xr.Dataset) -> str:

@@ -74,11 +74,16 @@ class Bolts(EntryWithLaterKeys):
     """Washers under heads and nuts; none by default."""
 
     @property
-    def has_narrow_washers(self) -> bool:
-        """Whether there are washers with a hole narrower than that in the bars."""
+    def narrow_hole_mm(self) -> float | None:
+        """Diameter of the hole of washers that is narrower than that in the bars, if any."""
         own = None if self.washer is None else self.washer.hole_diameter_mm
         # to a nanometre: less is a rounding error
-        return own is not None and round(self.hole_diameter_mm - own, 6) > 0
+        return own if own is not None and round(self.hole_diameter_mm - own, 6) > 0 else None
+
+    @property
+    def has_narrow_washers(self) -> bool:
+        """Whether there are washers with a hole narrower than that in the bars."""
+        return self.narrow_hole_mm is not None
 
     @property
     def seat_diameter_mm(self) -> float:

@@ -195,17 +195,14 @@ class StudyContent:
                 allowed = keys_that_vary(case, assembly, sweep.joint)
                 base = BaseOfVariants(sweep, case, assembly, self._conflicts_of_variant)
                 design = sweep.design
-                of_table = isinstance(design, Table)
-                read = (
-                    cache(partial(self.files.table, design.file))
-                    if isinstance(design, Table)
-                    else None
-                )
+                read = None
+                if isinstance(design, Table):
+                    read = cache(partial(self.files.table, design.file))
                 swept[name] = designs = SweptDesigns(base, allowed, read)
                 if self.before:
                     continue
                 problems = list(conflicts_of_sweep(sweep, case, assembly, self.settings, allowed))
-                if of_table:
+                if read is not None:
                     self._check_table(designs)
                 if not self.files.problems:
                     keys = designs.keys

@@ -240,13 +240,16 @@ class ElementLaw(FrictionLaw):
 
     def with_quantities(self, changed: Mapping[str, Array]) -> Self:
         """The same elements with other values of some quantities, each (elements,)."""
-        own = {name: self.quantity(name) for name in self.quantities}
-        return type(self)(self.point_of_element, **own | dict(changed))
+        return self._remade(self.point_of_element, changed)
 
     def moved_to(self, points: NDArray[np.int64]) -> Self:
         """The same elements on other points, shape (elements,)."""
+        return self._remade(points, {})
+
+    def _remade(self, points: NDArray[np.int64], changed: Mapping[str, Array]) -> Self:
+        """The same elements on points, with other values of some quantities."""
         own = {name: self.quantity(name) for name in self.quantities}
-        return type(self)(points, **own)
+        return type(self)(points, **own | dict(changed))
 
     def kept(self, elements: NDArray[np.int64], points: NDArray[np.int64], weight: Array) -> Self:
         """Some of the elements, in their order, on other points; their forces times a weight."""

@@ -321,7 +321,8 @@ def _stored_elements(stored: xr.Dataset) -> ElementLaw:
     """The friction elements of one law, or of several whose names stand one after another."""
     values = partial(checks.variable, "stored", stored)
     on = checks.index_variable("stored", stored, "point_of_element", ("element",))
-    names = str(stored.attrs.get("law")).split(AND)
+    named: Any = stored.attrs.get("law")
+    names = named.split(AND) if isinstance(named, str) else [named]
     laws = [LAWS[checks.choice("law", name, LAWS)] for name in names]
     if len(laws) == 1:
         return laws[0](on, **{name: values(name, ("element",)) for name in laws[0].quantities})

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.dataset import quantity
+from boltjoint.dataset import quantities
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.fitting import Fit, Method, check_fit_options, fit_elements
@@ -149,25 +149,16 @@ def fit_dataset(
     largest, rms = [e.largest for e in error], [e.rms for e in error]
     of_all, of_mean = "largest force difference of all loops", "mean force difference of loops"
     loop, over = ("point", "loop", "sample"), "over the slip force"
-    stored: dict[str, tuple[str | tuple[str, ...], object, str, str]] = {
-        "fit_cost": ("point", cost, "N2", "cost of eq. 3.3"),
-        "largest_loop_error": ("point", largest, "1", f"{of_all} {over}"),
-        "rms_loop_error": ("point", rms, "1", f"{of_mean} at all amplitudes {over}"),
-        "loop_amplitude": (("point", "loop"), amplitude, "m", "amplitude of a compared loop"),
-        "loop_displacement": (loop, displacement, "m", "displacement along the unloading branch"),
-        "loop_force_of_region": (
-            loop,
-            force_of_region,
-            "N",
-            "force of all elements of the region",
-        ),
-        "loop_force_of_fit": (loop, force_of_fit, "N", "force of the fitted elements"),
-    }
-    variables = {
-        name: quantity(dims, values, unit, meaning)
-        for name, (dims, values, unit, meaning) in stored.items()
-    }
-    return xr.Dataset(variables, attrs={"options": options.stored()})
+    rows = (
+        ("fit_cost", "point", cost, "N2", "cost of eq. 3.3"),
+        ("largest_loop_error", "point", largest, "1", f"{of_all} {over}"),
+        ("rms_loop_error", "point", rms, "1", f"{of_mean} at all amplitudes {over}"),
+        ("loop_amplitude", ("point", "loop"), amplitude, "m", "amplitude of a compared loop"),
+        ("loop_displacement", loop, displacement, "m", "displacement along the unloading branch"),
+        ("loop_force_of_region", loop, force_of_region, "N", "force of all elements of the region"),
+        ("loop_force_of_fit", loop, force_of_fit, "N", "force of the fitted elements"),
+    )
+    return xr.Dataset(quantities(rows), attrs={"options": options.stored()})
 
 
 def tabulate_joint(joint: Joint) -> Joint:

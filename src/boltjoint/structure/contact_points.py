@@ -113,28 +113,10 @@ class ContactPoints:
         position, area, friction_coefficient, frame, surface, gap, penalty
             As the attributes, of each pair or of all; frames are x, y, z by default.
         """
-        dofs = checks.whole("dofs", dofs, at_least=1)
-        sides = [
-            checks.indices(name, side, ("pairs", DIRECTIONS))
-            for name, side in (("side_a", side_a), ("side_b", side_b))
-        ]
-        pairs = len(sides[0])
-        for name, side in zip(("side_a", "side_b"), sides, strict=True):
-            if side.shape[0] != pairs or not side.size:
-                raise ValueError(f"{name} has {len(side)} pairs, side_a {pairs}: at least one each")
-            if side.min() < 0 or side.max() >= dofs:
-                raise ValueError(f"{name} has a degree of freedom that is not there")
-        shape = pairs, DIRECTIONS, DIRECTIONS
+        pairs = len(checks.indices("side_a", side_a, ("pairs", DIRECTIONS)))
         given = checks.array("frame", np.eye(DIRECTIONS) if frame is None else frame)
-        frame = _of_each("frame", given, shape)
-        row = np.repeat(np.arange(DIRECTIONS * pairs), DIRECTIONS)
-        entries = [
-            (sign * frame.ravel(), (row, np.repeat(side, DIRECTIONS, axis=0).ravel()))
-            for sign, side in zip((1.0, -1.0), sides, strict=True)
-        ]
-        parts = [
-            sparse.coo_array(each, shape=(DIRECTIONS * pairs, dofs)).tocsr() for each in entries
-        ]
+        frame = _of_each("frame", given, (pairs, DIRECTIONS, DIRECTIONS))
+        relative = relative_of_pairs(side_a, side_b, dofs, frame)
         of_points = {
             name: _of_each(name, checks.array(name, value), (pairs,))
             for name, value in (
@@ -144,7 +126,6 @@ class ContactPoints:
                 ("friction_coefficient", friction_coefficient),
             )
         }
-        relative = sum(parts[1:], parts[0])
         surfaces = np.array(surface)
         return cls(relative, position=position, frame=frame, surface=surfaces, **of_points)
 
@@ -164,6 +145,49 @@ class ContactPoints:
             "surface": xr.Variable("pair", self.surface.astype(object), surface),
             "direction": xr.Variable("direction", ["t1", "t2", "n"]),
         }
+
+
+def relative_of_pairs(
+    side_a: NDArray[np.integer], side_b: NDArray[np.integer], dofs: int, frame: Array
+) -> sparse.csr_array:
+    """Relative displacements of pairs of nodes along frames, side A minus side B.
+
+    Parameters
+    ----------
+    side_a, side_b, dofs
+        As for ``ContactPoints.of_pairs``.
+    frame
+        Tangents and normal of each pair, shape (pairs, 3, 3).
+
+    Returns
+    -------
+    csr_array
+        Shape (3 pairs, dofs), point by point.
+
+    Raises
+    ------
+    ValueError
+        If the sides are not of as many pairs, or name degrees of freedom that are not there.
+    """
+    dofs = checks.whole("dofs", dofs, at_least=1)
+    sides = [
+        checks.indices(name, side, ("pairs", DIRECTIONS))
+        for name, side in (("side_a", side_a), ("side_b", side_b))
+    ]
+    pairs = len(sides[0])
+    frame = checks.array("frame", frame, (pairs, DIRECTIONS, DIRECTIONS))
+    for name, side in zip(("side_a", "side_b"), sides, strict=True):
+        if side.shape[0] != pairs or not side.size:
+            raise ValueError(f"{name} has {len(side)} pairs, side_a {pairs}: at least one each")
+        if side.min() < 0 or side.max() >= dofs:
+            raise ValueError(f"{name} has a degree of freedom that is not there")
+    row = np.repeat(np.arange(DIRECTIONS * pairs), DIRECTIONS)
+    entries = [
+        (sign * frame.ravel(), (row, np.repeat(side, DIRECTIONS, axis=0).ravel()))
+        for sign, side in zip((1.0, -1.0), sides, strict=True)
+    ]
+    parts = [sparse.coo_array(each, shape=(DIRECTIONS * pairs, dofs)).tocsr() for each in entries]
+    return sum(parts[1:], parts[0])
 
 
 def _of_each(name: str, value: Array, shape: tuple[int, ...]) -> Array:

@@ -10,7 +10,7 @@ from scipy.interpolate import Akima1DInterpolator
 
 from boltjoint import checks
 from boltjoint.config.varied_keys import is_rescaled
-from boltjoint.dataset import quantity
+from boltjoint.dataset import Quantity, quantities
 from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.dynamics.response.converged_peaks import ConvergedPeak
 from boltjoint.friction import contact_states
@@ -279,31 +279,30 @@ class ObservedDesigns:
         """All of it, by design and force."""
         along = "design", "force"
         why = "why the design is impossible, or a branch ends before or has no peak"
-        rows: dict[str, tuple[str | tuple[str, ...], NDArray, str, str]] = {
-            "peak_frequency": (along, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
-            "peak_amplitude": (along, self.peak[..., 1], "m", "largest maximum of the response"),
-            "complete": (along, self.complete, "1", "1 where the branch crosses the whole window"),
-            "reason": ("design", self.reason.astype(str), "1", why),
-        }
+        rows: list[Quantity] = [
+            ("peak_frequency", along, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
+            ("peak_amplitude", along, self.peak[..., 1], "m", "largest maximum of the response"),
+            ("complete", along, self.complete, "1", "1 where the branch crosses the whole window"),
+            ("reason", "design", self.reason.astype(str), "1", why),
+        ]
         if self.converged is not None:
             for place, (name, unit, meaning) in enumerate(_CONVERGED):
-                rows[name] = (along, self.converged[..., place], unit, meaning)
+                rows.append((name, along, self.converged[..., place], unit, meaning))
         if self.grid is not None:
             meaning = "first-harmonic amplitude of the output point"
-            rows["frequency"] = ("frequency", self.grid, "Hz", "excitation frequency")
-            rows["response_amplitude"] = ((*along, "frequency"), self.response, "m", meaning)
+            rows.append(("frequency", "frequency", self.grid, "Hz", "excitation frequency"))
+            rows.append(("response_amplitude", (*along, "frequency"), self.response, "m", meaning))
         if self.sizes is not None:
-            rows["amplitude"] = ("amplitude", self.sizes, "m", "amplitude of the output point")
+            rows.append(
+                ("amplitude", "amplitude", self.sizes, "m", "amplitude of the output point")
+            )
             of_mode = ("natural_frequency", "Hz"), ("damping_ratio", "1")
             for (name, unit), values in zip(
                 of_mode, np.moveaxis(self.backbone, -1, 0), strict=True
             ):
                 meaning = f"{name.replace('_', ' ')} of the nonlinear mode"
-                rows[name] = (("design", "amplitude"), values, unit, meaning)
-        variables = {
-            name: quantity(dims, values, unit, meaning)
-            for name, (dims, values, unit, meaning) in rows.items()
-        }
+                rows.append((name, ("design", "amplitude"), values, unit, meaning))
+        variables = quantities(rows)
         if self.state is not None:
             dims = (*along, "element")
             variables["contact_state"] = xr.Variable(dims, self.state, contact_states.ATTRIBUTES)

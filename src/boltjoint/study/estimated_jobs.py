@@ -170,9 +170,9 @@ def _of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         memory = _PROCESS + _BESIDE_FACTORS + _FACTORS * fill
         yield EstimatedJob("preload", name, memory, _TIGHTEN * square, key, "to tighten the bolts")
     for basis in sorted(bases):
-        number = basis.vectors
-        if basis.is_contact_adapted or not isinstance(number, int):
+        if basis.is_contact_adapted:
             continue
+        number = basis.most
         # of three modes about one bends in the plane
         met = _VECTORS_PER_MODE * (3 * number + 2) * vector
         memory = _PROCESS + _BESIDE_FACTORS + factors + met
@@ -222,8 +222,6 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     factor = _solutions(solver) / _SOLUTIONS
     for response in contents.responses(name):
         vectors = _vectors(study, response.basis)
-        if isinstance(response.basis.vectors, int) and not response.basis.is_contact_adapted:
-            vectors = response.basis.vectors
         unknowns = components * (response.coordinates.count or vectors)
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
@@ -252,8 +250,6 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         yield EstimatedJob("divisions", name, _SOLVER, seconds, key, "to compare peaks")
     if integrated := contents.integrated(name):
         vectors = _vectors(study, integrated.basis)
-        if isinstance(integrated.basis.vectors, int):
-            vectors = integrated.basis.vectors
         memory = _memory_of_balance(law.components_of(_MANY), vectors)
         seconds = _PER_INTEGRATION * len(case.verification_forces_N) * pairs
         key = f"{CASE_FOLDER}/{name}.yaml: the first basis free-N, with verification_forces_N"
@@ -362,6 +358,8 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
 
 def _vectors(study: Study, basis: Basis) -> int:
     """Vectors of a basis, at most."""
+    if not basis.is_contact_adapted:
+        return basis.most
     return min(basis.most, study.contact_adapted_basis.maximum_vectors)
 
 

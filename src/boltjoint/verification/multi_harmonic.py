@@ -6,8 +6,9 @@ harmonic h. Damping that is viscous already stays what it is.
 """
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -168,7 +169,7 @@ def tabulate_time_integration(
     for force in forces:
         if (peak := motion_at_peak(response, force)) is not None:
             excitation = float(peak[0]), float(force), damping
-            from_rest = steady_state(joint, *excitation, steps=steps)
+            integrate = partial(steady_state, joint, *excitation, steps=steps)
             rows += _compared(
                 joint,
                 excitation,
@@ -176,7 +177,8 @@ def tabulate_time_integration(
                 harmonics,
                 samples=samples,
                 steps=steps,
-                from_rest=from_rest,
+                integrate=integrate,
+                from_rest=integrate(),
             )
     return pd.DataFrame(rows, columns=_COLUMNS)
 
@@ -231,6 +233,14 @@ def tabulate_steady_states(
         last = converge_peak(joint, *peak, force, damping).peaks[-1]
         numbers = [last.harmonics, *(number for number in harmonics if number > last.harmonics)]
         excitation = last.frequency, float(force), damping
+        integrate = partial(
+            steady_state,
+            joint,
+            *excitation,
+            steps=steps,
+            tolerance=tolerance,
+            maximum_periods=maximum_periods,
+        )
         rows += _compared(
             joint,
             excitation,
@@ -238,9 +248,8 @@ def tabulate_steady_states(
             numbers,
             samples=samples,
             steps=steps,
+            integrate=integrate,
             change=_SMALL_CHANGE,
-            tolerance=tolerance,
-            maximum_periods=maximum_periods,
         )
     return pd.DataFrame(rows, columns=_COLUMNS)
 
@@ -267,10 +276,9 @@ def _compared(
     *,
     samples: int,
     steps: int,
+    integrate: Callable[..., SteadyState],
     from_rest: SteadyState | None = None,
     change: float = 0.0,
-    tolerance: float = 1e-9,
-    maximum_periods: int = 3000,
 ) -> Iterator[tuple]:
     """Rows of a force: balances of more and more harmonics against the time integration.
 
@@ -287,15 +295,7 @@ def _compared(
         last = np.array(list(amplitudes.values())[-3:])
         if last.size == 3 and np.all(abs(last[1:] / last[:-1] - 1) < change):
             break
-    start = motion.in_time(steps)
-    integrated = steady_state(
-        joint,
-        *excitation,
-        start=start,
-        steps=steps,
-        tolerance=tolerance,
-        maximum_periods=maximum_periods,
-    )
+    integrated = integrate(start=motion.in_time(steps))
     in_time, settled = abs(integrated.amplitude), integrated.converged
     from_rest_percent = np.nan
     if from_rest is not None:

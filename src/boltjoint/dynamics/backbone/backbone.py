@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping, damping_of_attributes
-from boltjoint.dataset import quantity
+from boltjoint.dataset import Quantity, quantities
 from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_root
 from boltjoint.dynamics.backbone.compiled_epmc import epmc_system
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
@@ -128,7 +128,7 @@ class Backbone:
         ]
         response = amplitude * abs(mode @ joint.response_mode)
         shape = np.stack([mode.real, mode.imag], axis=-1)
-        quantities: list[tuple[str, str | tuple[str, ...], object, str, str]] = [
+        rows: list[Quantity] = [
             ("modal_amplitude", "state", amplitude, "kg^1/2 m", "modal amplitude"),
             ("response_amplitude", "state", response, "m", "amplitude of the output point"),
             ("natural_frequency", "state", frequency, "Hz", "natural frequency"),
@@ -146,22 +146,15 @@ class Backbone:
         if components.has_bias:
             bias = motion[:, components.bias]
             meaning = "bias of the modal coordinates"
-            quantities.append(("bias", ("state", "mode"), bias, "kg^1/2 m", meaning))
+            rows.append(("bias", ("state", "mode"), bias, "kg^1/2 m", meaning))
         coords: dict[str, list[str]] = {"part": ["real", "imaginary"]}
         further = np.flatnonzero(components.number > 1)
         if further.size:
             coords["component"] = [components[i] for i in further]
-            of_component, meaning = (
-                ("state", "component", "mode"),
-                "further harmonics of the motion",
-            )
-            values = motion[:, further]
-            quantities.append(("further_harmonics", of_component, values, "kg^1/2 m", meaning))
+            dims, meaning = ("state", "component", "mode"), "further harmonics of the motion"
+            rows.append(("further_harmonics", dims, motion[:, further], "kg^1/2 m", meaning))
         return xr.Dataset(
-            {
-                name: quantity(dims, values, unit, meaning)
-                for name, dims, values, unit, meaning in quantities
-            },
+            quantities(rows),
             coords=coords,
             attrs={
                 **as_damping(self.equations.balance.damping).attributes(),

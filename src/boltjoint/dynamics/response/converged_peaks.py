@@ -14,7 +14,7 @@ import xarray as xr
 
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
-from boltjoint.dataset import quantity
+from boltjoint.dataset import quantities, quantity
 from boltjoint.dynamics.balance.balance_equations import Jacobian
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import (
@@ -237,10 +237,9 @@ def _dataset(peaks: Sequence[ConvergedPeak]) -> xr.Dataset:
     )
     what = "with the harmonics up to that number"
     return xr.Dataset(
-        {
-            name: quantity("force", values, unit, meaning)
-            for name, values, unit, meaning in of_forces
-        }
+        quantities(
+            (name, "force", values, unit, meaning) for name, values, unit, meaning in of_forces
+        )
         | {
             "harmonic_peak_frequency": quantity(
                 ("force", "harmonics"), by_harmonics[0], "Hz", f"peak {what}"

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
-from boltjoint.dataset import quantity
+from boltjoint.dataset import quantities, quantity
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.dynamics.balance.periodic_motion import energy_error
@@ -108,9 +108,9 @@ def to_dataset(
 
 def _along(dimension: str, rows: Iterable[_Row]) -> dict[str, xr.Variable]:
     """Variables along a dimension."""
-    return {
-        name: quantity(dimension, values, unit, meaning) for name, values, unit, meaning in rows
-    }
+    return quantities(
+        (name, dimension, values, unit, meaning) for name, values, unit, meaning in rows
+    )
 
 
 def relative_residual(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> float:
@@ -256,15 +256,13 @@ def _of_sensors(joint: Joint, branches: Sequence[Branch]) -> dict[str, xr.Variab
             highest = amplitude.argmax(axis=0)
             peaks[i], at_peak[i] = amplitude.max(axis=0), branch.frequency[highest]
     along = np.concatenate(amplitudes)
+    of_solutions, of_forces = ("solution", "sensor"), ("force", "sensor")
     rows = (
-        ("sensor_amplitude", "solution", along, "m", "amplitude of the sensor"),
-        ("sensor_peak_amplitude", "force", peaks, "m", "largest amplitude of the solutions"),
-        ("sensor_peak_frequency", "force", at_peak, "Hz", "frequency of the largest amplitude"),
+        ("sensor_amplitude", of_solutions, along, "m", "amplitude of the sensor"),
+        ("sensor_peak_amplitude", of_forces, peaks, "m", "largest amplitude of the solutions"),
+        ("sensor_peak_frequency", of_forces, at_peak, "Hz", "frequency of the largest amplitude"),
     )
-    return {
-        name: quantity((dim, "sensor"), values, unit, meaning)
-        for name, dim, values, unit, meaning in rows
-    }
+    return quantities(rows)
 
 
 def _modal_coordinates(

@@ -36,7 +36,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from boltjoint import checks
-from boltjoint.dataset import quantity
+from boltjoint.dataset import quantities
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.folds import FoldedBranch, Folds
 from boltjoint.friction.aft import by_samples
@@ -226,7 +226,7 @@ def stability_variables(stabilities: Sequence[Stability]) -> dict[str, xr.Variab
         ("folded_from_converged", "force", low, "Hz", "folded_from with stability_harmonics"),
         ("folded_to_converged", "force", high, "Hz", "folded_to with stability_harmonics"),
     )
-    return {name: quantity(dim, values, unit, meaning) for name, dim, values, unit, meaning in rows}
+    return quantities(rows)
 
 
 def _exponent_problem(

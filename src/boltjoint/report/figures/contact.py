@@ -100,8 +100,7 @@ def plot_weighted_pairs(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     weight = joint["weight"].to_numpy()[joint["point_of_element"].to_numpy()]
     figure = Figure(figsize=(8, 2.4), layout="compressed")
     axes = figure.subplots()
-    without = np.setdiff1d(np.arange(len(surface.position)), pair)
-    fill_shapes(axes, [surface.area_of(without)], facecolors=BLANK_COLOUR)
+    fill_shapes(axes, [surface.area_without(pair)], facecolors=BLANK_COLOUR)
     colours = ListedColormap(matplotlib.colormaps["magma_r"](np.linspace(0.15, 1.0, 256)))
     norm = LogNorm(weight.min(), max(weight.max(), 1.01 * weight.min()))
     cells = [surface.area_of([cell]) for cell in pair]
@@ -143,7 +142,7 @@ def plot_states(assembly: xr.Dataset, joint: xr.Dataset, response: xr.Dataset) -
     state = response["contact_state"].transpose("force", "element").to_numpy()
     if state.shape[1] != pair.size:
         raise ValueError(f"the joint has {pair.size} elements, the response {state.shape[1]}")
-    without = surface.area_of(np.setdiff1d(np.arange(len(surface.position)), pair))
+    without = surface.area_without(pair)
     columns = min(2, len(state))
     rows = -(-len(state) // columns)
     length, width = np.ptp(surface.place, axis=0)

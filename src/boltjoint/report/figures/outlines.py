@@ -189,6 +189,10 @@ class ContactSurface:
         """The area of some pairs, as one shape."""
         return closed_shape(self.corner, outline_loops(self.share[np.isin(self.owner, pairs)]))
 
+    def area_without(self, pairs: Sequence[int] | NDArray[np.int64]) -> Shape:
+        """The area of all other pairs, as one shape."""
+        return self.area_of(np.setdiff1d(np.arange(len(self.position)), pairs))
+
     def edges_along_middle(self) -> NDArray[np.int64]:
         """Pairs at both ends of the edges along the middle of the width, shape (edges, 2)."""
         y = self.place[:, 1]

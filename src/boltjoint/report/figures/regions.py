@@ -57,8 +57,7 @@ def plot_regions(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     figure = Figure(figsize=(8, 6.6 if load_varies else 4.2), layout="compressed")
     panels = figure.subplots(3 if load_varies else 2, 1, sharex=True)
     plan, bars = panels[:2]
-    without = np.setdiff1d(np.arange(len(surface.position)), pair)
-    fill_shapes(plan, [surface.area_of(without)], facecolors=BLANK_COLOUR)
+    fill_shapes(plan, [surface.area_without(pair)], facecolors=BLANK_COLOUR)
     areas = [surface.area_of(pair[region == number]) for number in range(count.size)]
     extents = np.array([area.get_extents().intervalx for area in areas])
     columns = []

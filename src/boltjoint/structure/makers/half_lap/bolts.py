@@ -24,14 +24,12 @@ _MM = 1e-3
 def radii_of(assembly: "Assembly") -> BoltRadii:
     """Radii of a bolt and its washers [m]."""
     bolts = assembly.bolts
-    washer, hole = bolts.washer, None
-    if washer is not None and bolts.has_narrow_washers and washer.hole_diameter_mm is not None:
-        hole = _MM * washer.hole_diameter_mm / 2
+    washer, hole = bolts.washer, bolts.narrow_hole_mm
     return BoltRadii(
         shank=_MM * bolts.shank_diameter_mm / 2,
         hole=_MM * bolts.hole_diameter_mm / 2,
         head=_MM * bolts.head_diameter_mm / 2,
-        washer_hole=hole,
+        washer_hole=None if hole is None else _MM * hole / 2,
         washer=None
         if washer is None or not bolts.has_wide_washers
         else _MM * washer.diameter_mm / 2,

@@ -37,9 +37,7 @@ def _washers(bolts: Bolts) -> dict[str, Fact]:
     washer = bolts.washer
     if washer is None:
         return {}
-    hole = bolts.hole_diameter_mm
-    if bolts.has_narrow_washers and washer.hole_diameter_mm is not None:
-        hole = washer.hole_diameter_mm
+    hole = bolts.narrow_hole_mm or bolts.hole_diameter_mm
     thickness = "thickness of a washer, diameters of its hole and edge (mm)"
     return {
         "washers under": " and ".join(washer.under),

@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.linalg import LinAlgError, cholesky
 
 from boltjoint.config.matrices import Matrices, MatrixBolt, MatrixContact, MatrixRow, Plane
-from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints
+from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, relative_of_pairs
 from boltjoint.structure.makers.matrices.reader import Reader
 from boltjoint.structure.model import Bolt, Row, Structure, unit_row
 
@@ -144,31 +144,9 @@ def _contact(described: Matrices, reader: Reader, sizes: Sizes, metre: float) ->
         for key in ("penalty_N_per_m3", "friction_coefficient")
     )
     surface = np.array(described.surface_names)[number]
-    if contact.relative is not None:
-        return ContactPoints(
-            _relative(described, reader, frame, sizes.dofs),
-            position=metre * position,
-            area=metre**2 * area,
-            frame=frame,
-            gap=metre * gap,
-            surface=surface,
-            penalty=penalty,
-            friction_coefficient=friction_coefficient,
-        )
-    sides = [
-        reader.numbers(side, (points, DIRECTIONS), sizes.dofs)
-        for side in (contact.side_a, contact.side_b)
-        if side is not None
-    ]
-    if same := np.flatnonzero(np.any(sides[0] == sides[1], axis=1)).tolist():
-        raise ValueError(
-            f"{reader.place(str(contact.side_b))}: pair {same[0] + described.numbered_from} has a "
-            f"degree of freedom that {contact.side_a} has too: a node cannot meet itself"
-        )
-    return ContactPoints.of_pairs(
-        sides[0],
-        sides[1],
-        sizes.dofs,
+    rows = _relative if contact.relative is not None else _relative_of_nodes
+    return ContactPoints(
+        rows(described, reader, frame, sizes.dofs),
         position=metre * position,
         area=metre**2 * area,
         frame=frame,
@@ -228,6 +206,24 @@ def _relative(described: Matrices, reader: Reader, frame: Array, dofs: int) -> s
             "degree of freedom moves it"
         )
     return sparse.csr_array(relative)
+
+
+def _relative_of_nodes(
+    described: Matrices, reader: Reader, frame: Array, dofs: int
+) -> sparse.csr_array:
+    """Rows of relative displacements of pairs of nodes along the frames, point by point."""
+    contact, points = described.contact, len(frame)
+    sides = [
+        reader.numbers(side, (points, DIRECTIONS), dofs)
+        for side in (contact.side_a, contact.side_b)
+        if side is not None
+    ]
+    if same := np.flatnonzero(np.any(sides[0] == sides[1], axis=1)).tolist():
+        raise ValueError(
+            f"{reader.place(str(contact.side_b))}: pair {same[0] + described.numbered_from} has a "
+            f"degree of freedom that {contact.side_a} has too: a node cannot meet itself"
+        )
+    return relative_of_pairs(sides[0], sides[1], dofs, frame)
 
 
 def _bolt(given: MatrixBolt, described: Matrices, reader: Reader, dofs: int) -> Bolt:
