@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cache, reduce
 from operator import or_
+from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -99,7 +100,7 @@ class ContactEntry(Entry):
     @property
     def quantities(self) -> tuple[ContactKey, ...]:
         """What the case gives beside the law, each in its form: of each pair or per area."""
-        return _quantities(self, self._of_all.keys)
+        return _quantities(self, self._of_all.case_keys)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -110,10 +111,11 @@ class ContactEntry(Entry):
         return options
 
     def conflicts(self) -> Problems:
-        for item in self._of_all.keys:
-            if all(getattr(self, form.key) is None for form in item.forms):
+        for item in self._of_all.case_keys:
+            lacks = all(getattr(self, form.key) is None for form in item.forms)
+            if lacks and item.per_area is not None:
                 yield (item.key,), f"is missing: or give {item.per_area.key}"
-        yield from _given_twice(self, self._of_all.keys)
+        yield from _given_twice(self, self._of_all.case_keys)
         names = [item.name for item in self.surfaces]
         for index, surface in enumerate(self.surfaces):
             if surface.name in names[:index]:
@@ -126,12 +128,12 @@ class ContactEntry(Entry):
         law = self._law_on(surface)
         if surface.law == self.law:
             yield "law", "is that of all surfaces: leave it out"
-        own = [form.key for item in law.keys for form in item.forms]
+        own = [form.key for item in law.case_keys for form in item.forms]
         for item in surface.quantities:
             if item.key not in own:
                 yield item.key, f"must not be given with law: {law.name}{choice(item.key, own)}"
-        of_all = {item.name for item in self._of_all.keys}
-        for item in law.keys:
+        of_all = {item.name for item in self._of_all.case_keys}
+        for item in law.case_keys:
             if item.name not in of_all and not _quantities(surface, [item]):
                 yield item.key, f"is missing, which law: {law.name} needs"
 
@@ -168,41 +170,44 @@ def _given_twice(entry: Entry, keys: Collection[ContactKey]) -> Problems:
 
 def _surface_entry(laws: Sequence[LawDeclaration]) -> type[SurfaceEntry]:
     """The entry of a surface that may have any of some laws, with the keys of all of them."""
-    keys = tuple({key.name: key for law in laws for key in law.keys}.values())
+    keys = tuple({key.name: key for law in laws for key in law.case_keys}.values())
+    description = SurfaceEntry.model_fields["law"].description
+    fields: dict[str, Any] = {
+        "KEYS": (ClassVar[tuple[ContactKey, ...]], keys),
+        "law": (
+            Literal[tuple(law.name for law in laws)] | None,
+            Field(None, description=description),
+        ),
+    }
+    for key in keys:
+        for form in key.forms:
+            fields[form.key] = _number(form) | None, Field(None, description=form.meaning)
     return create_model(
         "ContactOfSurface",
         __base__=SurfaceEntry,
         __doc__=SurfaceEntry.__doc__,
         __module__=__name__,
-        KEYS=(ClassVar[tuple[ContactKey, ...]], keys),
-        law=(
-            Literal[tuple(law.name for law in laws)] | None,
-            Field(None, description=SurfaceEntry.model_fields["law"].description),
-        ),
-        **{
-            form.key: (
-                Annotated[Number, Field(**form.limits)] | None,
-                Field(None, description=form.meaning),
-            )
-            for key in keys
-            for form in key.forms
-        },
+        **fields,
     )
 
 
 def _entry(law: LawDeclaration, surface: type[SurfaceEntry]) -> type[ContactEntry]:
     """The entry of a law, with that of surfaces."""
-    fields = {}
-    for item in law.keys:
+    fields: dict[str, Any] = {"law": (Literal[law.name], Field(description=_LAW))}
+    for item in law.case_keys:
         for form, other in zip(item.forms, reversed(item.forms), strict=True):
-            value, meaning = Annotated[Number, Field(**form.limits)], form.meaning
+            value, meaning = _number(form), form.meaning
             if form is other:
                 fields[form.key] = value, Field(description=meaning)
             else:
                 meaning = f"{meaning} Or give ``{other.key}``."
                 fields[form.key] = value | None, Field(None, description=meaning)
+    surfaces = GenericAlias(tuple, (surface, ...))
+    fields["surfaces"] = surfaces, Field((), description=_SURFACES)
     either = [
-        {"oneOf": [_has(form.key) for form in item.forms]} for item in law.keys if item.per_area
+        {"oneOf": [_has(form.key) for form in item.forms]}
+        for item in law.case_keys
+        if item.per_area
     ]
     return create_model(
         f"{''.join(part.capitalize() for part in law.name.split('-'))}Contact",
@@ -210,10 +215,14 @@ def _entry(law: LawDeclaration, surface: type[SurfaceEntry]) -> type[ContactEntr
         __doc__=law.meaning,
         __module__=__name__,
         __cls_kwargs__={"json_schema_extra": {"allOf": either} if either else None},
-        law=(Literal[law.name], Field(description=_LAW)),
         **fields,
-        surfaces=(tuple[surface, ...], Field((), description=_SURFACES)),
     )
+
+
+def _number(form: ContactKey) -> Any:  # noqa: ANN401
+    """The type of a number within the limits of a quantity."""
+    limits: dict[str, Any] = dict(form.limits)
+    return Annotated[Number, Field(**limits)]
 
 
 def _has(key: str) -> dict[str, Any]:
@@ -224,7 +233,7 @@ def _has(key: str) -> dict[str, Any]:
 ContactOfSurface = _surface_entry(_OF_PAIRS)
 
 
-def _of_laws(laws: Sequence[LawDeclaration], surface: type[SurfaceEntry]) -> object:
+def _of_laws(laws: Sequence[LawDeclaration], surface: type[SurfaceEntry]) -> Any:  # noqa: ANN401
     """The union of the entries of some laws, with that of surfaces."""
     entries = [_entry(law, surface) for law in laws]
     return Annotated[reduce(or_, entries), Field(discriminator="law")]

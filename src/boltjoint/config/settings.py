@@ -273,8 +273,8 @@ class Regions(Entry):
     Errors of amplitude are larger than these, which are of frequency."""
 
 
-class Settings(Entry):
-    """The file ``config.yaml``: the cases that run, and the numerical options."""
+class Contents(Entry):
+    """What a study has, by the names of files."""
 
     cases: Several[CaseName]
     """Cases that run: files of ``cases/`` without ``.yaml``."""
@@ -282,6 +282,11 @@ class Settings(Entry):
     """Sweeps over many designs that run: files of ``sweeps/`` without ``.yaml``."""
     assemblies: Distinct[tuple[Name, ...]] = ()
     """Assemblies to build and tabulate even if no case uses them: files of ``assemblies/``."""
+
+
+class NumericalOptions(Entry):
+    """How what a study has is computed, and what of it is left out."""
+
     omit: Distinct[tuple[Literal["timing", "checks", "harmonics"], ...]] = ()
     """Parts to leave out: tables of solution times and costs of models, and what is solved by
     forward differences for them, as the source did; residuals in time; time integration and further
@@ -300,6 +305,10 @@ class Settings(Entry):
         """Options of ``HarmonicConvergence``; None where peaks are not converged."""
         needed = self.converged_peaks or self.solver.harmonics == "auto"
         return self.solver.harmonic_convergence if needed else None
+
+
+class Settings(NumericalOptions, Contents):
+    """The file ``config.yaml``: the cases that run, and the numerical options."""
 
     def conflicts(self) -> Problems:
         if self.solver.harmonics == "auto":

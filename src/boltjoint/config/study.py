@@ -14,7 +14,7 @@ from boltjoint.config.described import Described
 from boltjoint.config.entries import choice
 from boltjoint.config.files import FileHashes, StudyFiles
 from boltjoint.config.makers import description_of
-from boltjoint.config.settings import Settings
+from boltjoint.config.settings import NumericalOptions
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.study_content import StudyContent
 from boltjoint.config.sweep import Sweep
@@ -39,8 +39,8 @@ def _as_description(value: object) -> object:
 _Description = Annotated[SerializeAsAny[InstanceOf[Described]], BeforeValidator(_as_description)]
 
 
-class Study(Settings):
-    """All that is computed: the settings, with cases and assemblies in place of their names."""
+class Study(NumericalOptions):
+    """All that is computed: cases, assemblies and sweeps themselves, with the options."""
 
     cases: dict[str, Case]
     """The cases that run, by name, in the order of config.yaml."""
@@ -209,4 +209,4 @@ def load_study(
         "hashes": files.hashes,
         "measured_points": content.measured_points(),
     }
-    return Study.model_validate({**dict(content.settings), **of_names})
+    return Study.model_validate({**dict(content.settings or ()), **of_names})

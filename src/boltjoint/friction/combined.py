@@ -81,8 +81,8 @@ def _keys_of(
     surfaces: Mapping[str, Mapping[str, Any]],
 ) -> dict[str, float | Array]:
     """Arguments of ``from_contact`` of a law, for the pairs of all surfaces that follow it."""
-    names = [key.name for key in law.declaration.keys or ()]
-    forms = {form.name for key in law.declaration.keys or () for form in key.forms}
+    names = [key.name for key in law.declaration.case_keys]
+    forms = {form.name for key in law.declaration.case_keys for form in key.forms}
     own = {
         name: {key: value for key, value in of_surface.items() if key != "law"}
         for name, of_surface in surfaces.items()
@@ -136,12 +136,18 @@ class CombinedLaw(ElementLaw):
 
     @classmethod
     def from_contact(
+        cls, pairs: ContactPairs, **keys: float | Array
+    ) -> tuple[Self, NDArray[np.int64]]:
+        """Refuse what does not tell the law of each pair, as ``from_surfaces`` does."""
+        raise ValueError("a combined law is made of those of surfaces: see elements_of_pairs")
+
+    @classmethod
+    def from_surfaces(
         cls,
         pairs: ContactPairs,
-        *,
         law: type[ElementLaw],
         surfaces: Mapping[str, Mapping[str, Any]],
-        **keys: float | Array,
+        keys: Mapping[str, float | Array],
     ) -> tuple[ElementLaw, NDArray[np.int64]]:
         """Elements of each surface by its own law, and the pairs that carry one.
 
@@ -159,15 +165,17 @@ class CombinedLaw(ElementLaw):
         ]
         return parts[0] if len(parts) == 1 else cls(tuple(parts)), every
 
-    @cached_property
-    def declaration(self) -> LawDeclaration:
+    def _declaration_of_parts(self) -> LawDeclaration:
         """What is known of all parts together."""
         return combined([part.declaration for part in self.parts])
 
-    @cached_property
-    def quantities(self) -> dict[str, tuple[str, str]]:
+    def _quantities_of_parts(self) -> dict[str, tuple[str, str]]:
         """Those of any part."""
         return {name: meaning for part in self.parts for name, meaning in part.quantities.items()}
+
+    # of each combination, where other laws have them as classes
+    declaration = cached_property(_declaration_of_parts)
+    quantities = cached_property(_quantities_of_parts)
 
     @cached_property
     def point_of_element(self) -> NDArray[np.int64]:
@@ -351,7 +359,7 @@ def elements_of_pairs(
         name: {**own, "law": _known_law(f"law of surface {name}", own.get("law", law))}
         for name, own in surfaces.items()
     }
-    return CombinedLaw.from_contact(pairs, law=law, surfaces=own_laws, **keys)
+    return CombinedLaw.from_surfaces(pairs, law, own_laws, keys)
 
 
 def _known_law(what: str, law: type[ElementLaw] | str) -> type[ElementLaw]:

@@ -102,6 +102,11 @@ class LawDeclaration:
     has_closed_form: bool = True
     limit_of: str | None = None
 
+    @property
+    def case_keys(self) -> tuple[ContactKey, ...]:
+        """The ``keys``, none of a law that only reductions make."""
+        return self.keys or ()
+
     def components_of(self, harmonics: int) -> int:
         """Number of harmonic coefficients; without bias the force has no even harmonics."""
         return 1 + 2 * harmonics if "bias" in self.components else 2 * ((harmonics + 1) // 2)

@@ -40,7 +40,7 @@ def _responses(contents: Contents, artefact: Artefact) -> list[Artefact]:
     "output point, from full stick to full slip; a dot is the peak under a force of this case. "
     "Beyond the dashed line the structure moves by more than a tenth of its length.",
     options=lambda contents, artefact: {
-        "joints": contents.backbones(artefact.case, artefact.basis, artefact.resonance),
+        "joints": contents.backbones(**artefact.fields),
         "forces": contents.study.case(artefact.case).levels,
     },
 )
@@ -51,7 +51,7 @@ def backbone(
     from boltjoint.report.figures.backbones import plot_backbones
     from boltjoint.report.figures.curves import response_curves
 
-    backbones = {
+    backbones: dict[str, xr.Dataset] = {
         joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints
     }
     limits = [
@@ -66,8 +66,7 @@ def backbone(
 
 
 def _joints(contents: Contents, artefact: Artefact) -> dict[str, list[JointName]]:
-    place = artefact.case, artefact.basis, artefact.resonance
-    return {"joints": contents.backbones(*place)}
+    return {"joints": contents.backbones(**artefact.fields)}
 
 
 def _of_linear(contents: Contents, artefact: Artefact) -> Iterator[Artefact]:
@@ -109,14 +108,14 @@ def microslip(artefact: Artefact, results: "Results", joints: Sequence[JointName
     from boltjoint.report.figures.backbones import Peaks, plot_microslip
     from boltjoint.study.tables.backbones import peak_dissipation
 
-    peaks = {}
+    peaks: dict[str, Peaks] = {}
     for name in joints:
         fields = artefact.fields | {"joint": name, "coordinates": REFERENCE[1]}
         if results.has("response", **fields):
             of_joint = {key: fields[key] for key in ("case", "basis", "joint")}
             joint = joint_from_dataset(results.dataset("joint", **of_joint))
             peaks[name] = Peaks(*peak_dissipation(joint, results.dataset("response", **fields)))
-    backbones = {
+    backbones: dict[str, xr.Dataset] = {
         name: results.dataset("backbone", **artefact.fields, joint=name) for name in joints
     }
     return plot_microslip(backbones, results.table("microslip", **artefact.fields), peaks)

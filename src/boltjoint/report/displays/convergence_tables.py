@@ -10,6 +10,7 @@ from boltjoint.study.response_list import Response
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
     from boltjoint.study.results import Results
 
@@ -99,7 +100,9 @@ def patterns(artefact: Artefact, results: "Results", bases: Sequence[Basis]) -> 
     """Errors of resonances by basis."""
     from boltjoint.study.convergence import tabulate_patterns
 
-    modes = {basis: results.dataset("modes", **artefact.fields, basis=basis) for basis in bases}
+    modes: dict[str, xr.Dataset] = {
+        basis: results.dataset("modes", **artefact.fields, basis=basis) for basis in bases
+    }
     return tabulate_patterns(modes, results.dataset("patterns", **artefact.fields))
 
 
@@ -157,7 +160,7 @@ def divisions(
     results: "Results",
     preload: Mapping[str, Any],
     steps: Mapping[str, Any],
-    **options: object,
+    **options: Any,  # noqa: ANN401
 ) -> "pd.DataFrame":
     """Errors of peaks by division and number of regions."""
     from boltjoint.joint.io import joint_from_dataset
@@ -177,8 +180,8 @@ def divisions(
 def reduced_cases(contents: Contents) -> Iterator[dict[str, Any]]:
     """The cases whose contact is reduced in several ways."""
     for case in contents.study.cases:
-        if contents.reduced(case):
-            yield {"case": case, "basis": contents.converged(case).basis}
+        if (converged := contents.converged(case)) and contents.reduced(case):
+            yield {"case": case, "basis": converged.basis}
 
 
 def any_reduced(contents: Contents) -> list[dict[str, Any]]:
@@ -187,7 +190,7 @@ def any_reduced(contents: Contents) -> list[dict[str, Any]]:
 
 
 def _reduced_joints(contents: Contents, artefact: Artefact) -> list[Artefact]:
-    names = [REFERENCE[0], *contents.reduced(artefact.case)]
+    names = [REFERENCE[0], *contents.reduced(artefact.fields["case"])]
     return [contents.select("joint", **artefact.fields, joint=name)[0] for name in names]
 
 
@@ -211,7 +214,7 @@ def reductions(
     results: "Results",
     joints: Sequence[str],
     steps: Mapping[str, Any],
-    **options: object,
+    **options: Any,  # noqa: ANN401
 ) -> "pd.DataFrame":
     """Errors and times of reduced joints."""
     from boltjoint.joint.io import joint_from_dataset
@@ -226,5 +229,5 @@ def reductions(
 
 
 def _preload_of(contents: Contents, artefact: Artefact) -> dict[str, Any]:
-    case = contents.study.case(artefact.case)
+    case = contents.study.case(artefact.fields["case"])
     return {"assembly": case.assembly, "preload_N": case.preload}

@@ -23,7 +23,7 @@ def _bases(contents: Contents) -> Iterator[dict[str, Any]]:
 
 
 def _response(contents: Contents, artefact: Artefact) -> dict[str, Any]:
-    return contents.lowest_references(artefact.case)[artefact.basis]._asdict()
+    return _integrated(contents, artefact)._asdict()
 
 
 def _reads(contents: Contents, artefact: Artefact) -> list[Artefact]:
@@ -59,7 +59,7 @@ def _smaller_bases(contents: Contents) -> Iterator[dict[str, Any]]:
 
 def _in_larger_basis(contents: Contents, artefact: Artefact) -> dict[str, Any]:
     """The node-to-node joint of a case in the basis larger than its converged one."""
-    basis = contents.bases_of_integration(artefact.case)[1]
+    basis = contents.bases_of_integration(artefact.fields["case"])[1]
     return {"case": artefact.case, "basis": basis, "joint": REFERENCE[0]}
 
 
@@ -116,7 +116,8 @@ def _reference_models(contents: Contents) -> Iterator[dict[str, Any]]:
 
 
 def _integrated(contents: Contents, artefact: Artefact) -> Response:
-    return contents.lowest_references(artefact.case)[artefact.basis]
+    fields = artefact.fields
+    return contents.lowest_references(fields["case"])[fields["basis"]]
 
 
 def _joint_and_response(contents: Contents, artefact: Artefact) -> list[Artefact]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from boltjoint.names import REFERENCE, JointName
+from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import assembly_of_case, data_of, figure, table
 from boltjoint.study.response_list import Response
@@ -49,7 +49,7 @@ def _with_fits(contents: Contents) -> Iterator[dict[str, Any]]:
 
 def _regions_of(contents: Contents, artefact: Artefact) -> list[Artefact]:
     """The joint of the same regions with all their elements."""
-    fields = artefact.fields | {"joint": artefact.joint.regions}
+    fields = artefact.fields | {"joint": artefact.fields["joint"].regions}
     return contents.select("joint", form="data", **fields)
 
 
@@ -109,11 +109,12 @@ def loops(artefact: Artefact, results: "Results", comparison: "Comparison") -> "
     """Hysteresis loops of a region with fitted elements and with all."""
     from boltjoint.report.figures.contact import plot_loops
 
-    every = artefact.fields | {"joint": artefact.joint.regions}
+    joint = artefact.fields["joint"]
+    every = artefact.fields | {"joint": joint.regions}
     return plot_loops(
         results.dataset("joint", **artefact.fields),
         results.dataset("joint", **every),
-        comparison.region_of_loops(artefact.joint),
+        comparison.region_of_loops(joint),
     )
 
 
@@ -179,5 +180,5 @@ def fits(artefact: Artefact, results: "Results", responses: list[Response]) -> "
 
 
 def _label(artefact: Artefact) -> str:
-    words = JointName(artefact.joint.regions).label
+    words = artefact.fields["joint"].regions.label
     return words[:1].upper() + words[1:]

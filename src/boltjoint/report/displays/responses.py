@@ -55,12 +55,14 @@ def _reference(contents: Contents, artefact: Artefact) -> list[Artefact]:
 
 
 def _responses_of(contents: Contents, artefact: Artefact) -> dict[str, Any]:
-    return {"responses": contents.responses(artefact.case, artefact.basis)}
+    return {"responses": contents.responses(**artefact.fields)}
 
 
 def _in_words(artefact: Artefact) -> str:
-    words = f"{artefact.joint.label}, {artefact.coordinates.label}"
-    return words + (f" around resonance {artefact.resonance}" if artefact.resonance > 1 else "")
+    fields = artefact.fields
+    words = f"{fields['joint'].label}, {fields['coordinates'].label}"
+    resonance = fields["resonance"]
+    return words + (f" around resonance {resonance}" if resonance > 1 else "")
 
 
 @figure(
@@ -79,8 +81,8 @@ def response(artefact: Artefact, results: "Results") -> "Figure":
     has_reference = reference != artefact.fields and results.has("response", **reference)
     return plot_response(
         results.dataset("response", **artefact.fields),
-        artefact.joint,
-        artefact.coordinates,
+        artefact.fields["joint"],
+        artefact.fields["coordinates"],
         reference=results.dataset("response", **reference) if has_reference else None,
     )
 
@@ -131,7 +133,7 @@ def times(artefact: Artefact, results: "Results", comparison: "Comparison") -> "
     from boltjoint.report.figures.responses import plot_times
 
     table = results.table("times", case=artefact.case, basis=artefact.basis)
-    return plot_times(table, artefact.resonance, comparison.reductions_of_time)
+    return plot_times(table, artefact.fields["resonance"], comparison.reductions_of_time)
 
 
 @table(
@@ -149,7 +151,7 @@ def accuracy(
     """Errors of all responses, with the residuals in time where they were found."""
     from boltjoint.study.tables.accuracy import tabulate_accuracy
 
-    checks = {
+    checks: dict[tuple[str, str, int], pd.DataFrame] = {
         response[1:]: results.data("check", case=artefact.case, **response._asdict())
         for response in responses
         if results.has("check", case=artefact.case, **response._asdict())
@@ -172,7 +174,7 @@ def shares_of_states(
     """Contact states at the peaks of all responses."""
     from boltjoint.study.tables.joints import tabulate_states
 
-    joints = {
+    joints: dict[str, xr.Dataset] = {
         joint: results.dataset("joint", **artefact.fields, joint=joint)
         for joint in dict.fromkeys(response.joint for response in responses)
     }
@@ -203,7 +205,7 @@ def processor_times(
     of_response = {
         response[1:]: {"case": artefact.case, **response._asdict()} for response in responses
     }
-    timings = {
+    timings: dict[tuple[str, str, int], pd.DataFrame] = {
         response: pd.concat(
             results.data(kind, **fields)
             for kind in ("timing", "forward_differences")
@@ -216,7 +218,7 @@ def processor_times(
 
 def _load(
     artefact: Artefact, results: "Results", responses: Iterable[Response]
-) -> "dict[tuple, xr.Dataset]":
+) -> "dict[tuple[str, str, int], xr.Dataset]":
     return {
         response[1:]: results.dataset("response", case=artefact.case, **response._asdict())
         for response in responses
@@ -282,7 +284,7 @@ def _compared(contents: Contents, artefact: Artefact) -> list[Artefact]:
     return [
         data
         for kind in ("response", "timing")
-        for response in contents.compared(artefact.case)
+        for response in contents.compared(artefact.fields["case"])
         for data in contents.select(kind, form="data", case=artefact.case, **response._asdict())
     ]
 
@@ -324,11 +326,9 @@ def errors_and_costs(
     """Errors and costs of all models."""
     from boltjoint.study.tables.accuracy import tabulate_models
 
-    fields = {
-        tuple(response): {"case": artefact.case, **response._asdict()} for response in compared
-    }
+    fields = {(*response,): {"case": artefact.case, **response._asdict()} for response in compared}
     return tabulate_models(
         {model: results.dataset("response", **of) for model, of in fields.items()},
         {model: results.data("timing", **of) for model, of in fields.items()},
-        tuple(converged),
+        (*converged,),
     )

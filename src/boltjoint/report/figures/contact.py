@@ -1,5 +1,7 @@
 """Figures of the contact: normal load, weighted pairs, contact states, hysteresis loops."""
 
+from typing import Any
+
 import matplotlib
 import numpy as np
 import xarray as xr
@@ -259,7 +261,7 @@ def draw_profile(axes: Axes, surface: ContactSurface, value: NDArray[np.float64]
     loaded = value > 0
     for state, colour, label in ((loaded, "black", "loaded"), (~loaded, "white", "open")):
         pairs = np.intersect1d(drawn, np.flatnonzero(state))
-        style = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
+        style: dict[str, Any] = {"markersize": 3.5, "color": colour, "markeredgecolor": "black"}
         axes.plot(x[pairs], value[pairs], "o", **style, markeredgewidth=0.6, label=label)
     axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     where = "pairs along the middle of the width" if len(edges) else "all contact points"

@@ -1,6 +1,7 @@
 """Figures of convergence: errors over samples, basis vectors, regions and models."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -96,7 +97,7 @@ def plot_models(models: pd.DataFrame) -> Figure:
         Line2D([], [], color=colour, marker="o", linestyle="none", label=what)
         for what, colour in columns.items()
     ]
-    broken = {"color": "0.3", "marker": "X", "linestyle": "none"}
+    broken: dict[str, Any] = {"color": "0.3", "marker": "X", "linestyle": "none"}
     if not models["complete"].all():
         entries.append(Line2D([], [], label="some branches broke off", **broken))
     figure.legend(handles=entries, loc="outside upper center", ncols=len(entries))
@@ -256,7 +257,7 @@ def _largest_of_joints(tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
 def _kind_of_reduction(joint: JointName) -> str:
     if joint.pairs is not None:
         return "weighted pairs"
-    words = {"regions": "bands", "clusters": "clusters"}[joint.division]
+    words = {"regions": "bands", "clusters": "clusters"}[str(joint.division)]
     if joint.reduction is None:
         return words
     count = f" {joint.elements}" if joint.elements else ""

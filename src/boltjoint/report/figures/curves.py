@@ -1,7 +1,8 @@
 """Curves of frequency responses and backbones, as figures and pages draw them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,7 +13,7 @@ from boltjoint.structure.extent import LINEAR
 #: millimetres of a metre
 _MM = 1e3
 #: where the largest displacement is a tenth of the length
-LIMIT_LINE = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
+LIMIT_LINE: Mapping[str, Any] = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
 LIMIT = f"linear model ends ({LINEAR:.0%} of the length)".replace("%", " %")
 
 

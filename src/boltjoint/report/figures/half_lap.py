@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -228,10 +229,10 @@ def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
     tail = tip + _ARROW * onto_paper["xyz".index(excited.attrs["direction"])]
     arrow = {"arrowstyle": "-|>", "facecolor": "black", "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", tip, tail, arrowprops=arrow)
-    axes.text(*tail, f" excitation along {excited.attrs['direction']}", va="center")
+    axes.text(tail[0], tail[1], f" excitation along {excited.attrs['direction']}", va="center")
     at = drawn[int(observed)]
     axes.plot(*at, "o", markersize=4, markerfacecolor="white", markeredgecolor="black", zorder=5)
-    axes.text(*at, f"   response along {observed.attrs['direction']}", va="center")
+    axes.text(at[0], at[1], f"   response along {observed.attrs['direction']}", va="center")
 
 
 def _visible_faces(
@@ -288,7 +289,7 @@ def _draw_plan(axes: Axes, assembly: xr.Dataset) -> None:
     surface = ContactSurface.of(assembly)
     everything = surface.area_of(np.arange(len(surface.position)))
     x, y, _ = _bounds_of_bars(assembly)
-    style = {"edgecolor": "0.15", "linewidth": 0.5}
+    style: dict[str, Any] = {"edgecolor": "0.15", "linewidth": 0.5}
     axes.add_patch(Rectangle((x[0], y[0]), np.ptp(x), np.ptp(y), facecolor="white", **style))
     axes.add_patch(PathPatch(everything, facecolor=BLANK_COLOUR, **style))
     lap = everything.get_extents().intervalx
@@ -297,7 +298,7 @@ def _draw_plan(axes: Axes, assembly: xr.Dataset) -> None:
         _draw_dimension(axes, (begin, y[0] - _BESIDE), (end, y[0] - _BESIDE))
     _draw_dimension(axes, (x[0] - _BESIDE, y[0]), (x[0] - _BESIDE, y[1]))
     # loops around holes run back
-    hole = max(-polygon_area(loop[:-1]) for loop in everything.to_polygons())
+    hole = max(-polygon_area(np.asarray(loop)[:-1]) for loop in everything.to_polygons())
     axes.text(lap[1] + 3, 0, f"holes ⌀ {2 * np.sqrt(hole / np.pi):.4g}", va="center", fontsize=8)
 
 
@@ -329,7 +330,7 @@ def _draw_dimension(axes: Axes, begin: tuple[float, float], end: tuple[float, fl
     line |= {"facecolor": "black", "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", end, begin, arrowprops=line)
     axes.update_datalim(points)  # texts do not widen the axes by themselves
-    beside = {"ha": "center", "va": "top", "xytext": (0, -2)}
+    beside: dict[str, Any] = {"ha": "center", "va": "top", "xytext": (0, -2)}
     if begin[0] == end[0]:
         beside = {"ha": "right", "va": "center", "xytext": (-3, 0)}
     length = f"{np.linalg.norm(points[1] - points[0]):.4g}"
@@ -340,7 +341,9 @@ def _draw_dimension(axes: Axes, begin: tuple[float, float], end: tuple[float, fl
 def _add_legend_of_parts(figure: Figure, assembly: xr.Dataset, at_rest: bool = False) -> None:
     names = list(dict.fromkeys(part_kinds(assembly)))
     colours = [PART_COLOURS[name] for name in names]
-    handles = [Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in colours]
+    handles: list[Patch | Line2D] = [
+        Patch(facecolor=c, edgecolor="0.15", linewidth=0.5) for c in colours
+    ]
     if at_rest:
         handles.append(Line2D([], [], color="0.65", linewidth=0.9))
         names.append("at rest")

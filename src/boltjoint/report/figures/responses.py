@@ -37,10 +37,19 @@ _RATIOS = {
     "N": "response / force (mm/N)",
     "m/s2": "response / acceleration of the supports (mm per m/s²)",
 }
-_PEAK_MARK = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
-_CONVERGED_MARK = {"marker": "D", "mfc": "white", "mew": 1.0, "linestyle": "none"}
-_ERROR_BAR_LINE = {"linewidth": 0.8, "alpha": 0.8}
-_UNSTABLE_LINE = {"linestyle": (0, (2.5, 1.5)), "marker": "none", "dash_capstyle": "butt"}
+_PEAK_MARK: Mapping[str, Any] = {"marker": "o", "mec": "white", "mew": 0.6, "linestyle": "none"}
+_CONVERGED_MARK: Mapping[str, Any] = {
+    "marker": "D",
+    "mfc": "white",
+    "mew": 1.0,
+    "linestyle": "none",
+}
+_ERROR_BAR_LINE: Mapping[str, Any] = {"linewidth": 0.8, "alpha": 0.8}
+_UNSTABLE_LINE: dict[str, Any] = {
+    "linestyle": (0, (2.5, 1.5)),
+    "marker": "none",
+    "dash_capstyle": "butt",
+}
 #: where stability is that of one harmonic
 _ONE_HARMONIC = {"linestyle": (0, (1.0, 1.5))}
 #: response over its peak down to which a curve is in the axes
@@ -90,7 +99,8 @@ def plot_response(
     levels = [f"{force:g} {unit}" for force in forces]
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.subplots()
-    drawn, marks = [], {"peak": _PEAK_MARK}
+    drawn: list[ResponseCurve] = []
+    marks: dict[str, Mapping[str, Any]] = {"peak": _PEAK_MARK}
     for name, (dataset, style) in layers.items():
         size = 0.6 if style is REFERENCE_LINE and not is_reference else 1.0
         curves = response_curves(dataset)
@@ -130,8 +140,8 @@ def _draw_curve(
         of = f"{harmonics} harmonics" if harmonics > 1 else "one harmonic"
         marks[f"unstable ({of})"] = {**REFERENCE_LINE, **dashes}
     if curve.peak is not None:
-        at = [curve.peak]
-        axes.plot(x[at], y[at], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
+        at_peak = [curve.peak]
+        axes.plot(x[at_peak], y[at_peak], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)
     if with_marks and curve.peak is not None and curve.converged is not None:
         to = zip((x[curve.peak], y[curve.peak]), curve.converged, strict=True)
         axes.plot(*to, color=colour, zorder=3, **_ERROR_BAR_LINE)
@@ -204,7 +214,7 @@ def plot_sensors(response: xr.Dataset) -> Figure:
     return figure
 
 
-_TIME_LINE = {"linewidth": 1.1, "markersize": 3.5}
+_TIME_LINE: Mapping[str, Any] = {"linewidth": 1.1, "markersize": 3.5}
 _MARK_OF_SOURCE = {"linestyle": "none", "markersize": 7, "markerfacecolor": "none"}
 
 
@@ -272,7 +282,7 @@ def plot_times(
             axes.grid(True)
     panels[0, 0].set_ylabel("processor time (s)")
     panels[1, 0].set_ylabel("time over that of\nnode-to-node, linear modes")
-    plain = {"color": "0.4"}
+    plain: dict[str, Any] = {"color": "0.4"}
     entries = {JointName(j).label: Line2D([], [], color=c, lw=3) for j, c in colours.items()}
     for coordinates, style in styles.items():
         entries[Coordinates(coordinates).short_label] = Line2D(

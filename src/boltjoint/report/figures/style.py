@@ -42,11 +42,11 @@ STYLE = {
 
 figure_style = matplotlib.rc_context(STYLE)
 
-REFERENCE_LINE = {"linewidth": 1.1, "zorder": 3}
-MODEL_LINE = {"linewidth": 4.0, "alpha": 0.45, "zorder": 2}
-BREAK_MARK = {"marker": "X", "mec": "black", "mew": 0.7, "linestyle": "none"}
+REFERENCE_LINE: Mapping[str, Any] = {"linewidth": 1.1, "zorder": 3}
+MODEL_LINE: Mapping[str, Any] = {"linewidth": 4.0, "alpha": 0.45, "zorder": 2}
+BREAK_MARK: Mapping[str, Any] = {"marker": "X", "mec": "black", "mew": 0.7, "linestyle": "none"}
 #: kinds of coordinates in the order in which they occur
-COORDINATE_LINES = (
+COORDINATE_LINES: tuple[Mapping[str, Any], ...] = (
     {"linestyle": "-", "marker": "o"},
     {"linestyle": "--", "marker": "s"},
     {"linestyle": ":", "marker": "^"},

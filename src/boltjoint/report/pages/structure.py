@@ -55,19 +55,20 @@ def structure_page(
 
 
 def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Markup:
-    columns = {}
+    columns: dict[str, Sequence[str] | Mapping[str, str]] = {}
     for name, assembly in assemblies.items():
         facts = page_of(assembly.type).facts_of(assembly)
-        columns[name] = {words: _as_text(fact) for words, fact in facts.items()}
+        texts = {words: _as_text(fact) for words, fact in facts.items()}
         if content.results.has("assembly", assembly=name):
             mesh = content.results.dataset("assembly", assembly=name)
             if dofs := mesh.attrs.get("degrees_of_freedom"):
-                columns[name]["degrees of freedom"] = str(dofs)
+                texts["degrees of freedom"] = str(dofs)
             sizes = ((words, mesh.sizes.get(size)) for size, words in _SIZES.items())
-            columns[name] |= {words: str(size) for words, size in sizes if size is not None}
+            texts |= {words: str(size) for words, size in sizes if size is not None}
             if "initial_gap" in mesh:
                 largest = 1e6 * mesh["initial_gap"].max().item()
-                columns[name]["largest initial gap (μm)"] = number(largest)
+                texts["largest initial gap (μm)"] = number(largest)
+        columns[name] = texts
     beside = content.comparison.dimensions(assemblies)
     columns |= beside.columns
     notes = list(beside.notes)

@@ -135,9 +135,9 @@ def _quantities(
         yield "regions", of_division["regions"], "regions"
         yield "division into regions", _DIVISIONS[case.regions.division], None
         yield "motion of a region", _MOTIONS[case.regions.motion], None
-    elements = _counts(joint.elements for joint in joints)
-    if elements != _NONE or content.comparison.has_case:
-        yield "elements in a region", elements, "elements"
+    in_region = _counts(joint.elements for joint in joints)
+    if in_region != _NONE or content.comparison.has_case:
+        yield "elements in a region", in_region, "elements"
 
 
 def _contact(contact: ContactEntry | SurfaceEntry) -> Iterator[tuple[str, str, str]]:

@@ -1,6 +1,7 @@
 """A case in one basis: figures of its joints and responses, with statements on their peaks."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 from markupsafe import Markup
@@ -78,7 +79,7 @@ def _elements(table: StudyTable, basis: CaseBasis) -> Markup:
     comparison = basis.content.comparison
     beside = comparison.elements(table.artefact, table.frame, basis.case.preload_N)
     return table.html(
-        f"Fitted elements: {table.artefact.joint.label}",
+        f"Fitted elements: {table.artefact.fields['joint'].label}",
         ["In the order in which they start to slip.", *beside.notes],
         ["region"],
         frame=beside.frame,
@@ -90,7 +91,11 @@ def responses(basis: CaseBasis, joint: str, resonance: int) -> Markup:
     """Responses of a joint around a resonance, and the contact states at their peaks."""
     body = Markup()
     for coordinates in basis.coordinates_by_joint(resonance)[joint]:
-        values = {"joint": joint, "coordinates": coordinates, "resonance": resonance}
+        values: dict[str, Any] = {
+            "joint": joint,
+            "coordinates": coordinates,
+            "resonance": resonance,
+        }
         note = statement_of_response(basis, **values)
         body += basis.content.figures("response", note, basis=basis.name, **values)
         body += basis.content.figures("states", basis=basis.name, **values)
@@ -104,7 +109,7 @@ def peaks(basis: CaseBasis, resonance: int) -> Markup:
     nodes = select(basis.accuracy.frame, joint=REFERENCE[0], resonance=resonance)
     if nodes.empty:
         return Markup()
-    parts = {}
+    parts: dict[str, pd.DataFrame] = {}
     for coordinates, rows in nodes.groupby("coordinates", sort=False):
         peaks = peaks_of_coordinates(rows).set_index(("", "force_N"))
         if ALL in peaks and not parts:

@@ -1,6 +1,6 @@
 """Responses and backbones of a case under the pointer, and the parts of a page that answer it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
-from boltjoint.report.pages.document import TEMPLATES, compressed_json, compressed_plotly, pack
+from boltjoint.report.pages.document import compressed_json, compressed_plotly, pack, prose
 from boltjoint.structure.extent import LINEAR
 from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
@@ -69,7 +69,7 @@ def _responses(case: Case) -> list[tuple[Basis, JointName, Coordinates, int]]:
 
 
 def _model(
-    name: str, model: _Model, resonance: int, levels: list[float], results: Results
+    name: str, model: _Model, resonance: int, levels: Sequence[float], results: Results
 ) -> dict[str, Any] | None:
     """A model around a resonance: its curves, and of a backbone that; None without results."""
     basis, joint, coordinates = model
@@ -77,7 +77,7 @@ def _model(
     if not results.has("response", **fields, coordinates=coordinates):
         return None
     response = results.dataset("response", **fields, coordinates=coordinates)
-    content = {
+    content: dict[str, Any] = {
         "basis": basis,
         "words": f"{joint.label}, {coordinates.short_label}",
         "reference": (joint, coordinates) == REFERENCE,
@@ -116,7 +116,7 @@ def _ranges(mask: np.ndarray) -> Iterator[list[int]]:
         yield [first, end - 1]
 
 
-def _backbone(backbone: xr.Dataset, levels: list[float], limit: float | None) -> dict[str, Any]:
+def _backbone(backbone: xr.Dataset, levels: Sequence[float], limit: float | None) -> dict[str, Any]:
     """A backbone, and its states at the peaks of the levels, as JSON can hold them."""
     amplitude = backbone["response_amplitude"].to_numpy() * _MM
     of_mode = {
@@ -177,7 +177,7 @@ class InteractiveParts:
         curves, view = curves_of_case(name, case, results), view_of_case(name, case, results)
         if curves is None and view is None:
             return cls(Markup(), Markup(), Markup())
-        template = TEMPLATES.get_template("interactive/templates/interactive.html.j2").module
+        template = prose("interactive/templates/interactive")
         packed = (
             None if content is None else compressed_json(content) for content in (curves, view)
         )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from boltjoint.config.case import Case
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.friction import contact_states
+from boltjoint.harmonics import Components
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.names import REFERENCE
@@ -48,14 +49,14 @@ def hysteresis_loops(
     tuple
         Relative displacement along the first tangent [m] and the force of its friction [N], each
         (elements, samples); None where friction acts in two directions, whose loops are no lines
-        in a plane.
+        in a plane, or is not that of sliders.
     """
-    law = joint.law
-    if "lateral" in law.directions_in_time:
+    law = joint.contact.element_law
+    sliders = law.sliders()
+    if sliders is None or "lateral" in law.directions_in_time:
         return None
     q = motion.in_time(samples).T
     u = joint.tangential_mode @ q
-    sliders = law.sliders()
     spring = sliders.tangential_stiffness[:, None] * u[sliders.point]
     load = np.broadcast_to(sliders.normal_load[:, None], spring.shape)
     if sliders.normal_stiffness is not None and joint.normal_mode is not None:
@@ -70,7 +71,7 @@ def hysteresis_loops(
     of_element = np.zeros((law.point_of_element.size, samples))
     np.add.at(of_element, sliders.element, force)
     if law.dashpots is not None:
-        turn = 2 * np.pi * frequency * motion.components.phase_derivative
+        turn = 2 * np.pi * frequency * Components(motion.components).phase_derivative
         velocity = PeriodicMotion(motion.components, turn @ motion.modal_coordinate)
         of_points = joint.tangential_mode @ velocity.in_time(samples).T
         viscous = law.dashpots.damping[:, None] * of_points[law.dashpots.point]
