@@ -10,6 +10,8 @@ from scipy.integrate import quad
 
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.contact_states import SEPARATION, STICK, STICK_SLIP, STICK_SLIP_SEPARATION
+from boltjoint.friction.coupled import CoupledVariableLoad
+from boltjoint.friction.uncoupled import UncoupledVariableLoad
 from boltjoint.friction.variable import VariableLoad
 
 OPEN, STUCK, POSITIVE_SLIP, NEGATIVE_SLIP = range(4)
@@ -678,8 +680,9 @@ def test_states_of_elements_on_one_point():
     )
 
 
-def test_elements_in_place_of_others_keep_the_ratios_of_the_closed_ones():
-    law = VariableLoad(
+@pytest.mark.parametrize("kind", [VariableLoad, UncoupledVariableLoad, CoupledVariableLoad])
+def test_elements_in_place_of_others_keep_the_law_and_the_ratios_of_the_closed_ones(kind):
+    law = kind(
         point_of_element=np.array([0, 0, 0, 1]),
         tangential_stiffness=np.array([1e8, 3e8, 7e8, 1e8]),
         normal_stiffness=np.array([2e8, 2e8, 9e8, 5e8]),
@@ -688,6 +691,7 @@ def test_elements_in_place_of_others_keep_the_ratios_of_the_closed_ones():
     )
     stiffness, slip_force = np.array([4e8, 2e8, 1e8]), np.array([2.0, 5.0, 4.0])
     few = law.replaced_by(np.array([0, 0, 1]), stiffness, slip_force)
+    assert (type(few), few.directions) == (kind, law.directions)
     assert few.tangential_stiffness is stiffness
     np.testing.assert_allclose(few.slip_force, slip_force)
     np.testing.assert_allclose(few.normal_stiffness, [4e8, 2e8, 5e8])

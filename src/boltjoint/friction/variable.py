@@ -141,7 +141,7 @@ class VariableLoad(ElementLaw):
 
     def replaced_by(
         self, point_of_element: NDArray[np.int64], tangential_stiffness: Array, slip_force: Array
-    ) -> "VariableLoad":
+    ) -> Self:
         """Other elements on the same points, by stiffness [N/m] and slip force [N] of each.
 
         On every point the ratios of k_v to k_u and n0 to mu n0 stay those of its closed elements.
@@ -159,7 +159,7 @@ class VariableLoad(ElementLaw):
                 self.slip_force,
             )
         ]
-        return VariableLoad(
+        return type(self)(
             point_of_element=point_of_element,
             tangential_stiffness=tangential_stiffness,
             normal_stiffness=tangential_stiffness * sums[1] / sums[0],
