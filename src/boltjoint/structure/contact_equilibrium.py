@@ -187,48 +187,103 @@ def solve_contact(
     ValueError
         If shapes do not fit each other, a number is out of range, or no force is applied.
     """
-    force = checks.array("force", force, ("unknowns",))
-    if not force.any():
-        raise ValueError("force is zero: there is nothing to be in equilibrium with")
-    stiffness = checks.array("stiffness", stiffness, ("pairs",), above=0)
-    mu = np.broadcast_to(friction_coefficient, stiffness.shape)
-    mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
+    stiffness, mu, gap = _checked_pairs(stiffness, friction_coefficient, gap)
+    body = _Body.of(K, C, force, stiffness.size)
     tolerance = checks.number("tolerance", tolerance, above=0)
     maximum_iterations = checks.whole("maximum_iterations", maximum_iterations, at_least=1)
-    _check_sparse("K", K, (force.size, force.size))
-    _check_sparse("C", C, (3 * stiffness.size, force.size))
-    pairs = len(stiffness)
-    gap = np.zeros(pairs) if gap is None else checks.array("gap", gap, (pairs,), at_least=0)
     unilateral = partial(coulomb_contact, stiffness=stiffness, friction_coefficient=mu, gap=gap)
     # of flat surfaces no iterate is far from the contact
     law = partial(unilateral, tension=_TENSION) if gap.any() else unilateral
-    q = np.zeros(len(force))
-    relative = np.zeros((pairs, 3))
+    q = np.zeros(body.force.size)
     contact, tangent = closed_and_sticking(stiffness, mu, gap)
     residual: list[float] = []
     factors = None
     while True:
-        unbalanced = force - K @ q - C.T @ contact.ravel()
-        residual.append(float(abs(unbalanced).max() / abs(force).max()))
-        finite = np.isfinite(residual[-1])
+        unbalanced = body.unbalanced(q, contact)
+        residual.append(float(abs(unbalanced).max() / abs(body.force).max()))
         if law is not unilateral and residual[-1] <= tolerance:
             residual.pop()
             law = unilateral
-            contact, tangent = law(relative)
+            contact, tangent = law(body.relative(q))
             continue
-        if residual[-1] <= tolerance or not finite or len(residual) > maximum_iterations:
+        # what is no number is not between them either
+        if not tolerance < residual[-1] < np.inf or len(residual) > maximum_iterations:
             break
-        J = (K + C.T @ _block_diagonal(tangent) @ C).tocsc()
+        J = body.jacobian(tangent)
         correction, factors = _solve_with_old_factors(J, unbalanced, factors, factorisation)
-        step = (C @ correction).reshape(pairs, 3)
-        work = correction @ (force - K @ q), correction @ (K @ correction)
-        q = q + correction * _step_length(*work, relative, step, law)
-        relative = (C @ q).reshape(pairs, 3)
-        contact, tangent = law(relative)
+        q = q + correction * body.step_length(q, correction, law)
+        contact, tangent = law(body.relative(q))
         logger.debug("correction %d: residual was %.2e", len(residual), residual[-1])
-    return ContactEquilibrium(
-        q, relative, contact, np.array(residual), converged=residual[-1] <= tolerance
-    )
+    converged = residual[-1] <= tolerance
+    return ContactEquilibrium(q, body.relative(q), contact, np.array(residual), converged)
+
+
+@dataclass(frozen=True)
+class _Body:
+    """An elastic body under forces, whose contact pairs see its motion by C."""
+
+    K: sparse.csc_array
+    C: sparse.csr_array
+    force: Array
+
+    @classmethod
+    def of(cls, K: sparse.csc_array, C: sparse.csr_array, force: Array, pairs: int) -> "_Body":
+        """The body, after a check of its matrices and forces."""
+        force = checks.array("force", force, ("unknowns",))
+        if not force.any():
+            raise ValueError("force is zero: there is nothing to be in equilibrium with")
+        _check_sparse("K", K, (force.size, force.size))
+        _check_sparse("C", C, (3 * pairs, force.size))
+        return cls(K, C, force)
+
+    def relative(self, q: Array) -> Array:
+        """Relative displacements of the pairs [m], shape (pairs, 3)."""
+        return (self.C @ q).reshape(-1, 3)
+
+    def unbalanced(self, q: Array, contact: Array) -> Array:
+        """Applied less elastic and contact forces [N], shape (unknowns,)."""
+        return self.force - self.K @ q - self.C.T @ contact.ravel()
+
+    def jacobian(self, tangent: Array) -> sparse.csc_array:
+        """Stiffness with that of the contact, from its derivative (pairs, 3, 3) [N/m]."""
+        return (self.K + self.C.T @ _block_diagonal(tangent) @ self.C).tocsc()
+
+    def step_length(
+        self, q: Array, correction: Array, law: Callable[[Array], tuple[Array, Array]]
+    ) -> float:
+        """Factor of a Newton step by line search: 1, or where the unbalanced force does no work.
+
+        Weak friction reverses when a step overshoots, and full steps may then cycle. So where the
+        work of the unbalanced force at the end of the step is negative and more than half of that
+        at its start, the step ends where the work is zero (Matthies and Strang 1979). The elastic
+        forces are linear along the step, so only the contact is evaluated.
+        """
+        # of elastic and applied forces at the factor s: force - s stiffness
+        force, stiffness = (
+            correction @ (self.force - self.K @ q),
+            correction @ (self.K @ correction),
+        )
+        relative, step = self.relative(q), self.relative(correction)
+
+        def work(s: float) -> float:
+            return force - s * stiffness - np.sum(law(relative + s * step)[0] * step)
+
+        start, end = work(0.0), work(1.0)
+        # not either where the work is no number
+        if not (start > 0 and end < -start / 2):
+            return 1.0
+        return float(brentq(work, 0.0, 1.0, xtol=1e-3))
+
+
+def _checked_pairs(
+    stiffness: Array, friction_coefficient: float | Array, gap: Array | None
+) -> tuple[Array, Array, Array]:
+    """Penalty, friction coefficient and initial gap of each pair."""
+    stiffness = checks.array("stiffness", stiffness, ("pairs",), above=0)
+    mu = np.broadcast_to(friction_coefficient, stiffness.shape)
+    mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
+    gap = np.zeros(stiffness.size) if gap is None else gap
+    return stiffness, mu, checks.array("gap", gap, stiffness.shape, at_least=0)
 
 
 def _check_sparse(name: str, matrix: Any, shape: tuple[int, int]) -> None:  # noqa: ANN401
@@ -237,40 +292,6 @@ def _check_sparse(name: str, matrix: Any, shape: tuple[int, int]) -> None:  # no
     if matrix.shape != shape:
         raise ValueError(f"{name} has shape {matrix.shape}, expected {shape}")
     checks.array(f"data of {name}", matrix.data)
-
-
-def _step_length(
-    force: float,
-    stiffness: float,
-    relative: Array,
-    step: Array,
-    contact: Callable[[Array], tuple[Array, Array]],
-) -> float:
-    """Factor of a Newton step by line search: 1, or where the work of the unbalanced force is zero.
-
-    Weak friction reverses when a step overshoots, and full steps may then cycle. So where the work
-    of the unbalanced force at the end of the step is negative and more than half of that at its
-    start, the step ends where the work is zero (Matthies and Strang 1979). The elastic forces are
-    linear along the step, so only the contact is evaluated.
-
-    Parameters
-    ----------
-    force, stiffness
-        Work of the elastic and applied forces on the step at the factor s: ``force - s stiffness``.
-    relative, step
-        Relative displacements before the step and their change, shape (pairs, 3).
-    contact
-        Contact forces and their derivative from relative displacements.
-    """
-
-    def work(s: float) -> float:
-        return force - s * stiffness - np.sum(contact(relative + s * step)[0] * step)
-
-    start, end = work(0.0), work(1.0)
-    # not either where the work is no number
-    if not (start > 0 and end < -start / 2):
-        return 1.0
-    return float(brentq(work, 0.0, 1.0, xtol=1e-3))
 
 
 def _block_diagonal(blocks: Array) -> sparse.bsr_array:
