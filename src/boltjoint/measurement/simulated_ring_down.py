@@ -143,7 +143,7 @@ def _integrate(free: Integration, count: int, step: float) -> Array:
     w = 2 * np.pi / (count * step)
     damped = free.structure[0], free.structure[1], force
     unsolved = integrate_period(
-        free.q, free.v, free.z, *free.elements, *damped, w, (0.0, 0.0), elastic
+        free.q, free.v, free.z, free.elements, damped, w, (0.0, 0.0), elastic
     )
     if unsolved:
         raise ValueError(

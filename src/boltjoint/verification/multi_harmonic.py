@@ -6,7 +6,7 @@ harmonic h. Damping that is viscous already stays what it is.
 """
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -170,16 +170,9 @@ def tabulate_time_integration(
         if (peak := motion_at_peak(response, force)) is not None:
             excitation = float(peak[0]), float(force), damping
             integrate = partial(steady_state, joint, *excitation, steps=steps)
-            rows += _compared(
-                joint,
-                excitation,
-                peak[1],
-                harmonics,
-                samples=samples,
-                steps=steps,
-                integrate=integrate,
-                from_rest=integrate(),
-            )
+            amplitudes, motion = _balanced(joint, excitation, peak[1], harmonics, samples)
+            integrated = integrate(start=motion.in_time(steps))
+            rows += _compared(excitation, amplitudes, integrated, from_rest=integrate())
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
@@ -241,16 +234,10 @@ def tabulate_steady_states(
             tolerance=tolerance,
             maximum_periods=maximum_periods,
         )
-        rows += _compared(
-            joint,
-            excitation,
-            last.motion,
-            numbers,
-            samples=samples,
-            steps=steps,
-            integrate=integrate,
-            change=_SMALL_CHANGE,
+        amplitudes, motion = _balanced(
+            joint, excitation, last.motion, numbers, samples, change=_SMALL_CHANGE
         )
+        rows += _compared(excitation, amplitudes, integrate(start=motion.in_time(steps)))
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
@@ -268,19 +255,16 @@ def checked_levels(
     return joint.distinct, some, damping_of_attributes(response.attrs)
 
 
-def _compared(
+def _balanced(
     joint: Joint,
     excitation: tuple[float, float, Damping],
     motion: PeriodicMotion,
     harmonics: Sequence[int],
-    *,
     samples: int,
-    steps: int,
-    integrate: Callable[..., SteadyState],
-    from_rest: SteadyState | None = None,
+    *,
     change: float = 0.0,
-) -> Iterator[tuple]:
-    """Rows of a force: balances of more and more harmonics against the time integration.
+) -> tuple[dict[int, float], PeriodicMotion]:
+    """Amplitudes by number of harmonics, each started from the motion before, and the last motion.
 
     No further harmonics are tried once two successive changes of the amplitude are below a share.
     """
@@ -295,7 +279,16 @@ def _compared(
         last = np.array(list(amplitudes.values())[-3:])
         if last.size == 3 and np.all(abs(last[1:] / last[:-1] - 1) < change):
             break
-    integrated = integrate(start=motion.in_time(steps))
+    return amplitudes, motion
+
+
+def _compared(
+    excitation: tuple[float, float, Damping],
+    amplitudes: Mapping[int, float],
+    integrated: SteadyState,
+    from_rest: SteadyState | None = None,
+) -> Iterator[tuple]:
+    """Rows of a force: balances of more and more harmonics against the time integration."""
     in_time, settled = abs(integrated.amplitude), integrated.converged
     from_rest_percent = np.nan
     if from_rest is not None:

@@ -27,7 +27,6 @@ from scipy.signal import resample
 
 from boltjoint import checks
 from boltjoint.damping import Damping, as_damping
-from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
 from boltjoint.verification.time_steps import integrate_period, sliders_along
 
@@ -128,7 +127,6 @@ def steady_state(
         range.
     """
     checks.instance("joint", joint, Joint)
-    checks.instance("law of the joint", joint.law, ElementLaw)
     frequency = checks.number("frequency", frequency, above=0)
     force = checks.level("force", force)
     damping = as_damping(damping)
@@ -169,7 +167,7 @@ class Integration:
     steps: int
     structure: tuple[Array, Array, NDArray[np.complex128]]
     """Stiffness and damping of the modes, and the force on them, sine + i cosine."""
-    elements: tuple[Array, ...]
+    elements: tuple[Array, Array, Array, Array, Array, Array]
     """Rows k_u R, k_v N, R and N, n0 and mu of the sliders, as of ``integrate_period``."""
     elastic: NDArray[np.bool_]
     """The modes that are integrated, shape (all modes,)."""
@@ -244,7 +242,7 @@ class Integration:
         w, state = 2 * np.pi * self.frequency, (self.q, self.v, self.z)
         factors = first_factor, last_factor
         self.unsolved = integrate_period(
-            *state, *self.elements, *self.structure, w, factors, self.history
+            *state, self.elements, self.structure, w, factors, self.history
         )
         self.periods += 1
 

@@ -62,15 +62,8 @@ def integrate_period(
     q: Array,
     v: Array,
     z: Array,
-    X: Array,
-    V: Array,
-    R: Array,
-    N: Array,
-    normal_load: Array,
-    mu: Array,
-    stiffness: Array,
-    damping: Array,
-    force: NDArray[np.complex128],
+    of_elements: tuple[Array, Array, Array, Array, Array, Array],
+    of_modes: tuple[Array, Array, NDArray[np.complex128]],
     w: float,
     factors: tuple[float, float],
     history: Array,
@@ -83,12 +76,10 @@ def integrate_period(
         Motion [kg^1/2 m] and its velocity, now and their last change, shape (2, modes).
     z
         Sliders, as forces of the springs [N], shape (elements,).
-    X, V, R, N
-        Rows k_u R, k_v N, R and N of the elements, shape (elements, modes); V and N have no rows
-        under constant normal load.
-    normal_load, mu
-        Normal load and friction coefficient of the elements, or empty and their slip force.
-    stiffness, damping, force
+    of_elements
+        Rows k_u R, k_v N, R and N, shape (elements, modes), of which those with N are without rows
+        under constant normal load; normal load and friction coefficient, or empty and slip force.
+    of_modes
         L, shape (modes,); C, (modes, modes); sine + i cosine of the force on the modes, (modes,).
     w
         Frequency of the excitation [rad/s].
@@ -97,6 +88,8 @@ def integrate_period(
     history
         Filled with the motion at the begin of each step, shape (steps, modes).
     """
+    X, V, R, N, normal_load, mu = of_elements
+    stiffness, damping, force = of_modes
     steps = len(history)
     elements, h = z.size, 2 * np.pi / w / steps
     jacobian = 1.5 / h * damping + np.diag(2.25 / h**2 + stiffness)
