@@ -86,9 +86,7 @@ def _derive_step(
 
 @loop
 def _follow_period(
-    x: Array,
-    n: Array,
-    limit: Array,
+    loading: tuple[Array, Array, Array],
     of_motion: tuple[Array, Array, Array],
     smallest: float,
     z: Array,
@@ -99,9 +97,12 @@ def _follow_period(
 ) -> bool:
     """Move a slider through a period of samples; whether it slips, by more than the smallest slip.
 
-    ``slope`` is filled with derivatives of the friction by the motion, shape (samples, 2, columns),
-    and ``by_motion`` with that of the slider, if ``derivative`` is not empty.
+    ``loading`` is the spring force with the slider at rest, the normal load and the limit,
+    ``of_motion`` the derivatives of the force in the plane and of the limit. ``slope`` is filled
+    with derivatives of the friction by the motion, shape (samples, 2, columns), and ``by_motion``
+    with that of the slider, if ``derivative`` is not empty.
     """
+    x, n, limit = loading
     samples = x.shape[1]
     slips_at_all = False
     for i in range(samples):
@@ -143,9 +144,7 @@ def _follow_period(
 
 @loop
 def _follow_until_periodic(
-    x: Array,
-    n: Array,
-    limit: Array,
+    loading: tuple[Array, Array, Array],
     of_motion: tuple[Array, Array, Array],
     z: Array,
     by_motion: Array,
@@ -157,6 +156,7 @@ def _follow_until_periodic(
 
     As ``_follow_period``; z is set to the position at the begin of the last period.
     """
+    x, _, limit = loading
     now = np.empty(2)
     last = of_motion[0][-1], of_motion[1][-1], of_motion[2][-1]
     _start(x, limit, last, now, by_motion)
@@ -164,7 +164,7 @@ def _follow_until_periodic(
     for _ in range(_MOST_PERIODS):
         z[:] = now
         slips = _follow_period(
-            x, n, limit, of_motion, smallest, now, by_motion, derivative, friction, slope
+            loading, of_motion, smallest, now, by_motion, derivative, friction, slope
         )
         if length_of(now[0] - z[0], now[1] - z[1]) <= smallest:
             break
@@ -173,9 +173,7 @@ def _follow_until_periodic(
 
 @loop
 def _differentiate(
-    x: Array,
-    n: Array,
-    limit: Array,
+    loading: tuple[Array, Array, Array],
     of_motion: tuple[Array, Array, Array],
     z: Array,
     by_motion: Array,
@@ -191,14 +189,12 @@ def _differentiate(
     by_motion[:] = 0.0
     by_motion[0, -2] = by_motion[1, -1] = 1.0
     begin = z.copy()
-    _follow_period(x, n, limit, of_motion, 0.0, begin, by_motion, derivative, friction, slope)
+    _follow_period(loading, of_motion, 0.0, begin, by_motion, derivative, friction, slope)
     a, b = 1.0 - by_motion[0, -2], -by_motion[0, -1]
     c, d = -by_motion[1, -2], 1.0 - by_motion[1, -1]
     determinant = a * d - b * c
     if abs(determinant) <= _SINGULAR:
-        _follow_until_periodic(
-            x, n, limit, of_motion, begin, by_motion, derivative, friction, slope
-        )
+        _follow_until_periodic(loading, of_motion, begin, by_motion, derivative, friction, slope)
         return
     for column in range(by_motion.shape[1] - 2):
         g_x, g_y = by_motion[0, column], by_motion[1, column]
@@ -264,9 +260,9 @@ def add_forces(
         for d in range(directions):
             np.dot(motion[p, d * count : (d + 1) * count], synthesis, displacement[d])
         _set_element(quantities, e, displacement, x, n, limit)
-        of_motion = of_x, of_y, of_limit
+        loading, of_motion = (x, n, limit), (of_x, of_y, of_limit)
         # first without derivatives, which an element in stick does not need
-        slips = _follow_until_periodic(x, n, limit, of_motion, z, by_motion, none, friction, slope)
+        slips = _follow_until_periodic(loading, of_motion, z, by_motion, none, friction, slope)
         assembled = max(quantities[2, e], 0.0)
         for i in range(samples):
             load[i] = max(n[i], 0.0) - assembled
@@ -290,7 +286,7 @@ def add_forces(
                     closed = mu * k_v
                     for c in range(count):
                         of_limit[i, 2 * count + c] = closed * at_samples[i, c]
-            _differentiate(x, n, limit, of_motion, z, by_motion, derivative, friction, slope)
+            _differentiate(loading, of_motion, z, by_motion, derivative, friction, slope)
             for d in range(2):
                 of_direction = np.ascontiguousarray(slope[:, d, :columns])
                 tangent[p, d * count : (d + 1) * count] += np.dot(synthesis, of_direction)
@@ -323,7 +319,5 @@ def find_slip(
     slope, unused = np.zeros((1, 2, 1)), np.zeros((samples, 1))
     for e in range(point_of_element.size):
         _set_element(quantities, e, displacement[point_of_element[e]], x, load[e], limit)
-        of_motion = unused, unused, unused
-        slips[e] = _follow_until_periodic(
-            x, load[e], limit, of_motion, z, by_motion, none, friction, slope
-        )
+        loading, of_motion = (x, load[e], limit), (unused, unused, unused)
+        slips[e] = _follow_until_periodic(loading, of_motion, z, by_motion, none, friction, slope)
