@@ -6,9 +6,9 @@ there.
 
 import logging
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -27,9 +27,6 @@ from boltjoint.study.common_to_designs import (
     common_window,
 )
 from boltjoint.study.designs import SweptJoint, values_of, varied
-
-if TYPE_CHECKING:
-    pass
 
 #: what of a peak is checked
 QUANTITIES = ("frequency", "amplitude")
@@ -136,7 +133,7 @@ logger = logging.getLogger(__name__)
 def _observe(
     observed: ObservedDesigns,
     place: int,
-    variant: SweptJoint,
+    variant: SweptJoint | ImpossibleJoint,
     values: Mapping[str, float],
     window: tuple[float, float] | None,
     amplitudes: Array | None,
@@ -144,6 +141,9 @@ def _observe(
     converged: bool,
 ) -> None:
     """Solve a design and add what is observed of it, or why it is impossible."""
+    if isinstance(variant, ImpossibleJoint):
+        observed.reason[place] = str(variant)
+        return
     try:
         joint, branches = variant.solve(values, window)
         observed.add(place, joint, branches)
@@ -213,9 +213,7 @@ def solve_designs(
             checks.whole(name, points, at_least=1)
     values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
     impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
-    joints = [variant for variant in variants if isinstance(variant, SweptJoint)]
-    if not joints:
-        raise ValueError(f"no design is possible: {next(iter(variants), 'there is none')}")
+    joints = _possible_joints(variants)
     window = grid = sizes = None
     reasons: Mapping[int, str] = {}
     if frequencies is not None:
@@ -228,26 +226,37 @@ def solve_designs(
     observed = ObservedDesigns(
         len(chunk), levels, grid, sizes, elements if states else None, converged=converged
     )
-    begun = time.monotonic()
 
     def solve(place: int, row: int) -> None:
         observed.reason[place] = impossible[row] or reasons.get(row, "")
-        if observed.reason[place]:
-            return
-        variant = variants[joint_of[row]]
-        if isinstance(variant, ImpossibleJoint):
-            observed.reason[place] = str(variant)
-            return
-        _observe(observed, place, variant, values[place], window, sizes, converged=converged)
+        if not observed.reason[place]:
+            of_design = variants[joint_of[row]], values[place]
+            _observe(observed, place, *of_design, window, sizes, converged=converged)
 
-    words = f"designs {chunk.start} to {chunk.stop} of {impossible.size}"
+    _solve_each(solve, chunk, threads, impossible.size)
+    return observed.dataset()
+
+
+def _possible_joints(variants: Sequence[SweptJoint | ImpossibleJoint]) -> list[SweptJoint]:
+    """The joints among the variants; a ``ValueError`` if there is none."""
+    joints = [variant for variant in variants if isinstance(variant, SweptJoint)]
+    if not joints:
+        raise ValueError(f"no design is possible: {next(iter(variants), 'there is none')}")
+    return joints
+
+
+def _solve_each(
+    solve: Callable[[int, int], None], chunk: range, threads: int, designs: int
+) -> None:
+    """Solve the designs of a chunk, by their place in it and their row, some at the same time."""
+    words = f"designs {chunk.start} to {chunk.stop} of {designs}"
+    begun = time.monotonic()
     with ThreadPoolExecutor(threads) as pool:
         solved = pool.map(solve, range(len(chunk)), chunk)
         # on a terminal only
         for _ in tqdm(solved, words, len(chunk), leave=False, disable=None):
             pass
     logger.info("%s in %.0f s", words, time.monotonic() - begun)
-    return observed.dataset()
 
 
 def check_designs(

@@ -152,9 +152,7 @@ def find_pod_modes(
     candidates = find_candidates(
         structure, preload, options.free_modes, second_tangents=second_tangents
     )
-    connections = [
-        (partial(condition.connect, preload), condition.damping) for condition in conditions
-    ]
+    connections = [(partial(at.connect, preload), at.damping) for at in conditions]
     of_pairs = candidates.area, candidates.surface
     of_conditions = [at.tangential_stiffness(*of_pairs) for at in conditions]
     stiffness = np.max(of_conditions, axis=0)

@@ -162,13 +162,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
                 ("element", "corner"), hexahedron, "1", "nodes of the hexahedron, order of VTK"
             ),
             "part": part_variable(assembly, part),
-            "pair_node": quantity(("pair", "side"), pair, "1", "nodes that touch"),
-            "position": quantity(
-                ("pair", "axis"), coordinate[pair[:, 0]], "m", "position of the contact pair"
-            ),
-            "area": quantity(
-                "pair", tributary_area(lap.plan)[order], "m2", "tributary area of the contact pair"
-            ),
+            **_pairs(pair, coordinate[pair[:, 0]], tributary_area(lap.plan)[order]),
             "clamped_node": quantity(
                 "clamped", np.sort(label[clamped]), "1", "nodes that are held"
             ),
@@ -208,6 +202,15 @@ def _along_and_across(position: Array) -> NDArray[np.intp]:
     # to a picometre: nodes on one line across the bar have the same x but for rounding
     along, across, _ = np.round(position, 12).T
     return np.lexsort([across, along])
+
+
+def _pairs(node: NDArray[np.int64], position: Array, area: Array) -> dict[str, xr.Variable]:
+    """Contact pairs: nodes of both sides, places [m] and areas [m2]."""
+    return {
+        "pair_node": quantity(("pair", "side"), node, "1", "nodes that touch"),
+        "position": quantity(("pair", "axis"), position, "m", "position of the contact pair"),
+        "area": quantity("pair", area, "m2", "tributary area of the contact pair"),
+    }
 
 
 def _bolts(section: NDArray[np.int64], axis: Array) -> dict[str, xr.Variable]:
