@@ -1,4 +1,4 @@
-"""What does not go together in a study: cases, assemblies, sweeps and settings."""
+"""What does not go together in a study: cases, assemblies and settings."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
@@ -6,10 +6,8 @@ from boltjoint.config.case import Case
 from boltjoint.config.described import Described
 from boltjoint.config.entries import choice
 from boltjoint.config.settings import ContactAdaptedBasis, Settings
-from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, KeyPath, Problems
-from boltjoint.config.varied_case import SolvedCase, conflicts_with_case, solve_alone
-from boltjoint.config.varied_keys import Quantity
+from boltjoint.config.varied_case import SolvedCase
 from boltjoint.names import Basis, Preload
 
 
@@ -79,40 +77,6 @@ def conflicts_of_places(case: Case, assembly: Described | None) -> Problems:
             yield ("excitation", "surface"), sentence
     if not (case.sensors or case.outputs or assembly.output_names):
         yield ("sensors",), f"is missing: {case.assembly} names no outputs"
-
-
-def conflicts_of_preload_with_gap(
-    sweep: Sweep, case: Case, assembly: Described, keys: Collection[str]
-) -> Problems:
-    """A preload that varies, with the keys of all designs, though loads do not grow with it."""
-    if assembly.has_initial_gap and "preload_N" in keys:
-        reason = (
-            f"with {assembly.GAP_KEY} of {case.assembly}: loads of a joint with an initial gap do "
-            "not grow with the preload, and another preload is another case"
-        )
-        if "preload_N" in sweep.vary:
-            yield ("vary", "preload_N"), f"must not vary {reason}"
-        else:
-            yield ("design", "file"), f"must not have the column preload_N {reason}"
-
-
-def conflicts_of_sweep(
-    sweep: Sweep,
-    case: Case,
-    assembly: Described,
-    settings: Settings,
-    allowed: Mapping[str, Quantity],
-) -> Problems:
-    """What the base case, its assembly and the settings do not allow in a sweep."""
-    yield from conflicts_with_case(sweep, case, allowed)
-    for path, sentence in conflicts_when_solved(solve_alone(case, sweep), assembly, settings):
-        if path in (("joint",), ("basis",), ("resonance",)):
-            yield path, sentence
-    if sweep.check is not None:
-        again = solve_alone(case, sweep.checking)
-        for path, sentence in conflicts_when_solved(again, assembly, settings):
-            if path in (("joint",), ("basis",)):
-                yield ("check", *path), sentence
 
 
 def conflicts_when_solved(solved: SolvedCase, assembly: Described, settings: Settings) -> Problems:

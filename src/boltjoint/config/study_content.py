@@ -12,9 +12,7 @@ from boltjoint.config.conflicts import (
     conflicts_of_convergence,
     conflicts_of_places,
     conflicts_of_preload,
-    conflicts_of_preload_with_gap,
     conflicts_of_surfaces,
-    conflicts_of_sweep,
     conflicts_when_solved,
     missing_preloads,
     other_preloads,
@@ -29,7 +27,11 @@ from boltjoint.config.makers import is_maker, maker, maker_names, type_of
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.sweep import Sweep, Table
-from boltjoint.config.swept_designs import SweptDesigns
+from boltjoint.config.swept_designs import (
+    SweptDesigns,
+    conflicts_of_preload_with_gap,
+    conflicts_of_sweep,
+)
 from boltjoint.config.types import (
     ASSEMBLY_FOLDER,
     CASE_FOLDER,

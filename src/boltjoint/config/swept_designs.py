@@ -1,6 +1,9 @@
-"""Designs of the sweeps of a study: their keys, their number and their variants, when asked for."""
+"""Designs of the sweeps of a study, when asked for, and what is refused of a sweep as a whole.
 
-from collections.abc import Callable, Mapping
+What contradicts within its own file is in ``sweep``.
+"""
+
+from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
 from itertools import islice
 
@@ -8,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.config.case import Case
+from boltjoint.config.conflicts import conflicts_when_solved
 from boltjoint.config.csv_table import CsvTable
-from boltjoint.config.sweep import MOST_JOBS, Table
+from boltjoint.config.described import Described
+from boltjoint.config.settings import Settings
+from boltjoint.config.sweep import MOST_JOBS, Sweep, Table
 from boltjoint.config.types import Problems
 from boltjoint.config.varied_case import (
     BaseOfVariants,
@@ -18,10 +24,11 @@ from boltjoint.config.varied_case import (
     find_variants,
     read_table,
     refused,
+    solve_alone,
     solved_alone,
     with_values,
 )
-from boltjoint.config.varied_keys import RATIOS, Quantity, is_rescaled
+from boltjoint.config.varied_keys import RATIOS, Quantity, is_rescaled, not_varied
 
 #: impossible designs of a table from the first after which a possible one is left to be found
 _MOST_TRIED = 1000
@@ -144,3 +151,50 @@ class SweptDesigns:
                 return ""
             met = met or reason
         return met if self.number <= _MOST_TRIED else ""
+
+
+def conflicts_of_sweep(
+    sweep: Sweep,
+    case: Case,
+    assembly: Described,
+    settings: Settings,
+    allowed: Mapping[str, Quantity],
+) -> Problems:
+    """What the base case, its assembly and the settings do not allow in a sweep."""
+    yield from _conflicts_of_keys(sweep, case, allowed)
+    for path, sentence in conflicts_when_solved(solve_alone(case, sweep), assembly, settings):
+        if path in (("joint",), ("basis",), ("resonance",)):
+            yield path, sentence
+    if sweep.check is not None:
+        again = solve_alone(case, sweep.checking)
+        for path, sentence in conflicts_when_solved(again, assembly, settings):
+            if path in (("joint",), ("basis",)):
+                yield ("check", *path), sentence
+
+
+def _conflicts_of_keys(sweep: Sweep, case: Case, allowed: Collection[str]) -> Problems:
+    """Keys that do not vary, and ranges that reach beyond what the base case allows."""
+    content = case.model_dump()
+    for key, values in sweep.vary.items():
+        if key not in allowed:
+            yield ("vary", key), not_varied(key, allowed)
+        elif is_rescaled(key) and not isinstance(values, tuple):
+            for value in values.extremes:
+                changed = with_values(content, {key: float(f"{value:.4g}")})
+                for sentence in refused(changed, Case):
+                    yield ("vary", key), f"reaches too far: {sentence}"
+
+
+def conflicts_of_preload_with_gap(
+    sweep: Sweep, case: Case, assembly: Described, keys: Collection[str]
+) -> Problems:
+    """A preload that varies, with the keys of all designs, though loads do not grow with it."""
+    if assembly.has_initial_gap and "preload_N" in keys:
+        reason = (
+            f"with {assembly.GAP_KEY} of {case.assembly}: loads of a joint with an initial gap do "
+            "not grow with the preload, and another preload is another case"
+        )
+        if "preload_N" in sweep.vary:
+            yield ("vary", "preload_N"), f"must not vary {reason}"
+        else:
+            yield ("design", "file"), f"must not have the column preload_N {reason}"

@@ -44,19 +44,6 @@ Array = NDArray[np.float64]
 EntryT = TypeVar("EntryT", bound=Entry)
 
 
-def conflicts_with_case(sweep: Sweep, case: Case, allowed: Collection[str]) -> Problems:
-    """Keys that do not vary, and ranges that reach beyond what the base case allows."""
-    content = case.model_dump()
-    for key, values in sweep.vary.items():
-        if key not in allowed:
-            yield ("vary", key), not_varied(key, allowed)
-        elif is_rescaled(key) and not isinstance(values, tuple):
-            for value in values.extremes:
-                changed = with_values(content, {key: float(f"{value:.4g}")})
-                for sentence in refused(changed, Case):
-                    yield ("vary", key), f"reaches too far: {sentence}"
-
-
 def read_content(
     content: Mapping[str, Any], model: type[EntryT]
 ) -> tuple[EntryT | None, list[str]]:
