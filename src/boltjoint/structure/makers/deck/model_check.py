@@ -7,7 +7,7 @@ import numpy as np
 from boltjoint.config.deck import Deck
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.elements.suitability import element_warnings
-from boltjoint.structure.makers.deck import interfaces, rigid
+from boltjoint.structure.makers.deck import constraints, interfaces
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain
 from boltjoint.structure.makers.deck.bolts import SectionBolt, bolts_of, lengths_given, loads_of
 from boltjoint.structure.makers.deck.mesh import Mesh
@@ -71,14 +71,14 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
         "volume (cm³)": f"{1e6 * mesh.volume:.6g}",
         "mass (kg)": f"{weight:.6g}",
         "size (mm)": " x ".join(f"{_MM * each:.5g}" for each in size),
-        "bodies": str(int(rigid.bodies(mesh).max()) + 1),
+        "bodies": str(int(constraints.bodies(mesh).max()) + 1),
     }
 
 
 def _of_constraints(assembled: Assembled) -> dict[str, str]:
     mesh, unknowns = assembled.mesh, assembled.unknowns
-    motions = rigid.motions_of_bodies(mesh, unknowns, rigid.bodies(mesh))
-    free = rigid.allowed(motions, assembled.rows, assembled.held).shape[1]
+    motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
+    free = constraints.allowed(motions, assembled.rows, assembled.held).shape[1]
     ties = [
         f"{each.name}: {len(each.node)} nodes, up to {_MM * each.distance:.3g} mm"
         for each in assembled.ties

@@ -11,7 +11,7 @@ from scipy import sparse
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elements.matrices import ElementOptions
-from boltjoint.structure.makers.deck import beams, rigid
+from boltjoint.structure.makers.deck import beams, constraints
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain, matrices
 from boltjoint.structure.makers.deck.bolts import (
     DeckBolts,
@@ -193,8 +193,8 @@ def _motions(
 ) -> tuple[Array, int]:
     """Rigid-body motions of the whole, shape (dofs, motions), and how many of bodies more."""
     mesh, unknowns = assembled.mesh, assembled.unknowns
-    motions = rigid.motions_of_bodies(mesh, unknowns, rigid.bodies(mesh))
-    factors = rigid.allowed(motions, assembled.rows, assembled.held)
+    motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
+    factors = constraints.allowed(motions, assembled.rows, assembled.held)
     # each unknown that is left is one of all, with the factor 1
     free = assembled.elimination.free
     column = T.shape[1]
@@ -242,12 +242,12 @@ def _check_sliding(
 ) -> None:
     """Refuse bodies that slide where the normal displacement of closed points is zero."""
     mesh, unknowns = assembled.mesh, assembled.unknowns
-    motions = rigid.motions_of_bodies(mesh, unknowns, rigid.bodies(mesh))
+    motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
     own = _own_unknowns(T, assembled.elimination.free)
     wide = sparse.coo_array(structure.contact.relative[3 * closed + 2])
     places = wide.coords[0], own[wide.coords[1]]
     rows = sparse.coo_array((wide.data, places), shape=(len(closed), unknowns.size)).tocsr()
-    left = rigid.allowed(motions, assembled.rows, assembled.held, rows).shape[1]
+    left = constraints.allowed(motions, assembled.rows, assembled.held, rows).shape[1]
     sliding = left - structure.rigid_body_motions.shape[1]
     if sliding > 0:
         raise ValueError(
@@ -322,7 +322,7 @@ def _geometry(mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
     number = np.full(mesh.node_count, -1)
     number[mesh.nodes] = np.arange(len(mesh.nodes))
     most = max(each.kind.nodes for each in mesh.solids)
-    body, cells, parts = rigid.bodies(mesh), [], []
+    body, cells, parts = constraints.bodies(mesh), [], []
     for each in mesh.solids:
         cell = np.full((len(each.place), most), -1)
         cell[:, : each.kind.nodes] = number[each.node[:, each.kind.vtk_order]]
