@@ -168,6 +168,10 @@ def _given_twice(entry: Entry, keys: Collection[ContactKey]) -> Problems:
             yield (forms[1].key,), f"must not stand beside {forms[0].key}"
 
 
+#: of classes without source, where pydantic would search all frames for it
+_NO_DOCSTRINGS: dict[str, Any] = {"use_attribute_docstrings": False}
+
+
 def _surface_entry(laws: Sequence[LawDeclaration]) -> type[SurfaceEntry]:
     """The entry of a surface that may have any of some laws, with the keys of all of them."""
     keys = tuple({key.name: key for law in laws for key in law.case_keys}.values())
@@ -187,6 +191,7 @@ def _surface_entry(laws: Sequence[LawDeclaration]) -> type[SurfaceEntry]:
         __base__=SurfaceEntry,
         __doc__=SurfaceEntry.__doc__,
         __module__=__name__,
+        __cls_kwargs__=_NO_DOCSTRINGS,
         **fields,
     )
 
@@ -214,7 +219,8 @@ def _entry(law: LawDeclaration, surface: type[SurfaceEntry]) -> type[ContactEntr
         __base__=ContactEntry,
         __doc__=law.meaning,
         __module__=__name__,
-        __cls_kwargs__={"json_schema_extra": {"allOf": either} if either else None},
+        __cls_kwargs__=_NO_DOCSTRINGS
+        | {"json_schema_extra": {"allOf": either} if either else None},
         **fields,
     )
 

@@ -53,7 +53,16 @@ def _entry(model: type[Damping]) -> type[DampingEntry]:
         sentence = f"{meaning[0].upper()}{meaning[1:]}."
         keys[f"{name}{_ENDINGS[unit]}"] = (value, Field(description=sentence))
     name, text = f"{model.__name__}Entry", inspect.getdoc(model)
-    return create_model(name, __base__=DampingEntry, __doc__=text, __module__=__name__, **keys)
+    # a class without source, where pydantic would search all frames for it
+    options = {"use_attribute_docstrings": False}
+    return create_model(
+        name,
+        __base__=DampingEntry,
+        __doc__=text,
+        __module__=__name__,
+        __cls_kwargs__=options,
+        **keys,
+    )
 
 
 if TYPE_CHECKING:
