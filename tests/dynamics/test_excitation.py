@@ -81,7 +81,7 @@ def test_phased_responses_balance_power_and_hold_in_time(either):
 
 def test_a_phased_excitation_is_integrated_in_time(either):
     joint = replace(either, excitation_mode_cos=np.array([0.5, 1.0, -2.0]))
-    found = steady_state(joint, 90.0, 1e-6, LOSS)
+    found = steady_state(joint, 90.0, 1e-6, LOSS, ramp=20, steps=1000)
     expected = solve_periodic(joint, 90.0, 1e-6, LOSS, harmonics=3).amplitude(joint.response_mode)
     assert found.amplitude == pytest.approx(expected, rel=1e-7)
 
