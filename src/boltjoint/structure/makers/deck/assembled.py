@@ -89,16 +89,16 @@ def constrain(
             cuts.append(found)
     bolt_beams = beams.bolt_beams(deck)
     unknowns = _unknowns(
-        deck, mesh, [*(each.section for each in cuts), *(each.section for each in bolt_beams)]
+        deck, mesh, [*(bolt.section for bolt in cuts), *(bolt.section for bolt in bolt_beams)]
     )
     taken: dict[int, str] = {}
     rows, ties = [], []
-    for each, is_strict in [
-        *((each, True) for each in deck.ties),
+    for tie, is_strict in [
+        *((tie, True) for tie in deck.ties),
         *((_tie_of(pair), False) for pair in tied_pairs),
     ]:
         mesh, of_tie, tied = constraints.tie(
-            mesh, each, tolerance, taken, is_strict=is_strict, adjust=adjust
+            mesh, tie, tolerance, taken, is_strict=is_strict, adjust=adjust
         )
         rows.append(_wide(of_tie, unknowns.size))
         ties.append(tied)
@@ -107,7 +107,7 @@ def constrain(
     rows.append(constraints.equation_rows(deck.equations, unknowns, mesh))
     held, supports = constraints.support_rows(boundaries, unknowns, mesh)
     rows.append(supports)
-    rows = [each for each in rows if each.matrix.shape[0]]
+    rows = [constraint for constraint in rows if constraint.matrix.shape[0]]
     kept = np.zeros(unknowns.size, bool)
     kept[unknowns.size - len(unknowns.sections) :] = True
     return Assembled(
@@ -135,11 +135,11 @@ def _wide(rows: Rows, size: int) -> Rows:
 
 def _unknowns(deck: Deck, mesh: Mesh, sections: Sequence) -> Unknowns:
     turning: list[int] = []
-    for each in deck.couplings:
-        if each.of_surface:
-            turning.append(deck.node_of(each.reference))
-    turning += [deck.node_of(each.reference) for each in deck.rigid_bodies]
-    turning += [int(node) for each in beams.turning_beams(deck) for node in each]
+    for coupling in deck.couplings:
+        if coupling.of_surface:
+            turning.append(deck.node_of(coupling.reference))
+    turning += [deck.node_of(body.reference) for body in deck.rigid_bodies]
+    turning += [int(node) for ends in beams.turning_beams(deck) for node in ends]
     nodes = [deck.node_of(section.node) for section in sections]
     return Unknowns(deck, mesh.node_count, np.unique(np.array(turning, np.int64)), nodes)
 
@@ -147,21 +147,21 @@ def _unknowns(deck: Deck, mesh: Mesh, sections: Sequence) -> Unknowns:
 def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
     rows = []
     joined: dict[int, tuple[list[Indices], list[Array], str]] = {}
-    for number, each in enumerate(deck.couplings):
-        name = f"{each.place}: *COUPLING {each.name or number + 1}"
-        node, weight = constraints.coupled_nodes(mesh, each)
-        if not each.of_surface:
+    for number, coupling in enumerate(deck.couplings):
+        name = f"{coupling.place}: *COUPLING {coupling.name or number + 1}"
+        node, weight = constraints.coupled_nodes(mesh, coupling)
+        if not coupling.of_surface:
             # CalculiX: the node of the element DCOUP3D, lines of one block together
-            reference = int(_node_of_element(deck, each))
+            reference = int(_node_of_element(deck, coupling))
             nodes, weights, _ = joined.setdefault(reference, ([], [], name))
             nodes.append(node)
             weights.append(weight)
             continue
-        reference = deck.node_of(each.reference)
-        if each.kind == "kinematic":
+        reference = deck.node_of(coupling.reference)
+        if coupling.kind == "kinematic":
             node = mesh.with_copies(mesh.origin[node])
             rows.append(
-                constraints.kinematic_rows(name, reference, node, each.dofs, unknowns, mesh)
+                constraints.kinematic_rows(name, reference, node, coupling.dofs, unknowns, mesh)
             )
         else:
             rows.append(
@@ -170,31 +170,32 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
     for reference, (nodes, weights, name) in joined.items():
         node, weight = np.concatenate(nodes), np.concatenate(weights)
         rows.append(constraints.distributing_rows(name, reference, node, weight, unknowns, mesh))
-    for each in deck.rigid_bodies:
-        name = f"{each.place}: *RIGID BODY"
-        if each.kind == "elements":
-            place = deck.elements_of(each.nodes)
+    for body in deck.rigid_bodies:
+        name = f"{body.place}: *RIGID BODY"
+        if body.kind == "elements":
+            place = deck.elements_of(body.nodes)
             node = np.unique(
                 np.concatenate(
                     [solid.node[np.isin(solid.place, place)].ravel() for solid in mesh.solids]
                 )
             )
         else:
-            node = mesh.with_copies(deck.nodes_of(each.nodes))
-        reference = deck.node_of(each.reference)
-        rows.append(constraints.kinematic_rows(name, reference, node, each.dofs, unknowns, mesh))
+            node = mesh.with_copies(deck.nodes_of(body.nodes))
+        reference = deck.node_of(body.reference)
+        rows.append(constraints.kinematic_rows(name, reference, node, body.dofs, unknowns, mesh))
     return rows
 
 
-def _node_of_element(deck: Deck, each: Coupling) -> int:
-    place = deck.elements_of(each.reference)
+def _node_of_element(deck: Deck, coupling: Coupling) -> int:
+    place = deck.elements_of(coupling.reference)
     for elements in deck.elements:
         if elements.kind == "DCOUP3D":
             found = elements.node[np.isin(elements.place, place)]
             if found.size:
                 return int(found[0, 0])
     raise ValueError(
-        f"{each.place}: *DISTRIBUTING COUPLING: set {each.reference.text} has no element DCOUP3D"
+        f"{coupling.place}: *DISTRIBUTING COUPLING: set {coupling.reference.text} has no element "
+        "DCOUP3D"
     )
 
 

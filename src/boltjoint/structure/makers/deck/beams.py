@@ -56,7 +56,7 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
             continue
         place = deck.elements_of(section.element)
         nodes = np.concatenate(
-            [each.node[np.isin(each.place, place)] for each in _beams(deck)]
+            [block.node[np.isin(block.place, place)] for block in _beams(deck)]
             + [np.zeros((0, 2), np.int64)]
         )
         if len(nodes) != 1:
@@ -65,7 +65,7 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
                 "element B31: surfaces of solid elements are given by SURFACE"
             )
         beam = next(
-            (each for each in deck.beams if place[0] in deck.elements_of(each.elements)), None
+            (other for other in deck.beams if place[0] in deck.elements_of(other.elements)), None
         )
         if beam is None:
             raise ValueError(
@@ -74,8 +74,8 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
             )
         of_bolts.append(int(place[0]))
         found.append(BoltBeam(nodes[0], section, beam))
-    for each in _beams(deck):
-        others = np.setdiff1d(each.place, of_bolts)
+    for block in _beams(deck):
+        others = np.setdiff1d(block.place, of_bolts)
         if others.size:
             raise ValueError(
                 f"{deck.file}: {deck.numbers.name(int(others[0]))} (B31) is no bolt: beams are "
@@ -85,7 +85,7 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
 
 
 def _beams(deck: Deck) -> Iterator:
-    return (each for each in deck.elements if each.kind == "B31")
+    return (block for block in deck.elements if block.kind == "B31")
 
 
 def turning_beams(deck: Deck) -> list[Indices]:
@@ -97,9 +97,11 @@ def turning_beams(deck: Deck) -> list[Indices]:
         if term.dof > AXES
         for node in deck.nodes_of(term.node)
     }
-    known |= {deck.node_of(each.reference) for each in deck.rigid_bodies}
-    known |= {deck.node_of(each.reference) for each in deck.couplings if each.of_surface}
-    return [each.nodes for each in bolt_beams(deck) if known & set(each.nodes.tolist())]
+    known |= {deck.node_of(body.reference) for body in deck.rigid_bodies}
+    known |= {
+        deck.node_of(coupling.reference) for coupling in deck.couplings if coupling.of_surface
+    }
+    return [beam.nodes for beam in bolt_beams(deck) if known & set(beam.nodes.tolist())]
 
 
 def stiffness(
@@ -108,25 +110,25 @@ def stiffness(
     """Stiffness of bolts: along the axis with their shortening, and bending where ends turn."""
     found = sparse.csc_array((unknowns.size, unknowns.size))
     first = len(unknowns.sections) - len(beams)
-    for number, each in enumerate(beams):
-        material = mesh.deck.materials[each.beam.material.upper()]
+    for number, bolt in enumerate(beams):
+        material = mesh.deck.materials[bolt.beam.material.upper()]
         modulus, ratio = material.elasticity
         E = pascal * modulus
         shear = E / (2 * (1 + ratio))
         scale = mesh.metre ** np.array([2, 4, 4, 4])
-        area, second, third, torsion = scale * np.array(each.sizes)
-        along = np.subtract(*mesh.coordinate[each.nodes[::-1]])
+        area, second, third, torsion = scale * np.array(bolt.sizes)
+        along = np.subtract(*mesh.coordinate[bolt.nodes[::-1]])
         length = float(np.linalg.norm(along))
         if not length > 0:
-            raise ValueError(f"{each.section.place}: the beam of the bolt has no length")
+            raise ValueError(f"{bolt.section.place}: the beam of the bolt has no length")
         axes = _axes(along / length)
-        columns = unknowns.translations(each.nodes)
+        columns = unknowns.translations(bolt.nodes)
         shortening = np.array([unknowns.shortening(first + number)])
         # elongation with the shortening of the shank
         row = np.concatenate([-axes[0], axes[0], [1.0]])
         place = np.concatenate([columns.ravel(), shortening])
         found = found + _added(E * area / length * np.outer(row, row), place, unknowns.size)
-        ends = [unknowns.rotations(int(node)) for node in each.nodes]
+        ends = [unknowns.rotations(int(node)) for node in bolt.nodes]
         turned = [end for end in ends if end is not None]
         if len(turned) < len(ends):
             continue
@@ -170,8 +172,8 @@ def _added(block: Array, place: Indices, size: int) -> sparse.csc_array:
 def spring_stiffness(mesh: Mesh, size: int, newton: float) -> sparse.csc_array:
     """Stiffness of springs SPRINGA along the lines between their nodes."""
     deck, found = mesh.deck, sparse.csc_array((size, size))
-    for each in deck.springs:
-        place = deck.elements_of(each.elements)
+    for spring in deck.springs:
+        place = deck.elements_of(spring.elements)
         for elements in deck.elements:
             if elements.kind != "SPRINGA":
                 continue
@@ -180,12 +182,12 @@ def spring_stiffness(mesh: Mesh, size: int, newton: float) -> sparse.csc_array:
                 length = np.linalg.norm(along)
                 if not length > 0:
                     raise ValueError(
-                        f"{each.elements.place}: *SPRING: the nodes of a spring of set "
-                        f"{each.elements.text} lie on one spot"
+                        f"{spring.elements.place}: *SPRING: the nodes of a spring of set "
+                        f"{spring.elements.text} lie on one spot"
                     )
                 row = np.concatenate([-along, along]) / length
                 columns = (AXES * node[:, None] + np.arange(AXES)).ravel()
-                factor = each.value * newton / mesh.metre
+                factor = spring.value * newton / mesh.metre
                 found = found + _added(factor * np.outer(row, row), columns, size)
     return found
 
@@ -193,11 +195,11 @@ def spring_stiffness(mesh: Mesh, size: int, newton: float) -> sparse.csc_array:
 def point_masses(mesh: Mesh, size: int, kilogram: float) -> sparse.csc_array:
     """Masses of the elements MASS."""
     deck, diagonal = mesh.deck, np.zeros(size)
-    for each in deck.masses:
-        place = deck.elements_of(each.elements)
+    for mass in deck.masses:
+        place = deck.elements_of(mass.elements)
         for elements in deck.elements:
             if elements.kind == "MASS":
                 node = elements.node[np.isin(elements.place, place), 0]
                 for axis in range(AXES):
-                    np.add.at(diagonal, AXES * node + axis, kilogram * each.value)
+                    np.add.at(diagonal, AXES * node + axis, kilogram * mass.value)
     return sparse.diags_array(diagonal, format="csc")

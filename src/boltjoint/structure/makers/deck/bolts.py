@@ -74,25 +74,26 @@ def bolts_of(deck: Deck, wanted: "Sequence[DeckBolt] | None") -> DeckBolts:
             )
         return known
     found: DeckBolts = []
-    for each in wanted:
-        if each.section is not None:
+    for described in wanted:
+        if described.section is not None:
             names = {bolt.name.upper(): bolt for bolt in known}
-            if each.section.upper() not in names:
+            if described.section.upper() not in names:
                 there = ", ".join(bolt.name for bolt in known) or "none"
                 raise ValueError(
-                    f"{deck.file} has no *PRE-TENSION SECTION of {each.section}; there are: {there}"
+                    f"{deck.file} has no *PRE-TENSION SECTION of {described.section}; there are: "
+                    f"{there}"
                 )
-            found.append(names[each.section.upper()]._replace(name=each.name))
+            found.append(names[described.section.upper()]._replace(name=described.name))
         else:
-            couplings = each.couplings or ()
+            couplings = described.couplings or ()
             nodes = np.array([_reference_node(deck, name) for name in couplings])
             pair = next((one for one in _loaded_pairs(deck) if set(one.node) == set(nodes)), None)
             if pair is None:
                 raise ValueError(
-                    f"{deck.file}: couplings {', '.join(couplings)} of bolt {each.name} have "
+                    f"{deck.file}: couplings {', '.join(couplings)} of bolt {described.name} have "
                     "no opposite forces by *CLOAD, which tell its direction"
                 )
-            found.append(pair._replace(name=each.name))
+            found.append(pair._replace(name=described.name))
     return found
 
 
@@ -102,7 +103,7 @@ def loads_of(deck: Deck, bolts: DeckBolts) -> Array | None:
     for bolt in bolts:
         if isinstance(bolt, SectionBolt):
             node = deck.node_of(deck.pretension[bolt.section].node)
-            forces = [each.force for each in deck.loads if node in deck.nodes_of(each.nodes)]
+            forces = [load.force for load in deck.loads if node in deck.nodes_of(load.nodes)]
             tensions.append(next((abs(force) for force in forces if force), 0.0))
         else:
             force = _force_on(deck, int(bolt.node[0]))
@@ -116,26 +117,34 @@ def lengths_given(deck: Deck, bolts: DeckBolts) -> list[str]:
     for bolt in bolts:
         if isinstance(bolt, SectionBolt):
             node = deck.node_of(deck.pretension[bolt.section].node)
-            if any(each.value and node in deck.nodes_of(each.nodes) for each in deck.boundaries):
+            if any(
+                boundary.value and node in deck.nodes_of(boundary.nodes)
+                for boundary in deck.boundaries
+            ):
                 found.append(bolt.name)
     return found
 
 
 def _reference_node(deck: Deck, name: str) -> int:
     """The reference node of a coupling of this name, or the node itself, or that of a set."""
-    for each in deck.couplings:
-        if each.of_surface and name.upper() in (each.name.upper(), each.reference.text.upper()):
-            return deck.node_of(each.reference)
-    there = ", ".join(each.name or each.reference.text for each in deck.couplings) or "none"
+    for coupling in deck.couplings:
+        if coupling.of_surface and name.upper() in (
+            coupling.name.upper(),
+            coupling.reference.text.upper(),
+        ):
+            return deck.node_of(coupling.reference)
+    there = (
+        ", ".join(coupling.name or coupling.reference.text for coupling in deck.couplings) or "none"
+    )
     raise ValueError(f"{deck.file} has no *COUPLING {name}; there are: {there}")
 
 
 def _loaded_pairs(deck: Deck) -> list[CouplingBolt]:
     """Pairs of reference nodes that equations join and opposite forces load."""
     reference = {
-        deck.node_of(each.reference): each.name or each.reference.text
-        for each in deck.couplings
-        if each.of_surface
+        deck.node_of(coupling.reference): coupling.name or coupling.reference.text
+        for coupling in deck.couplings
+        if coupling.of_surface
     }
     joined: dict[int, set[int]] = {}
     for equation in deck.equations:
@@ -158,11 +167,11 @@ def _loaded_pairs(deck: Deck) -> list[CouplingBolt]:
 
 def _force_on(deck: Deck, node: int) -> Array:
     """Force on a node in the first step that has one, along x, y, z."""
-    own: list[Load] = [each for each in deck.loads if node in deck.nodes_of(each.nodes)]
+    own: list[Load] = [load for load in deck.loads if node in deck.nodes_of(load.nodes)]
     force = np.zeros(3)
-    for each in own:
-        if each.step == own[0].step and each.dof <= 3:
-            force[each.dof - 1] += each.force
+    for load in own:
+        if load.step == own[0].step and load.dof <= 3:
+            force[load.dof - 1] += load.force
     return force
 
 
@@ -227,9 +236,9 @@ def cut(mesh: Mesh, section: PretensionSection) -> tuple[Mesh, Cut]:
     copy_of = np.arange(first)
     copy_of[faces.nodes] = first + np.arange(len(faces.nodes))
     solids = []
-    for each in mesh.solids:
-        node = np.where(np.isin(each.place, beyond)[:, None], copy_of[each.node], each.node)
-        solids.append(each._replace(node=node))
+    for solid in mesh.solids:
+        node = np.where(np.isin(solid.place, beyond)[:, None], copy_of[solid.node], solid.node)
+        solids.append(solid._replace(node=node))
     parted = replace(
         mesh,
         solids=tuple(solids),
@@ -245,11 +254,11 @@ def _beyond(mesh: Mesh, faces: Faces, centre: Array, normal: Array) -> Indices:
     beyond = []
     in_section = np.zeros(mesh.node_count, bool)
     in_section[faces.nodes] = True
-    for each in mesh.solids:
-        touching = np.flatnonzero(in_section[each.node].any(axis=1))
-        corners = each.node[touching][:, : each.kind.corners]
+    for solid in mesh.solids:
+        touching = np.flatnonzero(in_section[solid.node].any(axis=1))
+        corners = solid.node[touching][:, : solid.kind.corners]
         height = (mesh.coordinate[corners].mean(axis=1) - centre) @ normal
-        beyond.append(each.place[touching[height > 0]])
+        beyond.append(solid.place[touching[height > 0]])
     found = np.concatenate(beyond)
     return np.setdiff1d(found, faces.element)
 

@@ -62,7 +62,7 @@ class TiedNodes(NamedTuple):
 
 def tie(
     mesh: Mesh,
-    each: Tie,
+    pair: Tie,
     tolerance: float | None,
     taken: dict[int, str],
     *,
@@ -75,8 +75,8 @@ def tie(
     ----------
     mesh
         All bodies.
-    each
-        The tie.
+    pair
+        Master and slave.
     tolerance
         Distance within which nodes are tied [m]; by default that of the deck, or a share of the
         size of the faces.
@@ -93,26 +93,26 @@ def tie(
     ValueError
         If no slave lies within the tolerance, or one is a slave of another tie.
     """
-    faces = mesh.faces(each.master)
-    node = np.setdiff1d(mesh.nodes_of_surface(each.slave), faces.nodes)
+    faces = mesh.faces(pair.master)
+    node = np.setdiff1d(mesh.nodes_of_surface(pair.slave), faces.nodes)
     twice = [index for index in node.tolist() if index in taken]
     if twice and is_strict:
         first = mesh.deck.nodes.name(int(mesh.origin[twice[0]]))
         raise ValueError(
-            f"{each.place}: *TIE {each.name}: {first} is a slave of tie {taken[twice[0]]} already: "
+            f"{pair.place}: *TIE {pair.name}: {first} is a slave of tie {taken[twice[0]]} already: "
             "a node follows one master"
         )
     node = np.setdiff1d(node, twice)
     size = float(np.sqrt(np.linalg.norm(faces.area_vectors(mesh.coordinate), axis=1).mean()))
     if tolerance is None:
-        given = each.tolerance
+        given = pair.tolerance
         tolerance = TOLERANCE * size if given is None else mesh.metre * given
     found = project(mesh.coordinate[node], faces, mesh.coordinate)
     within = found.distance <= tolerance
     if not within.any():
         nearest = found.distance.min(initial=np.inf) * 1e3
         raise ValueError(
-            f"{each.place}: *TIE {each.name}: no slave lies within {1e3 * tolerance:.4g} mm of the "
+            f"{pair.place}: *TIE {pair.name}: no slave lies within {1e3 * tolerance:.4g} mm of the "
             f"master: the nearest is {nearest:.4g} mm away"
         )
     node = node[within]
@@ -120,7 +120,7 @@ def tie(
         found.face[within], found.parent[within], found.point[within], found.distance[within]
     )
     farthest = {"near": ADJUSTED * size, "all": np.inf, "none": -1.0}[adjust]
-    adjusted = found.distance <= (farthest if each.is_adjusted else -1.0)
+    adjusted = found.distance <= (farthest if pair.is_adjusted else -1.0)
     moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()
     moved[node[adjusted]] += (found.point - mesh.coordinate[node])[adjusted]
     mesh = replace(mesh, moved=moved)
@@ -129,26 +129,26 @@ def tie(
     own = sparse.csr_array(
         (np.ones(columns.size), (np.arange(columns.size), columns)), shape=follows.shape
     )
-    taken |= dict.fromkeys(node.tolist(), each.name)
+    taken |= dict.fromkeys(node.tolist(), pair.name)
     tied = TiedNodes(
-        each.name,
+        pair.name,
         node,
         int(np.count_nonzero(~within)),
         float(found.distance[adjusted].max(initial=0.0)),
         float(found.distance.max(initial=0.0)),
         tolerance,
     )
-    return mesh, Rows(sparse.csr_array(own - follows), columns, f"tie {each.name}"), tied
+    return mesh, Rows(sparse.csr_array(own - follows), columns, f"tie {pair.name}"), tied
 
 
 def section_rows(cuts: Sequence[Cut], unknowns: Unknowns) -> Iterable[Rows]:
     """Rows by which copies of nodes follow with the shortening of the shank."""
-    for number, each in enumerate(cuts):
-        copy, node = (unknowns.translations(part).ravel() for part in (each.copy, each.node))
+    for number, cut in enumerate(cuts):
+        copy, node = (unknowns.translations(part).ravel() for part in (cut.copy, cut.node))
         row = np.arange(copy.size)
         shortening = np.full(row.size, unknowns.shortening(number))
         entries = np.concatenate(
-            [np.ones(row.size), -np.ones(row.size), np.tile(each.normal, len(each.copy))]
+            [np.ones(row.size), -np.ones(row.size), np.tile(cut.normal, len(cut.copy))]
         )
         places = np.tile(row, 3), np.concatenate([copy, node, shortening])
         matrix = sparse.csr_array((entries, places), shape=(row.size, unknowns.size))
@@ -159,15 +159,17 @@ def equation_rows(equations: Sequence[Equation], unknowns: Unknowns, mesh: Mesh)
     """Rows of equations, one for each node of sets of as many nodes."""
     row, column, entry = [], [], []
     pivot: list[int | None] = []
-    for each in equations:
-        nodes = [unknowns.deck.nodes_of(term.node) for term in each.terms]
+    for equation in equations:
+        nodes = [unknowns.deck.nodes_of(term.node) for term in equation.terms]
         count = max(len(node) for node in nodes)
         if any(len(node) not in (1, count) for node in nodes):
             sizes = ", ".join(str(len(node)) for node in nodes)
-            raise ValueError(f"{each.place}: *EQUATION: its sets have {sizes} nodes: as many each")
+            raise ValueError(
+                f"{equation.place}: *EQUATION: its sets have {sizes} nodes: as many each"
+            )
         for index in range(count):
             first = None
-            for term, node in zip(each.terms, nodes, strict=True):
+            for term, node in zip(equation.terms, nodes, strict=True):
                 own = int(node[index if len(node) > 1 else 0])
                 columns, factors = unknowns.terms(term.node, own, term.dof)
                 row += len(columns) * [len(pivot)]
@@ -258,15 +260,15 @@ def distributing_rows(
     return Rows(sparse.csr_array(rows), pivot, name)
 
 
-def coupled_nodes(mesh: Mesh, each: Coupling) -> tuple[Indices, Array]:
+def coupled_nodes(mesh: Mesh, coupling: Coupling) -> tuple[Indices, Array]:
     """Nodes of a coupling with their weights: areas of a surface, or those given."""
-    if not each.of_surface:
-        node = mesh.deck.nodes_of(each.nodes)
-        return node, np.full(len(node), each.weights[0] if each.weights else 1.0)
-    if mesh.deck.surface(each.nodes).of_nodes:
-        node = mesh.nodes_of_surface(each.nodes)
+    if not coupling.of_surface:
+        node = mesh.deck.nodes_of(coupling.nodes)
+        return node, np.full(len(node), coupling.weights[0] if coupling.weights else 1.0)
+    if mesh.deck.surface(coupling.nodes).of_nodes:
+        node = mesh.nodes_of_surface(coupling.nodes)
         return node, np.ones(len(node))
-    faces: Faces = mesh.faces(each.nodes)
+    faces: Faces = mesh.faces(coupling.nodes)
     return faces.nodal_areas(mesh.coordinate)
 
 
@@ -276,12 +278,12 @@ def support_rows(
     """Unknowns that are held, and rows of those that are held along other directions."""
     held = np.zeros(unknowns.size, bool)
     rows, pivots = [], []
-    for each in boundaries:
-        for node in mesh.with_copies(unknowns.deck.nodes_of(each.nodes)).tolist():
-            for dof in range(each.first, each.last + 1):
+    for boundary in boundaries:
+        for node in mesh.with_copies(unknowns.deck.nodes_of(boundary.nodes)).tolist():
+            for dof in range(boundary.first, boundary.last + 1):
                 if dof > AXES and unknowns.rotations(node) is None:
                     continue
-                columns, factors = unknowns.terms(each.nodes, int(mesh.origin[node]), dof)
+                columns, factors = unknowns.terms(boundary.nodes, int(mesh.origin[node]), dof)
                 if node != mesh.origin[node]:
                     columns = columns + AXES * (node - int(mesh.origin[node]))
                 if len(columns) == 1:
@@ -301,9 +303,9 @@ def support_rows(
 def bodies(mesh: Mesh) -> Indices:
     """Number of the body of each node, whose elements share nodes; -1 without, shape (nodes,)."""
     rows, columns = [], []
-    for each in mesh.solids:
-        rows.append(np.repeat(each.node[:, 0], each.node.shape[1]))
-        columns.append(each.node.ravel())
+    for solid in mesh.solids:
+        rows.append(np.repeat(solid.node[:, 0], solid.node.shape[1]))
+        columns.append(solid.node.ravel())
     row, column = np.concatenate(rows), np.concatenate(columns)
     shape = (mesh.node_count, mesh.node_count)
     graph = sparse.coo_array((np.ones(len(row), np.int8), (row, column)), shape=shape)
@@ -363,8 +365,8 @@ def allowed(
     weight = abs(motions).max(axis=1).toarray().ravel()
     weighted = sparse.diags_array(1 / np.where(weight > 0, weight, 1.0)) @ motions
     gram = weighted[held].T @ weighted[held]
-    for each in (*(part.matrix for part in rows), *others):
-        own = sparse.csr_array(each @ sparse.diags_array(weight))
+    for matrix in (*(part.matrix for part in rows), *others):
+        own = sparse.csr_array(matrix @ sparse.diags_array(weight))
         norm = np.sqrt(np.asarray(own.multiply(own).sum(axis=1)).ravel())
         own = sparse.diags_array(1 / np.where(norm > 0, norm, 1.0)) @ own @ weighted
         gram = gram + own.T @ own

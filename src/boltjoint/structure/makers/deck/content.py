@@ -269,8 +269,8 @@ class Deck:
     def kinds(self) -> Iterator[tuple[str, int]]:
         """Kinds of elements and their numbers."""
         count: dict[str, int] = {}
-        for each in self.elements:
-            count[each.kind] = count.get(each.kind, 0) + len(each.place)
+        for elements in self.elements:
+            count[elements.kind] = count.get(elements.kind, 0) + len(elements.place)
         yield from count.items()
 
     def _places(self, numbering: Numbering, sets: Sets, reference: Reference) -> Indices:
@@ -284,7 +284,9 @@ class Deck:
     def _nodes_of_elements(self, members: Members) -> Indices:
         """Nodes of the elements of a set, of which a set of nodes is made."""
         wanted = self.element_sets.places(members.scope, members.nodes_of, members.place)
-        found = [each.node[np.isin(each.place, wanted)].ravel() for each in self.elements]
+        found = [
+            elements.node[np.isin(elements.place, wanted)].ravel() for elements in self.elements
+        ]
         return np.unique(np.concatenate([*found, np.zeros(0, np.int64)]))
 
 

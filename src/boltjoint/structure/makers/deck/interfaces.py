@@ -25,7 +25,7 @@ _ROUNDING = 1e-13
 _COINCIDENT = 1e-9
 
 
-def faces_of_contact(mesh: Mesh, each: "DeckContact") -> tuple[Faces, Faces]:
+def faces_of_contact(mesh: Mesh, interface: "DeckContact") -> tuple[Faces, Faces]:
     """Faces of both surfaces.
 
     Raises
@@ -35,7 +35,7 @@ def faces_of_contact(mesh: Mesh, each: "DeckContact") -> tuple[Faces, Faces]:
     """
     place = Place(mesh.deck.file, 0)
     sides = []
-    for name in each.surfaces:
+    for name in interface.surfaces:
         if name.upper() not in mesh.deck.surfaces:
             there = ", ".join(surface.name for surface in mesh.deck.surfaces.values()) or "none"
             raise ValueError(f"{mesh.deck.file} has no *SURFACE {name}; there are: {there}")
@@ -44,8 +44,8 @@ def faces_of_contact(mesh: Mesh, each: "DeckContact") -> tuple[Faces, Faces]:
     apart = np.setdiff1d(sides[0].nodes, sides[1].nodes)
     if not apart.size:
         raise ValueError(
-            f"{mesh.deck.file}: surfaces {' and '.join(each.surfaces)} share all nodes: a node "
-            "cannot meet itself"
+            f"{mesh.deck.file}: surfaces {' and '.join(interface.surfaces)} share all nodes: a "
+            "node cannot meet itself"
         )
     return sides[0], sides[1]
 
@@ -53,7 +53,9 @@ def faces_of_contact(mesh: Mesh, each: "DeckContact") -> tuple[Faces, Faces]:
 def is_named(pair: tuple[str, str], contact: "Sequence[DeckContact]") -> bool:
     """Whether a pair of surfaces has friction, whichever is named first."""
     names = frozenset(name.upper() for name in pair)
-    return any(names == frozenset(name.upper() for name in each.surfaces) for each in contact)
+    return any(
+        names == frozenset(name.upper() for name in interface.surfaces) for interface in contact
+    )
 
 
 def points_of_contact(
@@ -76,13 +78,13 @@ def points_of_contact(
         If surfaces do not exist, do not meet, or look away from each other.
     """
     parts, met = [], {}
-    for each in contact:
-        points = weighted(mesh, each)
-        met[each.name] = points
+    for interface in contact:
+        points = weighted(mesh, interface)
+        met[interface.name] = points
         found = points.contact_points(
-            surface=each.name,
-            penalty=each.penalty_N_per_m3,
-            friction_coefficient=each.friction_coefficient,
+            surface=interface.name,
+            penalty=interface.penalty_N_per_m3,
+            friction_coefficient=interface.friction_coefficient,
         )
         rows = _without_slip_in_rotation(found.relative, mesh.coordinate)
         parts.append((found, sparse.csr_array(rows @ displacement)))
@@ -101,20 +103,20 @@ def points_of_contact(
     )
 
 
-def weighted(mesh: Mesh, each: "DeckContact") -> WeightedPoints:
+def weighted(mesh: Mesh, interface: "DeckContact") -> WeightedPoints:
     """Points of a pair, with signed gaps."""
-    one, other = faces_of_contact(mesh, each)
+    one, other = faces_of_contact(mesh, interface)
     sides = [[node for _, node in faces.alike()] for faces in (one, other)]
-    weighting = "face" if each.points == "faces" else "dual"
-    gap = None if each.largest_gap_mm is None else _MM * each.largest_gap_mm
-    along = np.array(each.first_tangent)
+    weighting = "face" if interface.points == "faces" else "dual"
+    gap = None if interface.largest_gap_mm is None else _MM * interface.largest_gap_mm
+    along = np.array(interface.first_tangent)
     try:
         points = weighted_points(
             mesh.coordinate, sides[0], sides[1], along, weighting=weighting, largest_gap=gap
         )
         return _of_both_sides(points)
     except ValueError as error:
-        names = " and ".join(each.surfaces)
+        names = " and ".join(interface.surfaces)
         if "do not meet" in str(error) and _look_away(mesh, one, other):
             raise ValueError(
                 f"{mesh.deck.file}: surfaces {names} look away from each other: their faces must "

@@ -89,7 +89,7 @@ class Block:
 
     def fields(self, row: int) -> list[str]:
         """Values of a data line, apart by commas, without an empty one at its end."""
-        values = [each.strip() for each in self.rows[row].split(",")]
+        values = [field.strip() for field in self.rows[row].split(",")]
         return values[:-1] if len(values) > 1 and not values[-1] else values
 
 
@@ -142,8 +142,8 @@ def included_files(folder: Path, file: str) -> tuple[str, ...]:
 def _included(folder: Path, deck: str, file: str, name: str) -> str:
     """An included file as seen from the folder: beside the deck, or beside what includes it."""
     name = name.replace("\\", "/")
-    beside = [normpath(Path(each).parent / name) for each in dict.fromkeys((deck, file))]
-    return next((each for each in beside if (folder / each).is_file()), beside[0])
+    beside = [normpath(Path(other).parent / name) for other in dict.fromkeys((deck, file))]
+    return next((path for path in beside if (folder / path).is_file()), beside[0])
 
 
 def _lines_of(
@@ -249,7 +249,7 @@ def whole(block: Block, row: int, text: str) -> int:
 def reals(block: Block, row: int, count: int, start: int = 0) -> list[float]:
     """Real numbers of a data line from a place on, 0 where it has none."""
     values = block.fields(row)[start : start + count] if row < len(block.rows) else []
-    found = [real(block, row, each) if each else 0.0 for each in values]
+    found = [real(block, row, value) if value else 0.0 for value in values]
     return found + (count - len(found)) * [0.0]
 
 
@@ -285,17 +285,17 @@ def _table(rows: Sequence[str], columns: int) -> Array | None:
 
 def wholes(block: Block) -> NDArray[np.int64]:
     """All whole numbers of the data lines, one after another."""
-    tokens = [each for row in range(len(block.rows)) for each in block.fields(row) if each]
+    tokens = [token for row in range(len(block.rows)) for token in block.fields(row) if token]
     try:
-        if not any("." in each or "_" in each for each in tokens):
+        if not any("." in token or "_" in token for token in tokens):
             return np.array(tokens, dtype=np.int64)
     except (ValueError, OverflowError):
         pass
     found = [
-        whole(block, row, each)
+        whole(block, row, field)
         for row in range(len(block.rows))
-        for each in block.fields(row)
-        if each
+        for field in block.fields(row)
+        if field
     ]
     return np.array(found, np.int64)
 
@@ -308,15 +308,15 @@ def records(block: Block, length: int) -> NDArray[np.int64]:
     ValueError
         If a record is longer or shorter: file and line where it begins.
     """
-    values = [[each for each in block.fields(row) if each] for row in range(len(block.rows))]
-    if all(len(each) == length for each in values):
+    values = [[field for field in block.fields(row) if field] for row in range(len(block.rows))]
+    if all(len(line) == length for line in values):
         return wholes(block).reshape(-1, length)
     found: list[list[int]] = []
     record: list[int] = []
     start = 0
     for row, of_row in enumerate(values):
         start = row if not record else start
-        record += [whole(block, row, each) for each in of_row]
+        record += [whole(block, row, field) for field in of_row]
         if len(record) == length:
             found.append(record)
             record = []

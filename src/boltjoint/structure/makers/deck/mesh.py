@@ -155,17 +155,19 @@ class Mesh:
     @cached_property
     def nodes(self) -> Indices:
         """Places of the nodes of solid elements, ascending."""
-        return np.unique(np.concatenate([each.node.ravel() for each in self.solids]))
+        return np.unique(np.concatenate([solid.node.ravel() for solid in self.solids]))
 
     @property
     def volume(self) -> float:
         """[m3]."""
-        return sum(float(each.sum()) for each in self.volumes)
+        return sum(float(volume.sum()) for volume in self.volumes)
 
     @cached_property
     def volumes(self) -> tuple[Array, ...]:
         """Of the elements of each kind [m3]."""
-        return tuple(element_volumes(each.kind, self.coordinate[each.node]) for each in self.solids)
+        return tuple(
+            element_volumes(solid.kind, self.coordinate[solid.node]) for solid in self.solids
+        )
 
     @cached_property
     def all_faces(self) -> Faces:
@@ -304,16 +306,16 @@ def mesh_of(deck: Deck, metre: float = 1.0) -> Mesh:
         If there are none.
     """
     by_kind: dict[str, list] = {}
-    for each in deck.elements:
-        if each.kind in KINDS:
-            by_kind.setdefault(each.kind, []).append(each)
+    for elements in deck.elements:
+        if elements.kind in KINDS:
+            by_kind.setdefault(elements.kind, []).append(elements)
     if not by_kind:
         raise ValueError(f"{deck.file} has no solid elements: C3D4 to C3D20")
     solids = tuple(
         Solids(
             KINDS[kind],
-            np.concatenate([each.place for each in blocks]),
-            np.concatenate([each.node for each in blocks]),
+            np.concatenate([block.place for block in blocks]),
+            np.concatenate([block.node for block in blocks]),
         )
         for kind, blocks in by_kind.items()
     )

@@ -55,9 +55,9 @@ def element(reading: Reading, block: Block) -> None:
     """ELEMENT: kind, numbers and nodes."""
     kind = block.option("TYPE").upper()
     known = SOLIDS | _OTHERS
-    length = (
-        known | {each: LIKE_SOLIDS[each] for each in reading.kinds if each in LIKE_SOLIDS}
-    ).get(kind)
+    length = (known | {own: LIKE_SOLIDS[own] for own in reading.kinds if own in LIKE_SOLIDS}).get(
+        kind
+    )
     if length is None:
         like = f": elements: {{{kind}: {kind[:5].rstrip('HMT')}}} of the assembly reads it so"
         raise block.refused(
@@ -118,7 +118,7 @@ def _plain_numbers(block: Block) -> NDArray[np.int64] | None:
 
 
 def _range(block: Block, row: int) -> NDArray[np.int64]:
-    bounds = [lines.whole(block, row, each) for each in block.fields(row) if each]
+    bounds = [lines.whole(block, row, field) for field in block.fields(row) if field]
     if not bounds:
         return np.zeros(0, np.int64)
     first, last = bounds[0], bounds[1] if len(bounds) > 1 else bounds[0]

@@ -50,7 +50,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
     facts |= _of_bolts(description, assembled) | _of_contact(description, assembled)
     deck = as_read.deck
     facts["sets of nodes"] = _first(list(deck.node_sets.written.values()))
-    facts["surfaces"] = _first([each.name for each in deck.surfaces.values()])
+    facts["surfaces"] = _first([surface.name for surface in deck.surfaces.values()])
     facts["not used of the deck"] = _left_out(assembled)
     doubts = [*_doubts(description, as_read), *_of_ties(assembled), *_of_couplings(assembled)]
     return facts, doubts
@@ -64,13 +64,13 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
         for volumes, block in zip(mesh.volumes, blocks, strict=True)
     )
     size = np.ptp(mesh.coordinate[mesh.nodes], axis=0)
-    kinds = ", ".join(f"{len(each.place)} {each.kind.name}" for each in mesh.solids)
+    kinds = ", ".join(f"{len(solid.place)} {solid.kind.name}" for solid in mesh.solids)
     return {
         "nodes": str(len(mesh.nodes)),
         "elements": kinds,
         "volume (cm³)": f"{1e6 * mesh.volume:.6g}",
         "mass (kg)": f"{weight:.6g}",
-        "size (mm)": " x ".join(f"{_MM * each:.5g}" for each in size),
+        "size (mm)": " x ".join(f"{_MM * edge:.5g}" for edge in size),
         "bodies": str(int(constraints.bodies(mesh).max()) + 1),
     }
 
@@ -80,8 +80,8 @@ def _of_constraints(assembled: Assembled) -> dict[str, str]:
     motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
     free = constraints.allowed(motions, assembled.rows, assembled.held).shape[1]
     ties = [
-        f"{each.name}: {len(each.node)} nodes, up to {_MM * each.distance:.3g} mm"
-        for each in assembled.ties
+        f"{tie.name}: {len(tie.node)} nodes, up to {_MM * tie.distance:.3g} mm"
+        for tie in assembled.ties
     ]
     return {
         "degrees of freedom": str(assembled.elimination.free.size),
@@ -103,13 +103,13 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
         words = [bolt.name]
         if isinstance(bolt, SectionBolt):
             section = mesh.deck.pretension[bolt.section]
-            cut = next((each for each in assembled.cuts if each.section is section), None)
+            cut = next((other for other in assembled.cuts if other.section is section), None)
             if cut is not None:
-                axis = ", ".join(f"{each:.3g}" for each in cut.normal)
+                axis = ", ".join(f"{component:.3g}" for component in cut.normal)
                 words.append(f"section of {len(cut.node)} nodes, {1e6 * cut.area:.4g} mm²")
                 words.append(f"axis ({axis})")
         else:
-            axis = ", ".join(f"{each:.3g}" for each in bolt.direction)
+            axis = ", ".join(f"{component:.3g}" for component in bolt.direction)
             words.append(f"between two couplings, along ({axis})")
         if loads is not None:
             words.append(f"{description.units.newton * loads[number]:.6g} N in the deck")
@@ -121,22 +121,22 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
 
 def _of_contact(description: Description, assembled: Assembled) -> dict[str, str]:
     mesh, told, alone = assembled.mesh, [], []
-    for each in description.contact:
-        one, other = interfaces.faces_of_contact(mesh, each)
-        points = interfaces.weighted(mesh, each)
+    for interface in description.contact:
+        one, other = interfaces.faces_of_contact(mesh, interface)
+        points = interfaces.weighted(mesh, interface)
         areas = [
             np.linalg.norm(faces.area_vectors(mesh.coordinate), axis=1).sum()
             for faces in (one, other)
         ]
         told.append(
-            f"{each.name}: {len(points.area)} points, {1e4 * points.area.sum():.5g} cm², gaps "
+            f"{interface.name}: {len(points.area)} points, {1e4 * points.area.sum():.5g} cm², gaps "
             f"{_MM * points.gap.min():.3g} to {_MM * points.gap.max():.3g} mm"
         )
         shares = ", ".join(
             f"{name} {points.area.sum() / area:.0%}"
-            for name, area in zip(each.surfaces, areas, strict=True)
+            for name, area in zip(interface.surfaces, areas, strict=True)
         )
-        alone.append(f"{each.name}: {shares}")
+        alone.append(f"{interface.name}: {shares}")
     return {"contact": "; ".join(told), "share of the surfaces that meets": "; ".join(alone)}
 
 
@@ -154,7 +154,7 @@ def _left_out(assembled: Assembled) -> str:
     ]
     if more := len(deck.unused) - len(told):
         told.append(f"{more} more keywords")
-    if later := sum(each.step > 0 for each in deck.boundaries):
+    if later := sum(boundary.step > 0 for boundary in deck.boundaries):
         told.append(f"{later} lines of *BOUNDARY in steps")
     if deck.steps:
         told.append(f"{deck.steps} steps")
@@ -166,16 +166,17 @@ def _doubts(description: Description, mesh: Mesh) -> list[str]:
     told = []
     materials, _ = mesh.materials
     length, mass, _ = description.units.factors
-    for each in materials:
-        modulus = description.units.pascal * (each.youngs_modulus or 0.0)
-        density = mass / length**3 * (each.density or 0.0)
+    for material in materials:
+        modulus = description.units.pascal * (material.youngs_modulus or 0.0)
+        density = mass / length**3 * (material.density or 0.0)
         if not _MODULI[0] <= modulus <= _MODULI[1]:
             guess = ": is it in MPa?" if _MODULI[0] <= 1e6 * modulus <= _MODULI[1] else ""
             told.append(
-                f"material {each.name}: Young's modulus {_GPA * modulus:.4g} GPa is unusual{guess}"
+                f"material {material.name}: Young's modulus {_GPA * modulus:.4g} GPa is unusual"
+                f"{guess}"
             )
         if not _DENSITIES[0] <= density <= _DENSITIES[1]:
-            told.append(f"material {each.name}: density {density:.4g} kg/m³ is unusual")
+            told.append(f"material {material.name}: density {density:.4g} kg/m³ is unusual")
     size = float(np.ptp(mesh.coordinate[mesh.nodes], axis=0).max())
     if not _SIZES[0] <= size <= _SIZES[1]:
         told.append(f"size {_MM * size:.4g} mm is unusual: is units.length right?")
@@ -185,10 +186,10 @@ def _doubts(description: Description, mesh: Mesh) -> list[str]:
 
 def _of_ties(assembled: Assembled) -> list[str]:
     return [
-        f"tie {each.name}: {each.apart} nodes are farther than {_MM * each.tolerance:.3g} mm from "
+        f"tie {tie.name}: {tie.apart} nodes are farther than {_MM * tie.tolerance:.3g} mm from "
         "the master and stay free"
-        for each in assembled.ties
-        if each.apart
+        for tie in assembled.ties
+        if tie.apart
     ]
 
 
@@ -211,7 +212,9 @@ MEANING = "Solid bodies from a deck of Abaqus or CalculiX, with the constraints 
 def facts_of(described: Deck) -> dict[str, float | str | tuple[float, ...]]:
     """Files, units and the check of the model, by what they are called."""
     facts, doubts = check_of(described, described.folder)
-    pairs = (f"{each.name}: {' on '.join(each.surfaces)}" for each in described.contact)
+    pairs = (
+        f"{interface.name}: {' on '.join(interface.surfaces)}" for interface in described.contact
+    )
     modes = {
         "open": "without contact",
         "closed": "with normal springs of the points that are closed under preload",

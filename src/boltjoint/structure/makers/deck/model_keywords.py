@@ -132,7 +132,7 @@ def equation(reading: Reading, block: Block) -> None:
         while len(texts) < 3 * count:
             if row == len(block.rows):
                 raise block.refused(f"has fewer than {count} terms", start)
-            texts += [(row, each) for each in block.fields(row)]
+            texts += [(row, field) for field in block.fields(row)]
             row += 1
         terms = []
         for number in range(count):
@@ -163,9 +163,9 @@ def kinematic(reading: Reading, block: Block) -> None:
         raise block.refused("no *COUPLING stands before it")
     dofs: list[int] = []
     for row in range(len(block.rows)):
-        bounds = [_dof(block, row, each) for each in block.fields(row) if each]
+        bounds = [_dof(block, row, field) for field in block.fields(row) if field]
         dofs += range(bounds[0], bounds[-1] + 1)
-    held = tuple(sorted({each for each in dofs or (1, 2, 3) if each <= 3}))
+    held = tuple(sorted({dof for dof in dofs or (1, 2, 3) if dof <= 3}))
     found = reading.coupling._replace(kind="kinematic", dofs=held)
     reading.deck.couplings.append(found)
     reading.coupling = None
@@ -190,8 +190,9 @@ def distributing_coupling(reading: Reading, block: Block) -> None:
         weight = lines.reals(block, row, 1, 1)[0] or 1.0
         nodes = _reference(reading, block, row)
         dofs = (1, 2, 3, 4, 5, 6)
-        each = Coupling("", "distributing", elements, nodes, False, dofs, block.place, (weight,))
-        reading.deck.couplings.append(each)
+        reading.deck.couplings.append(
+            Coupling("", "distributing", elements, nodes, False, dofs, block.place, (weight,))
+        )
 
 
 def rigid_body(reading: Reading, block: Block) -> None:
@@ -199,15 +200,15 @@ def rigid_body(reading: Reading, block: Block) -> None:
     kind = "elements" if block.options.get("ELSET") else "nodes"
     nodes = _named(reading, block, "ELSET" if kind == "elements" else "NSET")
     reference = _named(reading, block, "REF NODE")
-    each = Coupling("rigid body", kind, reference, nodes, False, (1, 2, 3), block.place)
-    reading.deck.rigid_bodies.append(each)
+    body = Coupling("rigid body", kind, reference, nodes, False, (1, 2, 3), block.place)
+    reading.deck.rigid_bodies.append(body)
 
 
 def pretension_section(reading: Reading, block: Block) -> None:
     """PRE-TENSION SECTION across a surface or a beam."""
     surface, element = (
-        _named(reading, block, each) if block.options.get(each) else None
-        for each in ("SURFACE", "ELEMENT")
+        _named(reading, block, name) if block.options.get(name) else None
+        for name in ("SURFACE", "ELEMENT")
     )
     if (surface is None) == (element is None):
         raise block.refused("SURFACE or ELEMENT must be given, and not both")

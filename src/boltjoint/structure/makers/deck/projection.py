@@ -115,7 +115,7 @@ def motion(
         columns.append(np.broadcast_to(3 * node[:, :, None, None] + np.arange(3), shape_of))
         entries.append(block)
         normals[own] = normal
-    flat = [np.concatenate([each.ravel() for each in parts]) for parts in (entries, rows, columns)]
+    flat = [np.concatenate([part.ravel() for part in parts]) for parts in (entries, rows, columns)]
     matrix = sparse.coo_array(
         (flat[0], (flat[1], flat[2])), shape=(3 * len(point), 3 * len(coordinate))
     ).tocsr()
@@ -167,8 +167,7 @@ def _on_edges(point: Array, node: Array, corner: Array) -> tuple[Array, Array]:
     share = np.clip(share / np.einsum("pek,pek->pe", along, along), 0, 1)
     place = first + share[..., None] * along
     nearest = np.linalg.norm(place - point[:, None], axis=2).argmin(axis=1)
-    each = np.arange(len(point))
-    part = share[each, nearest][:, None]
+    part = share[np.arange(len(point)), nearest][:, None]
     parent = corner[start[nearest]] + part * (corner[end[nearest]] - corner[start[nearest]])
     # of curved edges the point of the parent, not that of the chord
     shape = FACE_FUNCTIONS[node.shape[1]]

@@ -90,8 +90,8 @@ def _begin_instance(reading: Reading, block: Block, parts: Mapping[str, list[Blo
             # the part is moved first and then turned about the axis
             translation = rotation @ (translation - a) + a
     reading.motion = (rotation, translation)
-    for each in parts[part]:
-        _read_block(reading, each)
+    for of_part in parts[part]:
+        _read_block(reading, of_part)
     reading.system = (np.eye(3), np.zeros(3))
 
 
@@ -138,7 +138,7 @@ def _finish(reading: Reading) -> None:
         raise ValueError(f"{place}: {deck.nodes.name(node)} lies beyond {_FARTHEST:g}")
     for one, other in deck.nodes.twice():
         if not np.array_equal(deck.coordinate[one], deck.coordinate[other]):
-            places = [str(reading.place_of_node(each)) for each in (one, other)]
+            places = [str(reading.place_of_node(index)) for index in (one, other)]
             raise ValueError(
                 f"{places[1]}: {deck.nodes.name(other)} stands elsewhere at {places[0]}: give "
                 "each node one number, or each body an *INSTANCE"

@@ -126,11 +126,11 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
         mass,
     )
     T, unknowns = assembled.elimination.transformation, assembled.unknowns
-    stiffness, inertia = ((T.T @ each @ T).tocsc() for each in (K, M))
+    stiffness, inertia = ((T.T @ matrix @ T).tocsc() for matrix in (K, M))
     acting = np.flatnonzero((stiffness.diagonal() != 0) | (inertia.diagonal() != 0))
     T = sparse.csc_array(T[:, acting])
     stiffness, inertia = (
-        sparse.csc_array(each[acting][:, acting]) for each in (stiffness, inertia)
+        sparse.csc_array(matrix[acting][:, acting]) for matrix in (stiffness, inertia)
     )
     mesh = assembled.mesh
     displacement = sparse.csc_array(T[: 3 * mesh.node_count])
@@ -263,15 +263,15 @@ def _bolts(
     deck, dofs = mesh.deck, T.shape[1]
     own = _own_unknowns(T, assembled.elimination.free)
     found = []
-    for each in bolts:
-        if not isinstance(each, SectionBolt):
+    for bolt in bolts:
+        if not isinstance(bolt, SectionBolt):
             force = np.zeros(unknowns.size)
-            for node, sign in zip(each.node, (1.0, -1.0), strict=True):
-                force[unknowns.translations(np.array(node))] += sign * each.direction
-            place = mesh.coordinate[each.node].mean(axis=0)
-            found.append(Bolt(each.name, T.T @ force, None, each.direction, place))
+            for node, sign in zip(bolt.node, (1.0, -1.0), strict=True):
+                force[unknowns.translations(np.array(node))] += sign * bolt.direction
+            place = mesh.coordinate[bolt.node].mean(axis=0)
+            found.append(Bolt(bolt.name, T.T @ force, None, bolt.direction, place))
             continue
-        section = deck.pretension[each.section]
+        section = deck.pretension[bolt.section]
         node = deck.node_of(section.node)
         locked = int(np.flatnonzero(own == unknowns.shortening(unknowns.sections.index(node)))[0])
         load = unit_row(locked, dofs)
@@ -283,7 +283,7 @@ def _bolts(
         else:
             beam = next(one for one in assembled.beams if one.section is section)
             values = _of_beam(description, mesh, beam)
-        found.append(Bolt(each.name, load, locked, *values))
+        found.append(Bolt(bolt.name, load, locked, *values))
     return tuple(found)
 
 
@@ -304,16 +304,16 @@ def _of_beam(
 def _rows(description: Description, mesh: Mesh, displacement: sparse.csc_array) -> dict[str, Row]:
     """Rows of the nodes that are nearest to the points."""
     rows, by_row = {}, displacement.tocsr()
-    for each in description.points:
-        apart = mesh.coordinate[mesh.nodes] - _MM * np.array(each.near_mm)
+    for point in description.points:
+        apart = mesh.coordinate[mesh.nodes] - _MM * np.array(point.near_mm)
         node = int(mesh.nodes[np.argmin(np.linalg.norm(apart, axis=1))])
-        row = by_row[[3 * node + "xyz".index(each.direction)]].toarray()[0]
+        row = by_row[[3 * node + "xyz".index(point.direction)]].toarray()[0]
         if not row.any():
             raise ValueError(
-                f"point {each.name}: {mesh.deck.nodes.name(int(mesh.origin[node]))}, the nearest, "
-                f"is held along {each.direction}"
+                f"point {point.name}: {mesh.deck.nodes.name(int(mesh.origin[node]))}, the nearest, "
+                f"is held along {point.direction}"
             )
-        rows[each.name] = Row(row, each.direction)
+        rows[point.name] = Row(row, point.direction)
     return rows
 
 
@@ -321,13 +321,13 @@ def _geometry(mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
     """Nodes of the elements, their motion, and cells in the order of VTK, by bodies."""
     number = np.full(mesh.node_count, -1)
     number[mesh.nodes] = np.arange(len(mesh.nodes))
-    most = max(each.kind.nodes for each in mesh.solids)
+    most = max(solid.kind.nodes for solid in mesh.solids)
     body, cells, parts = constraints.bodies(mesh), [], []
-    for each in mesh.solids:
-        cell = np.full((len(each.place), most), -1)
-        cell[:, : each.kind.nodes] = number[each.node[:, each.kind.vtk_order]]
+    for solid in mesh.solids:
+        cell = np.full((len(solid.place), most), -1)
+        cell[:, : solid.kind.nodes] = number[solid.node[:, solid.kind.vtk_order]]
         cells.append(cell)
-        parts.append(body[each.node[:, 0]])
+        parts.append(body[solid.node[:, 0]])
     rows = (3 * mesh.nodes[:, None] + np.arange(3)).ravel()
     moved = sparse.csc_array(displacement.tocsr()[rows])
     return Geometry(

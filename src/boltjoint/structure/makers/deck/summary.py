@@ -33,13 +33,13 @@ def summary_of(description: "Description", folder: Path) -> Summary:
     deck = mesh.deck
     mesh.blocks(1.0, 1.0)
     points = 0
-    for each in description.contact:
-        first, _ = faces_of_contact(mesh, each)
-        points += len(first) if each.points == "faces" else len(first.nodes)
+    for interface in description.contact:
+        first, _ = faces_of_contact(mesh, interface)
+        points += len(first) if interface.points == "faces" else len(first.nodes)
     wanted = None if isinstance(description.bolts, str) else description.bolts
     names = tuple(bolt.name for bolt in bolts_of(deck, wanted))
-    elements = sum(len(each.place) for each in mesh.solids)
-    held = any(len(deck.nodes_of(each.nodes)) for each in supports_of(description, deck))
+    elements = sum(len(solid.place) for solid in mesh.solids)
+    held = any(len(deck.nodes_of(boundary.nodes)) for boundary in supports_of(description, deck))
     return Summary(MeshSize(len(mesh.nodes), elements, points), names, held)
 
 
@@ -53,16 +53,21 @@ def described_mesh(description: "Description", folder: Path) -> Mesh:
     """
     deck = read_deck(folder, description.file, description.kinds)
     length, mass, _ = description.units.factors
-    for each in description.materials:
-        key = each.name.upper()
+    for material in description.materials:
+        key = material.name.upper()
         if key not in deck.materials:
-            if deck.sections or not _has_all(each):
+            if deck.sections or not _has_all(material):
                 there = ", ".join(one.name for one in deck.materials.values()) or "none"
-                raise ValueError(f"{deck.file} has no *MATERIAL {each.name}; there are: {there}")
-            deck.materials[key] = Material(each.name, Place(deck.file, 1))
+                raise ValueError(
+                    f"{deck.file} has no *MATERIAL {material.name}; there are: {there}"
+                )
+            deck.materials[key] = Material(material.name, Place(deck.file, 1))
         found = deck.materials[key]
-        modulus = _in_unit(each.youngs_modulus_GPa, 1e9 / description.units.pascal)
-        ratio, density = each.poissons_ratio, _in_unit(each.density_kg_per_m3, length**3 / mass)
+        modulus = _in_unit(material.youngs_modulus_GPa, 1e9 / description.units.pascal)
+        ratio, density = (
+            material.poissons_ratio,
+            _in_unit(material.density_kg_per_m3, length**3 / mass),
+        )
         deck.materials[key] = replace(
             found,
             youngs_modulus=found.youngs_modulus if modulus is None else modulus,
@@ -87,7 +92,7 @@ def supports_of(description: "Description", deck: Deck) -> Sequence[Boundary]:
     if wanted == "none":
         return []
     if wanted == "from deck":
-        return [each for each in deck.boundaries if each.step == 0]
+        return [boundary for boundary in deck.boundaries if boundary.step == 0]
     found = []
     for name in wanted:
         reference = Reference(name, "", Place(deck.file, 0))

@@ -189,8 +189,8 @@ def eliminate(rows: list[Rows], held: NDArray[np.bool_], kept: NDArray[np.bool_]
         If constraints contradict each other, or go in a circle.
     """
     size = held.size
-    G = sparse.vstack([*(each.matrix for each in rows), sparse.csr_array((0, size))], format="csr")
-    pivot = np.concatenate([*(each.pivot for each in rows), np.zeros(0, np.int64)])
+    G = sparse.vstack([*(part.matrix for part in rows), sparse.csr_array((0, size))], format="csr")
+    pivot = np.concatenate([*(part.pivot for part in rows), np.zeros(0, np.int64)])
     G = sparse.csr_array(G @ sparse.diags_array(np.where(held, 0.0, 1.0)))
     G.eliminate_zeros()
     norm = np.sqrt(np.bincount(_row_of_entries(G), G.data**2, minlength=G.shape[0]))
