@@ -144,14 +144,14 @@ class Calibration:
             return ""
         n = self.names.index(name)
         parameter = self.compared.space.parameters[n]
-        low, high = (each[n] for each in self.compared.space.bounds)
+        low, high = (bound[n] for bound in self.compared.space.bounds)
         if min(self.scaled[n] - low, high - self.scaled[n]) < _AT_BOUND * (high - low):
             bound = (
                 parameter.low if self.scaled[n] - low < high - self.scaled[n] else parameter.high
             )
             return f"the best fit lies at its bound {bound:.4g}"
         others = np.delete(abs(self.correlation[n]), n)
-        names = [each for each in self.names if each != name]
+        names = [other for other in self.names if other != name]
         told = ""
         if others.size and others.max() > 0.95:
             told = f", it goes with {names[int(np.argmax(others))]}"
@@ -172,7 +172,7 @@ class Calibration:
         return low, high
 
     def _profile_end(self, n: int, side: int) -> float:
-        low, high = (each[n] for each in self.compared.space.bounds)
+        low, high = (bound[n] for bound in self.compared.space.bounds)
         bound = low if side < 0 else high
         step = side * self.standard_error[n]
         least = 2 * self._cost(self.scaled)

@@ -76,9 +76,9 @@ class ModelCurves:
     def resonances(self) -> tuple[int, ...]:
         """Number of the mode of each curve: the nearest, at middle or ends of the bounds."""
         low, high = self.space.bounds
-        joints = [self._joint(each)[0] for each in ((low + high) / 2, low, high)]
+        joints = [self._joint(values)[0] for values in ((low + high) / 2, low, high)]
         joint = joints[0]
-        ranges = np.array([each.resonance_range() for each in joints])
+        ranges = np.array([other.resonance_range() for other in joints])
         lowest, highest = ranges[..., 0], ranges[..., 1]
         paired = []
         for curve in self.measured:

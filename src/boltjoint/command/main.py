@@ -48,9 +48,9 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
     contents = Contents(study, DISPLAYS)
     shown = [
         path
-        for each in DISPLAYS.on_page(contents, case)
-        if DISPLAYS.of(each).section == SECTION_OF_CALIBRATION
-        for path in each.paths
+        for display in DISPLAYS.on_page(contents, case)
+        if DISPLAYS.of(display).section == SECTION_OF_CALIBRATION
+        for path in display.paths
     ]
     return [*contents.files("calibration", "fitted_case", case=case), *shown]
 

@@ -91,10 +91,10 @@ def calibrated_content(case: Case) -> dict[str, Any]:
 def count_points(measured: Measured, files: StudyFiles) -> int:
     """Number of measured points of all curves, of tables that can be read."""
     tables = (
-        read_backbone_table(files.table(each.file), each.file, each.rows)
-        for each in measured.curves
+        read_backbone_table(files.table(curve.file), curve.file, curve.rows)
+        for curve in measured.curves
     )
-    return sum(each.amplitude.size for each in tables)
+    return sum(table.amplitude.size for table in tables)
 
 
 def conflicts_of_measured(
@@ -172,7 +172,7 @@ def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems
 
 def _conflicts_of_sensors(case: Case, assembly: Described | None) -> Problems:
     """Sensors that the case does not have."""
-    names = [*(each.name for each in case.sensors), *case.outputs]
+    names = [*(sensor.name for sensor in case.sensors), *case.outputs]
     if not names and assembly is not None:
         names = list(assembly.output_names)
     for index, curve in enumerate(measurement_of(case).curves):

@@ -100,9 +100,9 @@ class Sources:
         """The files of the modules that a file imports, and data files that lie beside it."""
         if file not in self._uses:
             path = Path(file)
-            files = {each for name in self._imported(path) for each in self._files_of(name, path)}
+            files = {used for name in self._imported(path) for used in self._files_of(name, path)}
             if path.name == "__init__.py" and path.is_relative_to(self._package):
-                files |= {str(each) for each in _data_files(path.parent)}
+                files |= {str(used) for used in _data_files(path.parent)}
             self._uses[file] = files
         return self._uses[file]
 

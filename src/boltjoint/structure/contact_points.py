@@ -186,7 +186,7 @@ def relative_of_pairs(
         (sign * frame.ravel(), (row, np.repeat(side, DIRECTIONS, axis=0).ravel()))
         for sign, side in zip((1.0, -1.0), sides, strict=True)
     ]
-    parts = [sparse.coo_array(each, shape=(DIRECTIONS * pairs, dofs)).tocsr() for each in entries]
+    parts = [sparse.coo_array(entry, shape=(DIRECTIONS * pairs, dofs)).tocsr() for entry in entries]
     return sum(parts[1:], parts[0])
 
 
@@ -207,7 +207,7 @@ def as_sparse(name: str, matrix: Any, kind: type) -> sparse.sparray:  # noqa: AN
     if found.nnz < _MOST_OF_INT32 and max(found.shape) < _MOST_OF_INT32:
         # half the memory of the places, and of those of all products
         found.indices, found.indptr = (
-            each.astype(np.int32, copy=False) for each in (found.indices, found.indptr)
+            places.astype(np.int32, copy=False) for places in (found.indices, found.indptr)
         )
     checks.array(f"entries of {name}", found.data)
     return found

@@ -92,7 +92,7 @@ def place_excitation(
             load = registry.load_on_surface(assembly, excitation.surface)
             force = load @ places.shape[:, axis] + 0j
         elif excitation.kind == "inputs":
-            force = _sum_of(excitation.inputs, lambda each: places.named("input", each.name))
+            force = _sum_of(excitation.inputs, lambda point: places.named("input", point.name))
         else:
             force = _sum_of(excitation.points, places.at)
         _check_moves("the excitation", force, largest)

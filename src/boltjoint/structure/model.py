@@ -187,9 +187,9 @@ class Structure:
             checks.array(f"load of {bolt.name}", bolt.load, (self.dofs,))
         for name in ("inputs", "outputs"):
             checks.mapping(name, getattr(self, name))
-            for key, each in getattr(self, name).items():
-                checks.instance(f"{key} of {name}", each, Row)
-                checks.array(f"{key} of {name}", each.row, (self.dofs,))
+            for key, row in getattr(self, name).items():
+                checks.instance(f"{key} of {name}", row, Row)
+                checks.array(f"{key} of {name}", row.row, (self.dofs,))
         if self.support is not None:
             checks.array("support", self.support, (DIRECTIONS, self.dofs))
         for name, kind in (("symmetry", Reflection), ("geometry", Geometry)):
@@ -244,10 +244,10 @@ class Structure:
             As the attributes.
         """
         K, M = (
-            each
-            if sparse.issparse(each)
-            else sparse.csc_array(checks.array(name, each, ("dofs", "dofs")))
-            for name, each in (("stiffness", stiffness), ("mass", mass))
+            matrix
+            if sparse.issparse(matrix)
+            else sparse.csc_array(checks.array(name, matrix, ("dofs", "dofs")))
+            for name, matrix in (("stiffness", stiffness), ("mass", mass))
         )
         dofs = K.shape[0]
         for name, given in (("bolts", bolts), ("inputs", inputs), ("outputs", outputs)):
@@ -261,7 +261,7 @@ class Structure:
             for name, load in (bolts or {}).items()
         )
         of_inputs, of_outputs = (
-            {name: Row(_row_of(name, each, dofs), name) for name, each in (given or {}).items()}
+            {name: Row(_row_of(name, row, dofs), name) for name, row in (given or {}).items()}
             for given in (inputs, outputs)
         )
         structure = cls(
@@ -324,12 +324,12 @@ class Structure:
         """Whether there is a symmetry that quantities of the points, (points,) each, have."""
         mirror = self.symmetry
         return mirror is not None and all(
-            _are_alike(1.0 * each, 1.0 * each[mirror.point]) for each in of_points
+            _are_alike(1.0 * values, 1.0 * values[mirror.point]) for values in of_points
         )
 
     def with_rigid_motions(self) -> Self:
         """The same structure with the rigid-body motions that it has."""
-        K, M = (each[self.moving][:, self.moving] for each in (self.stiffness, self.mass))
+        K, M = (matrix[self.moving][:, self.moving] for matrix in (self.stiffness, self.mass))
         found = rigid_motions(K, M, self.factor_method)
         rigid = np.zeros((self.dofs, found.shape[1]))
         rigid[self.moving] = found

@@ -303,7 +303,7 @@ def _mode_shape(structure: Structure, q: Array) -> dict[str, xr.Variable]:
 
 def _at_rows(kind: str, rows: Mapping[str, Row], q: Array) -> dict[str, xr.Variable]:
     """Modes at the inputs or outputs."""
-    at_rows = np.array([each.row @ q for each in rows.values()]).reshape(len(rows), q.shape[1])
+    at_rows = np.array([row.row @ q for row in rows.values()]).reshape(len(rows), q.shape[1])
     what = f"mode at the {kind}"
     return {f"{kind}_mode": quantity((kind, "mode"), at_rows, "kg^-1/2", what)}
 

@@ -226,8 +226,8 @@ def resonances_in(modes: xr.Dataset, patterns: xr.Dataset) -> xr.Dataset:
         If the pairs differ, or the basis has fewer vectors than there are resonances.
     """
     position, other = (
-        checks.variable(name, each, "position", ("pair", "axis"))
-        for name, each in (("modes", modes), ("patterns", patterns))
+        checks.variable(name, stored, "position", ("pair", "axis"))
+        for name, stored in (("modes", modes), ("patterns", patterns))
     )
     if not np.array_equal(position, other):
         raise ValueError("modes and patterns were found on different contact pairs")

@@ -86,7 +86,7 @@ def apply_preload(
     # The work of the bolt forces on the shortening of their shanks. All grows with preload and
     # initial gap, so that a preload of 1 N has the same iterates: only ratios to it matter.
     force = sum(
-        each / largest * bolt.load for each, bolt in zip(tension, structure.bolts, strict=True)
+        load / largest * bolt.load for load, bolt in zip(tension, structure.bolts, strict=True)
     )
     gap = contact.gap / largest
 
@@ -160,7 +160,7 @@ def _variables(
         **contact.variables(),
         "shank_shortening": quantity(
             "bolt",
-            [np.nan if each.locked is None else q[each.locked] for each in structure.bolts],
+            [np.nan if bolt.locked is None else q[bolt.locked] for bolt in structure.bolts],
             "m",
             "shortening of the shank by tightening",
         ),
@@ -174,8 +174,8 @@ def _variables(
 def _warn_of_yield(structure: Structure, tension: Array) -> None:
     """Tell which bolt the preload strains most, where that is beyond yield."""
     known = [
-        (each / (bolt.section * bolt.youngs_modulus), each, bolt.section, bolt.youngs_modulus)
-        for each, bolt in zip(tension, structure.bolts, strict=True)
+        (load / (bolt.section * bolt.youngs_modulus), load, bolt.section, bolt.youngs_modulus)
+        for load, bolt in zip(tension, structure.bolts, strict=True)
         if bolt.section is not None and bolt.youngs_modulus is not None
     ]
     if known:

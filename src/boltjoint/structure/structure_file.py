@@ -130,7 +130,7 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
     """
     checks.instance("structure", stored, xr.Dataset)
     upper = {name: _matrix(stored, name) for name in ("stiffness", "mass")}
-    whole = {name: mirrored(each) for name, each in upper.items()}
+    whole = {name: mirrored(triangle) for name, triangle in upper.items()}
     dofs = whole["stiffness"].shape[0]
     points = {name: stored[name].to_numpy() for name in _OF_POINTS}
     relative = _matrix(stored, "relative", 3 * len(points["area"])).tocsr()
@@ -232,8 +232,8 @@ def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
 
 
 def _of_rows(what: str, rows: Mapping[str, Row], dofs: int) -> dict[str, xr.Variable]:
-    table = np.array([each.row for each in rows.values()]).reshape(len(rows), dofs)
-    directions = np.array([each.direction for each in rows.values()], dtype=object)
+    table = np.array([row.row for row in rows.values()]).reshape(len(rows), dofs)
+    directions = np.array([row.direction for row in rows.values()], dtype=object)
     return {
         f"{what}_name": xr.Variable(what, np.array(list(rows), dtype=object)),
         f"{what}_row": _compressed((what, "dof"), table, "1", f"displacement of the {what}"),

@@ -132,8 +132,10 @@ def calibrate(
     model = CalibratedJoint(joint, case)
     curves, units = measured_backbones(measured, texts)
     parameters = [
-        Parameter(key, each.low, each.high, each.log, _start(model, key, each.start, measured))
-        for key, each in measured.parameters.items()
+        Parameter(
+            key, bounds.low, bounds.high, bounds.log, _start(model, key, bounds.start, measured)
+        )
+        for key, bounds in measured.parameters.items()
     ]
     options = CalibrationOptions(starts=measured.starts, seed=measured.seed)
     calibration = fit(model, curves, parameters, loss=measured.loss, options=options)
@@ -165,11 +167,11 @@ def measured_backbones(
     A unit that the file does not tell is empty.
     """
     curves, units = [], []
-    for each in measured.curves:
-        table = read_backbone_table(texts[each.file], each.file, each.rows)
+    for curve in measured.curves:
+        table = read_backbone_table(texts[curve.file], curve.file, curve.rows)
         units.append(UNITS.get(table.quantity, "kg^1/2 m") if table.has_unit else "")
         deviations = table.deviations(
-            each.frequency_error_percent or 0.0, each.damping_error_percent or 0.0
+            curve.frequency_error_percent or 0.0, curve.damping_error_percent or 0.0
         )
         curves.append(
             MeasuredBackbone(
@@ -179,9 +181,9 @@ def measured_backbones(
                 table.damping_ratio,
                 deviations[1],
                 quantity=table.quantity,
-                resonance=each.resonance,
-                sensor=each.sensor,
-                name=each.label,
+                resonance=curve.resonance,
+                sensor=curve.sensor,
+                name=curve.label,
             )
         )
     return curves, units
@@ -245,13 +247,14 @@ def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Varia
     tests = calibration.checks_of_curves
     of = ("curve", "curve_quantity")
     words = {
-        "curve": [each.name for each in measured],
-        "amplitude_quantity": [each.quantity for each in measured],
+        "curve": [curve.name for curve in measured],
+        "amplitude_quantity": [curve.quantity for curve in measured],
         "amplitude_unit": units,
     }
     return {
         **{
-            name: xr.Variable("curve", np.array(each, dtype=object)) for name, each in words.items()
+            name: xr.Variable("curve", np.array(texts, dtype=object))
+            for name, texts in words.items()
         },
         "curve_quantity": xr.Variable(
             "curve_quantity", np.array(["frequency", "damping"], dtype=object)
@@ -272,7 +275,7 @@ def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Varia
 
 def _of_points(calibration: Calibration) -> dict[str, xr.Variable]:
     measured, curves = calibration.compared.measured, calibration.curves()
-    own = np.repeat(np.arange(len(measured)), [each.amplitude.size for each in measured])
+    own = np.repeat(np.arange(len(measured)), [curve.amplitude.size for curve in measured])
     return {
         "curve_of_point": quantity("point", own, "1", "place of its curve"),
         "amplitude": quantity(
@@ -294,7 +297,7 @@ def _of_points(calibration: Calibration) -> dict[str, xr.Variable]:
 def _on_grid(calibration: Calibration) -> dict[str, xr.Variable]:
     """Curves of the model, with their standard deviations by those of the parameters."""
     measured = calibration.compared.measured
-    grids = [np.geomspace(each.amplitude[0], each.amplitude[-1], _DRAWN) for each in measured]
+    grids = [np.geomspace(curve.amplitude[0], curve.amplitude[-1], _DRAWN) for curve in measured]
     curves = np.concatenate(calibration.curves(grids))
     bands = np.concatenate(calibration.bands(grids))
     own = np.repeat(np.arange(len(measured)), _DRAWN)

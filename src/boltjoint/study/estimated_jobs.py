@@ -332,7 +332,7 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         stored += levels * _NUMBER * 5
         seconds += levels * _of_converged_peak(law.components_of(highest), elements, vectors)
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
-    key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=lambda each: multiples[each])}"
+    key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=lambda key: multiples[key])}"
     chunk = min(sweep.designs_per_job, designs)
     memory = _SOLVER + of_peaks + 2 * chunk * stored + _PER_ROW * designs
     does = f"to solve designs of {name}"

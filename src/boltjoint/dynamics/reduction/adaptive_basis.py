@@ -148,7 +148,7 @@ def find_pod_modes(
     if not conditions:
         raise ValueError("conditions are empty: a basis is made for at least one contact")
     structure = structure_of(assembly)
-    second_tangents = any(each.needs_second_tangents for each in conditions)
+    second_tangents = any(at.needs_second_tangents for at in conditions)
     candidates = find_candidates(
         structure, preload, options.free_modes, second_tangents=second_tangents
     )

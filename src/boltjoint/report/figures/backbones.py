@@ -197,7 +197,7 @@ def plot_calibration(calibration: xr.Dataset) -> Figure:
     calibration
         ``calibration.nc``.
     """
-    curves = [str(each) for each in calibration["curve"].to_numpy()]
+    curves = [str(curve) for curve in calibration["curve"].to_numpy()]
     figure = Figure(figsize=(8, 6.4), layout="constrained")
     panels = figure.subplots(
         4, len(curves), sharex="col", squeeze=False, gridspec_kw={"height_ratios": [3, 1, 3, 1]}
@@ -232,7 +232,7 @@ def _plot_curve(
     grid = calibration["curve_of_grid"].to_numpy() == place
     amplitude = calibration["amplitude"].to_numpy()[points]
     measured, scatter, model = (
-        calibration[each].to_numpy()[points] for each in (name, deviation, f"model_{name}")
+        calibration[variable].to_numpy()[points] for variable in (name, deviation, f"model_{name}")
     )
     curve.errorbar(
         amplitude,
@@ -246,8 +246,8 @@ def _plot_curve(
         zorder=2,
     )
     x, line, band = (
-        calibration[each].to_numpy()[grid]
-        for each in ("grid_amplitude", f"grid_{name}", f"grid_{deviation}")
+        calibration[variable].to_numpy()[grid]
+        for variable in ("grid_amplitude", f"grid_{name}", f"grid_{deviation}")
     )
     reach = _REACH * np.minimum(band, line)
     curve.fill_between(

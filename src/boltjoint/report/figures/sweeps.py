@@ -255,7 +255,7 @@ def plot_sensitivity(table: pd.DataFrame) -> Figure:
     words, angle = [key.replace("_", " ") for key in keys], 90
     if len(keys) <= _MOST_LEVEL:
         width, angle = _LETTERS // len(keys), 0
-        words = [fill(each, width, break_long_words=False) for each in words]
+        words = [fill(label, width, break_long_words=False) for label in words]
     panels[-1].set_xticks(range(len(keys)), words, rotation=angle)
     if levels != [None]:
         panels[0].legend()

@@ -250,7 +250,7 @@ def find_candidates(
     point = np.flatnonzero(own >= image)
     K = part.stiffness
     directions = (0, 2, 1) if second_tangents else (0, 2)
-    C = part.relative[np.concatenate([3 * point + each for each in directions])]
+    C = part.relative[np.concatenate([3 * point + direction for direction in directions])]
 
     factors = part.factors(K)
     squared, mode = part.modes(factors, K, free_modes)

@@ -133,12 +133,12 @@ def balanced_pod_modes(
         As of ``PODOptions``.
     """
     snapshots = list(snapshots)
-    columns = [part for each in snapshots for part in (each.motion, *each.adjoints)]
+    columns = [part for snapshot in snapshots for part in (snapshot.motion, *snapshot.adjoints)]
     coordinates = EnergyCoordinates(candidates, np.concatenate(columns, axis=1), contact_stiffness)
     coordinate = coordinates.coordinate
     # of every part, a motion or an adjoint, its first column; of every product, its two parts
     first = np.cumsum([0, *(part.shape[1] for part in columns)])
-    counts = [1 + len(each.adjoints) for each in snapshots]
+    counts = [1 + len(snapshot.adjoints) for snapshot in snapshots]
     start = np.cumsum([0, *counts[:-1]])
     motion = np.repeat(start, [count - 1 for count in counts])
     adjoint = np.delete(np.arange(len(columns)), start)
@@ -210,7 +210,7 @@ def basis_of_pod_modes(structure: Structure, pod_modes: xr.Dataset, number: int)
     # of the symmetric part, or of all motion where the preload is not symmetric
     parts = symmetric(structure), whole(structure, tightened=False)
     unknowns = pod_modes.sizes.get("unknown")
-    part = next((each for each in parts if each.basis.shape[1] == unknowns), None)
+    part = next((subspace for subspace in parts if subspace.basis.shape[1] == unknowns), None)
     if part is None or not np.array_equal(position, structure.contact.position):
         raise ValueError("the POD modes were found on a different mesh")
     if number > pod_modes.sizes["pod_mode"]:

@@ -123,7 +123,7 @@ def volume(coordinate: Array, blocks: Sequence[ElementBlock]) -> float:
     coordinate, blocks
         As for ``assemble``.
     """
-    return sum(float(each.sum()) for each, _ in _volumes(coordinate, blocks))
+    return sum(float(volume.sum()) for volume, _ in _volumes(coordinate, blocks))
 
 
 def mass(coordinate: Array, blocks: Sequence[ElementBlock]) -> float:
@@ -134,7 +134,7 @@ def mass(coordinate: Array, blocks: Sequence[ElementBlock]) -> float:
     coordinate, blocks
         As for ``assemble``.
     """
-    return sum(float(each @ density) for each, density in _volumes(coordinate, blocks))
+    return sum(float(volume @ density) for volume, density in _volumes(coordinate, blocks))
 
 
 def _volumes(coordinate: Array, blocks: Sequence[ElementBlock]) -> Iterator[tuple[Array, Array]]:

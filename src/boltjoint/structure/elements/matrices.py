@@ -179,7 +179,7 @@ def refuse_inverted(
     if not inverted.size:
         return
     first = inverted[0]
-    place = ", ".join(f"{each:.6g}" for each in coordinate[first].mean(axis=0))
+    place = ", ".join(f"{x:.6g}" for x in coordinate[first].mean(axis=0))
     raise ValueError(
         f"{inverted.size} elements {kind.name} are turned inside out, the first one is "
         f"{first if label is None else label[first]} at ({place}) m: the determinant of its "
@@ -254,7 +254,7 @@ def _isotropic(gradient: Array, first: Array, shear: Array) -> Array:
     # of axes i, j and functions a, b: index (i, a, j, b)
     product = flat.transpose(0, 2, 1) @ flat
     product = product.reshape(elements, axes, functions, axes, functions)
-    first, shear = (each[:, None, None, None, None] for each in (first, shear))
+    first, shear = (modulus[:, None, None, None, None] for modulus in (first, shear))
     K = first * product.transpose(0, 2, 1, 4, 3)
     K += shear * product.transpose(0, 2, 3, 4, 1)
     trace = shear[..., 0, 0] * np.einsum("eiaib->eab", product)
@@ -287,7 +287,7 @@ def _hourglass_stiffness(
         c m V, shape (elements,).
     """
     corner = kind.functions.corner
-    mode = np.array([np.prod(corner**each, axis=1) for each in _HOURGLASS])
+    mode = np.array([np.prod(corner**power, axis=1) for power in _HOURGLASS])
     mode = mode - (mode @ coordinate) @ gradient
     weight = modulus * np.einsum("eka,eka->e", gradient, gradient)
     blocks = weight[:, None, None] * (mode.transpose(0, 2, 1) @ mode)

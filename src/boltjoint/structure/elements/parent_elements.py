@@ -45,9 +45,9 @@ def _simplex(volume: float, *orbits: tuple[Sequence[float], float]) -> Integrati
     """Points that are permutations of barycentric coordinates, with the share of each in volume."""
     point, weight = [], []
     for barycentric, share in orbits:
-        permutations = {tuple(each) for each in _permutations(list(barycentric))}
-        for each in sorted(permutations):
-            point.append(each[1:])
+        permutations = {tuple(permutation) for permutation in _permutations(list(barycentric))}
+        for permutation in sorted(permutations):
+            point.append(permutation[1:])
             weight.append(share * volume)
     return IntegrationRule(np.array(point), np.array(weight))
 
@@ -187,12 +187,12 @@ def _monomials(point: Array, exponent: NDArray[np.int64]) -> Array:
 
 def _of_degree(degree: int, axes: int) -> list[tuple[int, ...]]:
     """Exponents of all monomials up to a degree."""
-    return [each for each in product(range(degree + 1), repeat=axes) if sum(each) <= degree]
+    return [powers for powers in product(range(degree + 1), repeat=axes) if sum(powers) <= degree]
 
 
 def _serendipity(axes: int) -> list[tuple[int, ...]]:
     """Exponents up to 2, of which one at most is 2."""
-    return [each for each in product(range(3), repeat=axes) if each.count(2) <= 1]
+    return [powers for powers in product(range(3), repeat=axes) if powers.count(2) <= 1]
 
 
 def _functions(

@@ -111,7 +111,7 @@ def that_respond(structure: Structure, q: np.ndarray) -> np.ndarray:
     if not np.any(family == ELASTIC):
         return family == "bending"
     rows = (structure.inputs, structure.outputs)
-    return move_in(abs(q).max(axis=0), *([each.row @ q for each in of.values()] for of in rows))
+    return move_in(abs(q).max(axis=0), *([point.row @ q for point in of.values()] for of in rows))
 
 
 def move_in(largest: np.ndarray, *places: Sequence[np.ndarray]) -> np.ndarray:

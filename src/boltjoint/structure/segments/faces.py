@@ -127,7 +127,7 @@ class FaceGroup:
             if not step.size or abs(step).max() < _LAST_STEP:
                 return place
         worst = face[np.argmax(np.nan_to_num(abs(step).max(axis=1), nan=np.inf))]
-        middle = ", ".join(f"{each:.6g}" for each in self.coordinate[worst].mean(axis=0))
+        middle = ", ".join(f"{x:.6g}" for x in self.coordinate[worst].mean(axis=0))
         raise ValueError(f"the face at ({middle}) m is too distorted: no place on it is unique")
 
     def normals(self, face: NDArray[np.int64], place: Array) -> Array:
@@ -202,8 +202,8 @@ def face_groups(
     """
     checks.sequence(name, sides)
     groups = []
-    for i, each in enumerate(sides):
-        faces = checks.indices(f"{name}[{i}]", each, ("faces", "nodes"), count=len(coordinate))
+    for i, side in enumerate(sides):
+        faces = checks.indices(f"{name}[{i}]", side, ("faces", "nodes"), count=len(coordinate))
         if faces.shape[1] not in FACE_FUNCTIONS:
             allowed = ", ".join(str(count) for count in FACE_FUNCTIONS)
             raise ValueError(f"{name}[{i}] has faces of {faces.shape[1]} nodes: allowed: {allowed}")

@@ -199,9 +199,9 @@ def _candidates(
     near = tree.query_ball_point(
         one.centre, np.hypot(one.radius + largest, reach) * (1 + 1e-9), return_sorted=True
     )
-    counts = np.array([len(each) for each in near])
+    counts = np.array([len(faces) for faces in near])
     a = np.repeat(np.arange(len(near)), counts)
-    b = np.concatenate([np.asarray(each, dtype=np.int64) for each in near])
+    b = np.concatenate([np.asarray(faces, dtype=np.int64) for faces in near])
     facing = np.sum(one.normal[a] * other.normal[b], axis=1) < _FACING
     a, b = a[facing], b[facing]
     for start in range(0, a.size, _CHUNK):
@@ -214,9 +214,9 @@ def _common_parts(
     """Common parts in the planes of side A, shape (pairs, 8, 2), and the pairs that have some."""
     tangents, centre = one.tangents[a], one.centre[a]
     flat = [
-        np.einsum("pik,pvk->pvi", tangents, each - centre[:, None])
+        np.einsum("pik,pvk->pvi", tangents, vertex - centre[:, None])
         # side B is seen from behind
-        for each in (one.vertex[a], other.vertex[b][:, ::-1])
+        for vertex in (one.vertex[a], other.vertex[b][:, ::-1])
     ]
     touch = np.all(
         (flat[0].min(axis=1) < flat[1].max(axis=1)) & (flat[1].min(axis=1) < flat[0].max(axis=1)),
@@ -304,7 +304,7 @@ class _Parts:
     def _sums(self, part: NDArray[np.int64], place: Array, area: Array) -> FacePairs:
         """Sums over the points of each pair of faces."""
         one, other = self.groups
-        face_a, face_b = (each[part] for each in self.faces)
+        face_a, face_b = (faces[part] for faces in self.faces)
         shape_a = one.functions.values(place)
         point = np.einsum("pa,pak->pk", shape_a, one.coordinate[face_a])
         shape_b = other.functions.values(other.places(face_b, point, self.tangents[part]))
@@ -318,12 +318,12 @@ class _Parts:
         start = np.flatnonzero(np.diff(pair[order], prepend=-1))
         weighted = (area[:, None] * shape_a)[:, :, None]
         sums = [
-            np.add.reduceat((weighted * each[:, None, :])[order], start, axis=0)
-            for each in (shape_a, shape_b, normal, gap[:, None])
+            np.add.reduceat((weighted * values[:, None, :])[order], start, axis=0)
+            for values in (shape_a, shape_b, normal, gap[:, None])
         ]
         a, b = np.divmod(pair[order][start], len(other.connectivity))
         kept = sums[0].sum(axis=(1, 2)) > 0
-        a, b, own, both, normals, gaps = (each[kept] for each in (a, b, *sums))
+        a, b, own, both, normals, gaps = (values[kept] for values in (a, b, *sums))
         return FacePairs(self.group_a, self.group_b, a, b, own, both, normals, gaps[..., 0])
 
 

@@ -164,7 +164,7 @@ def weighted_points(
     if weighting == "dual" and not all(group.is_linear for group in sides[0]):
         raise ValueError("weighting 'dual' is of faces without middle nodes: choose 'face'")
     polygons = polygons_of(sides[0]), polygons_of(sides[1])
-    pairs = [each for each in face_pairs(sides, polygons, largest_gap) if each.face_a.size]
+    pairs = [pair for pair in face_pairs(sides, polygons, largest_gap) if pair.face_a.size]
     if not pairs:
         raise ValueError(
             "no part of side_b lies before side_a: the surfaces do not meet, or look away from "
@@ -199,7 +199,7 @@ class _Sums:
             collected.add(
                 (first[pair.group_a] + pair.face_a)[:, None],
                 (group_a.connectivity[pair.face_a], group_b.connectivity[pair.face_b]),
-                *(each.sum(axis=1, keepdims=True) for each in _integrals(pair)),
+                *(integral.sum(axis=1, keepdims=True) for integral in _integrals(pair)),
             )
         return collected.sums()
 
@@ -220,7 +220,7 @@ class _Sums:
             collected.add(
                 own,
                 (own, group_b.connectivity[pair.face_b]),
-                *(turn @ each for each in _integrals(pair)),
+                *(turn @ integral for integral in _integrals(pair)),
             )
         return collected.sums()
 
@@ -230,7 +230,7 @@ class _Sums:
         kept = np.flatnonzero(area > 0)
         area = area[kept]
         share = sparse.diags_array(1 / area)
-        own, other = (share @ each[kept] for each in (self.own, self.other))
+        own, other = (share @ side[kept] for side in (self.own, self.other))
         rows = sparse.csr_array(own - other)
         rows.data[abs(rows.data) < _ROUNDING] = 0.0
         rows.eliminate_zeros()
@@ -297,7 +297,7 @@ class _Entries:
             sparse.coo_array(
                 (
                     np.concatenate([values for values, _, _ in part]),
-                    tuple(np.concatenate([each[i] for each in part]) for i in (1, 2)),
+                    tuple(np.concatenate([piece[i] for piece in part]) for i in (1, 2)),
                 ),
                 shape=self._shape,
             ).tocsr()
@@ -314,7 +314,7 @@ def _frames(normal: Array, along: Array, position: Array) -> Array:
     first = direction - (normal @ direction)[:, None] * normal
     length = np.linalg.norm(first, axis=1)
     if length.min() < _ALONG:
-        place = ", ".join(f"{each:.6g}" for each in position[np.argmin(length)])
+        place = ", ".join(f"{x:.6g}" for x in position[np.argmin(length)])
         raise ValueError(
             f"along {direction} is normal to the surface at ({place}) m: it must be a direction "
             "within it"

@@ -301,4 +301,4 @@ def _words(calibration: xr.Dataset, key: str, dim: str) -> list[str]:
     checks.instance("calibration", calibration, xr.Dataset)
     if key not in calibration or calibration[key].dims != (dim,):
         raise ValueError(f"calibration has no variable {key!r} over {dim}")
-    return [str(each) for each in calibration[key].to_numpy()]
+    return [str(text) for text in calibration[key].to_numpy()]

@@ -69,9 +69,9 @@ def _compare_modes(
 ) -> Iterator[dict[str, object]]:
     _, M = assemble_assembly(assembly)
     ours, theirs = (
-        each["mode_shape"].to_numpy().reshape(M.shape[0], -1) for each in (modes, other)
+        model["mode_shape"].to_numpy().reshape(M.shape[0], -1) for model in (modes, other)
     )
-    own, others = (np.einsum("im,im->m", each, M @ each) for each in (ours, theirs))
+    own, others = (np.einsum("im,im->m", mode, M @ mode) for mode in (ours, theirs))
     assurance = (ours.T @ M @ theirs) ** 2 / np.outer(own, others)
     for mode, match in enumerate(np.argmax(assurance, axis=1)):
         yield _row(
@@ -85,10 +85,10 @@ def _compare_modes(
 
 
 def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[str, object]]:
-    load, other_load = (each["normal_load"].to_numpy() for each in (preload, other))
-    gap, other_gap = (each["gap"].to_numpy() for each in (preload, other))
+    load, other_load = (model["normal_load"].to_numpy() for model in (preload, other))
+    gap, other_gap = (model["gap"].to_numpy() for model in (preload, other))
     friction, other_friction = (
-        each["friction_force"].transpose("pair", "plane").to_numpy() for each in (preload, other)
+        model["friction_force"].transpose("pair", "plane").to_numpy() for model in (preload, other)
     )
     closed, other_closed = load > 0, other_load > 0
     same_state = np.mean(closed == other_closed), "share of pairs in the same state", None
@@ -117,7 +117,7 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
             agreement=_correlation(friction, other_friction),
         )
     shortening, other_shortening = (
-        float(1e6 * each["shank_shortening"].mean()) for each in (preload, other)
+        float(1e6 * model["shank_shortening"].mean()) for model in (preload, other)
     )
     yield _row("mean shortening of the shanks", "µm", shortening, other_shortening)
 

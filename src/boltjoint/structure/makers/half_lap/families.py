@@ -25,7 +25,9 @@ def families_of(structure: Structure, q: Array) -> Families:
     # neither mass nor constraints mix the axes
     axis = geometry.displacement.indices[geometry.displacement.indptr[:-1]] % 3
     energy = q * (structure.mass @ q)
-    energy_share = np.stack([energy[axis == each].sum(axis=0) for each in range(3)], axis=1)
+    energy_share = np.stack(
+        [energy[axis == direction].sum(axis=0) for direction in range(3)], axis=1
+    )
     energy_share /= energy_share.sum(axis=1, keepdims=True)
     along_x = geometry.displacement[::3]
     lumped = along_x @ np.asarray(structure.mass.sum(axis=0)).ravel()

@@ -66,7 +66,7 @@ def material_variables(assembly: "Assembly") -> dict[str, xr.Variable]:
     of_parts = [bars] * FIRST_BOLT + [assembly.bolt_material] * count
     of_parts += [assembly.washer_material] * (count if washer is not None else 0)
     for name, (key, factor, unit, meaning) in _PROPERTIES.items():
-        values = [factor * getattr(each, key) for each in of_parts]
+        values = [factor * getattr(material, key) for material in of_parts]
         meaning = f"{meaning} of each part"
         variables[f"part_{name}"] = quantity("part_number", values, unit, meaning)
     return variables

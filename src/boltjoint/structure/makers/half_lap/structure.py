@@ -292,8 +292,8 @@ def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64] | None:
     np.minimum.at(body, connectivity, part[:, None])
     body[assembly["section_node"].to_numpy()[:, 1]] += part.max() + 1
     mirrored = np.empty(len(coordinate), dtype=np.int64)
-    for each in np.unique(body):
-        node = np.flatnonzero(body == each)
+    for number in np.unique(body):
+        node = np.flatnonzero(body == number)
         distance, nearest = cKDTree(coordinate[node]).query(coordinate[node] * [1, -1, 1])
         if distance.max() > _APART * np.ptp(coordinate[:, 1]):
             return None

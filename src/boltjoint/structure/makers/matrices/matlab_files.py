@@ -97,7 +97,7 @@ class Mat5File:
         head = self._head(name)
         content = self._content(head)
         # after flags, dimensions and name
-        parts = [self._numbers(content, each) for each in list(self._elements(content))[3:]]
+        parts = [self._numbers(content, element) for element in list(self._elements(content))[3:]]
         if head.kind != _SPARSE:
             if len(parts) != 1 or parts[0].size != prod(head.shape):
                 raise DamagedMatFile("holds another number of entries than it declares")
@@ -141,7 +141,7 @@ class Mat5File:
         following = self._element(content, flags.after)
         if kind not in (*_CLASSES_OF_VERSION_5, *_NUMBERS):
             return self._text(content, following), Head((), kind, bits, 0, element)
-        shape = tuple(int(each) for each in self._numbers(content, following))
+        shape = tuple(int(size) for size in self._numbers(content, following))
         name = self._text(content, self._element(content, following.after))
         return name, Head(shape, kind, bits, int(words[1]), element)
 
@@ -186,7 +186,9 @@ class Mat5File:
         end = len(content) if end is None else end
         if len(content) < place + _TAG:
             raise DamagedMatFile("ends within a variable")
-        code, size = (int(each) for each in np.frombuffer(content, f"{self._order}u4", 2, place))
+        code, size = (
+            int(number) for number in np.frombuffer(content, f"{self._order}u4", 2, place)
+        )
         start = place + _TAG
         if code >> 16:
             # a short one lies in its tag

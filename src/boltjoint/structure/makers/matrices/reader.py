@@ -218,7 +218,7 @@ class Reader:
     @property
     def _own(self) -> set[str]:
         """Variables with files of their own."""
-        return {each.variable for each in self._described.files}
+        return {file.variable for file in self._described.files}
 
     @contextmanager
     def _one_line(self, variable: str) -> Iterator[None]:

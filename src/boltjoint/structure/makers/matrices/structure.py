@@ -100,7 +100,7 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
     # lengths in mm go with N and t, so that q of any kind scales as lengths do
     metre = 1.0 if described.length_unit == "m" else 1e-3
     K, M = (reader.matrix(name, (dofs, dofs)) / metre for name in (K_name, M_name))
-    bolts = tuple(_bolt(each, described, reader, dofs) for each in described.bolts)
+    bolts = tuple(_bolt(bolt, described, reader, dofs) for bolt in described.bolts)
     inputs = _rows(described.inputs, described, reader, dofs)
     outputs = _rows(described.outputs, described, reader, dofs)
     support = None
@@ -108,7 +108,7 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
         support = reader.matrix(described.support, (DIRECTIONS, dofs)).toarray() / metre
     contact = _contact(described, reader, sizes, metre)
     places = {"stiffness": reader.place(K_name), "mass": reader.place(M_name)}
-    places |= {f"load of {each.name}": _place_of(each, reader) for each in described.bolts}
+    places |= {f"load of {bolt.name}": _place_of(bolt, reader) for bolt in described.bolts}
     _check_diagonals(described, reader, K, M)
     with _placed(places, reader.place(K_name)):
         structure = Structure(
@@ -182,7 +182,9 @@ def _frames(described: Matrices, reader: Reader, number: NDArray[np.int64]) -> A
         return u @ v
     frames = []
     for plane in contact.surfaces or (contact,):
-        normal, tangent = (np.array(each, dtype=float) for each in contact.directions(plane))
+        normal, tangent = (
+            np.array(direction, dtype=float) for direction in contact.directions(plane)
+        )
         normal /= np.linalg.norm(normal)
         tangent = tangent - (tangent @ normal) * normal
         tangent /= np.linalg.norm(tangent)
@@ -252,14 +254,14 @@ def _rows(
     given: Iterable[MatrixRow], described: Matrices, reader: Reader, dofs: int
 ) -> dict[str, Row]:
     rows = {}
-    for each in given:
-        if each.row is not None:
-            row = reader.column(each.row, dofs, each.column)
+    for point in given:
+        if point.row is not None:
+            row = reader.column(point.row, dofs, point.column)
             if not row.any():
-                raise ValueError(f"{reader.place(each.row)} is zero: nothing moves there")
+                raise ValueError(f"{reader.place(point.row)} is zero: nothing moves there")
         else:
-            row = unit_row(_dof(f"dof of {each.name}", each.dof, described, reader, dofs), dofs)
-        rows[each.name] = Row(row, each.direction or "")
+            row = unit_row(_dof(f"dof of {point.name}", point.dof, described, reader, dofs), dofs)
+        rows[point.name] = Row(row, point.direction or "")
     return rows
 
 
