@@ -157,10 +157,10 @@ def solve_points(
     levels = np.log(amplitudes)
     first = levels[0] + np.log(_FIRST)
     y[-1] = first - mode.log_size(y)[0]
-    found, matrix = _corrected(mode, y, first)
-    if found is None:
+    solution, matrix = _corrected(mode, y, first)
+    if solution is None:
         raise NotReached(f"no mode was found at the amplitude {np.exp(first):.3g}")
-    y = found
+    y = solution
     curves, by_amplitude, by_parameter = [], [], []
     at = first
     for level in levels:

@@ -84,8 +84,8 @@ class ModelCurves:
         for curve in self.measured:
             frequency = float(np.median(curve.frequency))
             if curve.sensor is not None and curve.sensor not in joint.sensors.by_name:
-                known = ", ".join(joint.sensors.by_name)
-                raise ValueError(f"{curve.name}: sensor {curve.sensor} is none of {known}")
+                names = ", ".join(joint.sensors.by_name)
+                raise ValueError(f"{curve.name}: sensor {curve.sensor} is none of {names}")
             if curve.resonance is not None and curve.resonance > joint.elastic_modes:
                 raise ValueError(
                     f"{curve.name}: mode {curve.resonance} is not in the model, which has "
@@ -96,9 +96,9 @@ class ModelCurves:
             distance = np.maximum(distance, 0).min(axis=0)
             place = int(np.argmin(distance)) if curve.resonance is None else curve.resonance - 1
             if distance[place] > np.log(_FARTHEST):
-                which = "nearest" if curve.resonance is None else f"mode {curve.resonance}"
+                sought = "nearest" if curve.resonance is None else f"mode {curve.resonance}"
                 raise ValueError(
-                    f"{curve.name}: mode at {frequency:.4g} Hz is not in the model, whose {which} "
+                    f"{curve.name}: mode at {frequency:.4g} Hz is not in the model, whose {sought} "
                     f"is from {lowest[:, place].min():.4g} to {highest[:, place].max():.4g} Hz"
                 )
             paired.append(place + 1)

@@ -242,11 +242,11 @@ def read_backbone_table(text: str, file: str, rows: Mapping[str, float]) -> Back
 
 def _column_of_amplitude(keys: list[str], file: str) -> str:
     """The one column that holds amplitudes."""
-    given = [key for key in keys if key in AMPLITUDES]
-    if len(given) == 1:
-        return given[0]
-    if given:
-        raise TableError(f"{file}:1: {' and '.join(given)}: must be one column of amplitudes")
+    amplitudes = [key for key in keys if key in AMPLITUDES]
+    if len(amplitudes) == 1:
+        return amplitudes[0]
+    if amplitudes:
+        raise TableError(f"{file}:1: {' and '.join(amplitudes)}: must be one column of amplitudes")
     raise TableError(
         f"{file}:1: there must be a column of amplitudes: {', '.join(AMPLITUDES)}; those without "
         "a unit need the parameter amplitude_scale"

@@ -74,8 +74,8 @@ class ContactPoints:
             shape = shapes.get(name, (points,))
             within: checks.Limits = limits.get(name, {})
             what = f"{name} of the contact points"
-            found = checks.array(what, getattr(self, name), shape, **within)
-            object.__setattr__(self, name, found)
+            values = checks.array(what, getattr(self, name), shape, **within)
+            object.__setattr__(self, name, values)
         turned = np.einsum("pij,pkj->pik", self.frame, self.frame)
         if abs(turned - np.eye(3)).max() > _TURNED:
             raise ValueError("frame of the contact points: its directions are not orthonormal")
@@ -114,8 +114,8 @@ class ContactPoints:
             As the attributes, of each pair or of all; frames are x, y, z by default.
         """
         pairs = len(checks.indices("side_a", side_a, ("pairs", DIRECTIONS)))
-        given = checks.array("frame", np.eye(DIRECTIONS) if frame is None else frame)
-        frame = _of_each("frame", given, (pairs, DIRECTIONS, DIRECTIONS))
+        frames = checks.array("frame", np.eye(DIRECTIONS) if frame is None else frame)
+        frame = _of_each("frame", frames, (pairs, DIRECTIONS, DIRECTIONS))
         relative = relative_of_pairs(side_a, side_b, dofs, frame)
         of_points = {
             name: _of_each(name, checks.array(name, value), (pairs,))
@@ -202,12 +202,13 @@ def as_sparse(name: str, matrix: Any, kind: type) -> sparse.sparray:  # noqa: AN
     """A sparse matrix of finite numbers."""
     if not sparse.issparse(matrix) or matrix.ndim != 2:
         raise ValueError(f"{name} is of type {type(matrix).__name__}: it must be a sparse matrix")
-    found = kind(matrix, dtype=float)
-    found.sum_duplicates()
-    if found.nnz < _MOST_OF_INT32 and max(found.shape) < _MOST_OF_INT32:
+    compressed = kind(matrix, dtype=float)
+    compressed.sum_duplicates()
+    if compressed.nnz < _MOST_OF_INT32 and max(compressed.shape) < _MOST_OF_INT32:
         # half the memory of the places, and of those of all products
-        found.indices, found.indptr = (
-            places.astype(np.int32, copy=False) for places in (found.indices, found.indptr)
+        compressed.indices, compressed.indptr = (
+            places.astype(np.int32, copy=False)
+            for places in (compressed.indices, compressed.indptr)
         )
-    checks.array(f"entries of {name}", found.data)
-    return found
+    checks.array(f"entries of {name}", compressed.data)
+    return compressed

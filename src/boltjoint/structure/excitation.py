@@ -97,14 +97,14 @@ def place_excitation(
             force = _sum_of(excitation.points, places.at)
         _check_moves("the excitation", force, largest)
         sin, cos = force.real.copy(), force.imag.copy()
-    found = {"excitation_mode": sin}
+    of_excitation = {"excitation_mode": sin}
     # a phase of 180 degrees leaves rounding only
     if cos is not None and np.linalg.norm(cos) > 1e-12 * np.linalg.norm(sin):
-        found["excitation_mode_cos"] = cos
+        of_excitation["excitation_mode_cos"] = cos
     per_level = "kg^-1/2" if unit == "N" else "kg^1/2"
     variables = {
         name: quantity("mode", mode, per_level, "mode at the excitation")
-        for name, mode in found.items()
+        for name, mode in of_excitation.items()
     }
     variables["excitation_mode"].attrs["level_units"] = unit
     at_sensors = _at_sensors(modes, places, sensors, largest)

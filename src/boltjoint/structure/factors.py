@@ -264,11 +264,11 @@ def rigid_motions(
     if not motions:
         return np.zeros((stiffness.shape[0], 0))
     # those that depend on each other least
-    given = np.sort(qr(q.T, mode="r", pivoting=True)[1][:motions])
-    others = np.delete(np.arange(len(q)), given)
+    masters = np.sort(qr(q.T, mode="r", pivoting=True)[1][:motions])
+    others = np.delete(np.arange(len(q)), masters)
     rows = stiffness[others]
-    found = np.zeros_like(q)
-    found[given] = np.eye(motions)
+    motion = np.zeros_like(q)
+    motion[masters] = np.eye(motions)
     factors = factorise(rows[:, others].tocsc(), factorisation)
-    found[others] = -factors.solve(rows[:, given].toarray())
-    return found
+    motion[others] = -factors.solve(rows[:, masters].toarray())
+    return motion

@@ -250,8 +250,8 @@ class Structure:
             for name, matrix in (("stiffness", stiffness), ("mass", mass))
         )
         dofs = K.shape[0]
-        for name, given in (("bolts", bolts), ("inputs", inputs), ("outputs", outputs)):
-            checks.mapping(name, {} if given is None else given)
+        for name, rows in (("bolts", bolts), ("inputs", inputs), ("outputs", outputs)):
+            checks.mapping(name, {} if rows is None else rows)
         of_bolts = tuple(
             Bolt(
                 name,
@@ -261,8 +261,8 @@ class Structure:
             for name, load in (bolts or {}).items()
         )
         of_inputs, of_outputs = (
-            {name: Row(_row_of(name, row, dofs), name) for name, row in (given or {}).items()}
-            for given in (inputs, outputs)
+            {name: Row(_row_of(name, row, dofs), name) for name, row in (rows or {}).items()}
+            for rows in (inputs, outputs)
         )
         structure = cls(
             K,
@@ -330,9 +330,9 @@ class Structure:
     def with_rigid_motions(self) -> Self:
         """The same structure with the rigid-body motions that it has."""
         K, M = (matrix[self.moving][:, self.moving] for matrix in (self.stiffness, self.mass))
-        found = rigid_motions(K, M, self.factor_method)
-        rigid = np.zeros((self.dofs, found.shape[1]))
-        rigid[self.moving] = found
+        motion = rigid_motions(K, M, self.factor_method)
+        rigid = np.zeros((self.dofs, motion.shape[1]))
+        rigid[self.moving] = motion
         return replace(self, rigid=rigid)
 
     def without_symmetry(self) -> Self:
@@ -356,11 +356,11 @@ def _are_alike(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
     return bool(abs(one - other).max() <= _ASYMMETRY * abs(one).max())
 
 
-def _row_of(name: str, given: int | Array, dofs: int) -> Array:
+def _row_of(name: str, value: int | Array, dofs: int) -> Array:
     """The row of a degree of freedom, or a row as it is given."""
-    if np.ndim(given):
-        return checks.array(name, given, (dofs,))
-    place = checks.whole(name, given, at_least=0)
+    if np.ndim(value):
+        return checks.array(name, value, (dofs,))
+    place = checks.whole(name, value, at_least=0)
     if place >= dofs:
         raise ValueError(f"{name} is degree of freedom {place}: there are {dofs}")
     return unit_row(place, dofs)

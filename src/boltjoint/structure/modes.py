@@ -287,10 +287,10 @@ def _default(rows: Mapping[str, Row], q: Array, largest: Array, problem: str, fa
     if not rows:
         return np.zeros(q.shape[1])
     name, first = next(iter(rows.items()))
-    found = first.row @ q
-    if np.all(abs(found) <= checks.ROUNDING_OF_MODES * largest):
+    mode = first.row @ q
+    if np.all(abs(mode) <= checks.ROUNDING_OF_MODES * largest):
         raise ValueError(f"{problem}: {name} moves in none of {family} along {first.direction}")
-    return found
+    return mode
 
 
 def _mode_shape(structure: Structure, q: Array) -> dict[str, xr.Variable]:

@@ -60,7 +60,7 @@ def stuck_patterns(
     ValueError
         If the two do not hold the same pairs, or there is no radius, or one that is not positive.
     """
-    given = bolt_radii(assembly) if radii is None else checks.numbers("radii", radii)
+    sizes = bolt_radii(assembly) if radii is None else checks.numbers("radii", radii)
     structure = structure_of(assembly)
     contact = structure.contact
     places = SurfacePlaces.in_planes(contact.position, contact.frame, contact.surface)
@@ -70,9 +70,9 @@ def stuck_patterns(
     pressure = load / contact.area
     parts = {"all": np.ones(len(x), dtype=bool)}
     distance = distance_to_bolts(structure.bolts, contact.position)
-    if given and distance is not None:
+    if sizes and distance is not None:
         # of wide heads the radius is the larger one
-        ordered = sorted(given, reverse=True)
+        ordered = sorted(sizes, reverse=True)
         parts |= {f"within {1e3 * radius:g} mm": distance < radius for radius in ordered}
         parts[f"beyond {1e3 * ordered[0]:g} mm"] = distance > ordered[0]
     parts["left half"] = x < 0
@@ -156,8 +156,8 @@ def resonances(
             acting = np.outer(springs_of_pairs.to_numpy() * stuck, [1.0, 0.0, springs == "xz"])
             springs_of_part = C.T @ sparse.diags_array(acting.ravel()) @ C
             frequency[i, j] = _resonances((half.stiffness + springs_of_part).tocsc(), half, number)
-            found = ", ".join(f"{f:.6g}" for f in frequency[i, j])
-            logger.info("%s stuck, springs along %s: %s Hz", name, springs, found)
+            frequencies = ", ".join(f"{f:.6g}" for f in frequency[i, j])
+            logger.info("%s stuck, springs along %s: %s Hz", name, springs, frequencies)
     springs_and_places = {
         "stiffness": springs_of_pairs,
         "position": contact.variables()["position"],

@@ -173,13 +173,13 @@ def _variables(
 
 def _warn_of_yield(structure: Structure, tension: Array) -> None:
     """Tell which bolt the preload strains most, where that is beyond yield."""
-    known = [
+    shanks = [
         (load / (bolt.section * bolt.youngs_modulus), load, bolt.section, bolt.youngs_modulus)
         for load, bolt in zip(tension, structure.bolts, strict=True)
         if bolt.section is not None and bolt.youngs_modulus is not None
     ]
-    if known:
-        _, of_bolt, section, modulus = max(known, key=lambda each: each[0])
+    if shanks:
+        _, of_bolt, section, modulus = max(shanks, key=lambda shank: shank[0])
         if sentence := yield_warning(of_bolt, section, modulus):
             logger.warning(sentence)
 

@@ -189,8 +189,8 @@ def _matrix(stored: xr.Dataset, name: str, rows: int | None = None) -> sparse.cs
 def _of_bolts(structure: Structure) -> dict[str, xr.Variable]:
     def each(name: str, missing: ArrayLike) -> NDArray:
         values = [getattr(bolt, name) for bolt in structure.bolts]
-        found = [missing if value is None else value for value in values]
-        return np.array(found).reshape(len(found), *np.shape(missing))
+        complete = [missing if value is None else value for value in values]
+        return np.array(complete).reshape(len(complete), *np.shape(missing))
 
     nowhere, load = np.full(3, np.nan), np.zeros((structure.dofs, len(structure.bolts)))
     for place, bolt in enumerate(structure.bolts):

@@ -157,9 +157,9 @@ class Subspace:
         """All unknowns of those ``supported``, without rigid-body motion, (unknowns, ...)."""
         if self.supported is None:
             return x
-        found = np.zeros((len(self.rigid), *x.shape[1:]))
-        found[self.supported] = x
-        return found - self.rigid @ (self.rigid.T @ (self.mass @ found))
+        motion = np.zeros((len(self.rigid), *x.shape[1:]))
+        motion[self.supported] = x
+        return motion - self.rigid @ (self.rigid.T @ (self.mass @ motion))
 
 
 class _ElasticFactors:

@@ -228,11 +228,11 @@ class Displays:
         for artefact in contents.select(form=form):
             name = self.of(artefact).job.format(**artefact.fields)
             by_name.setdefault(name, []).append(artefact)
-        return [self._job(name, made, contents) for name, made in by_name.items()]
+        return [self._job(name, artefacts, contents) for name, artefacts in by_name.items()]
 
-    def _job(self, name: str, made: list[Artefact], contents: "Contents") -> Job:
-        displays = [self.of(artefact) for artefact in made]
-        pairs = list(zip(displays, made, strict=True))
+    def _job(self, name: str, artefacts: list[Artefact], contents: "Contents") -> Job:
+        displays = [self.of(artefact) for artefact in artefacts]
+        pairs = list(zip(displays, artefacts, strict=True))
         read = (
             data.path
             for display, one in pairs
@@ -241,7 +241,7 @@ class Displays:
         )
         return Job(
             name=name,
-            artefacts=tuple(made),
+            artefacts=tuple(artefacts),
             options=tuple(dict(display.options(contents, one)) for display, one in pairs),
             inputs=tuple(dict.fromkeys(read)),
             modules=tuple(sorted({display.make.__module__ for display in displays})),
@@ -249,10 +249,10 @@ class Displays:
                 display.is_compared and contents.is_compared(one.case) for display, one in pairs
             ),
             counterparts=tuple(
-                contents.study.case(one.case).published if one.case else None for one in made
+                contents.study.case(one.case).published if one.case else None for one in artefacts
             ),
             stage=next((display.stage for display in displays if display.stage), ""),
-            subject=made[0].case or made[0].assembly or "",
+            subject=artefacts[0].case or artefacts[0].assembly or "",
         )
 
 

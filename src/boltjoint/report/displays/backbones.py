@@ -147,8 +147,8 @@ SECTION_OF_CALIBRATION = "measured"
 
 def _calibrated(contents: Contents) -> Iterator[dict[str, Any]]:
     """Cases with a measurement, with the joint that is fitted."""
-    for case, found in contents.study.cases.items():
-        if found.measured is not None:
+    for case, configured in contents.study.cases.items():
+        if configured.measured is not None:
             yield contents.calibrated(case)
 
 

@@ -315,6 +315,6 @@ def _fitted(name: str, case: Case) -> str:
     """The answer of the calibration of a case, where it has been made."""
     if case.measured is None:
         return ""
-    which = calibrated_joint(name, case)
-    path = layout.path("calibration", **which)
+    fields = calibrated_joint(name, case)
+    path = layout.path("calibration", **fields)
     return calibration_answer(name, case, Results([path])) if Path(path).exists() else ""

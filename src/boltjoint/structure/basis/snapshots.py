@@ -112,8 +112,8 @@ def uniform_modes(candidates: Candidates, stiffness: Array, count: int) -> Array
     start, spring = initial_guess(candidates), stiffness * candidates.loaded
     none = np.zeros_like(spring)
     held = ((none, none), (spring, none), (spring, spring))
-    found = [_stuck(candidates, *springs).modes(count, start)[1] for springs in held]
-    return np.concatenate(found, axis=1)
+    vectors = [_stuck(candidates, *springs).modes(count, start)[1] for springs in held]
+    return np.concatenate(vectors, axis=1)
 
 
 def pattern_snapshots(

@@ -48,12 +48,12 @@ def make(description: Described, folder: Path) -> tuple[xr.Dataset, Structure]:
         If it is no structure.
     """
     own, name = maker(description.type), description.type
-    made = own.make(description, folder)
-    if isinstance(made, Structure):
-        structure = made if made.maker else replace(made, maker=name)
+    outcome = own.make(description, folder)
+    if isinstance(outcome, Structure):
+        structure = outcome if outcome.maker else replace(outcome, maker=name)
         return contact_to_dataset(structure), structure
-    structure = own.structure_of(made)
-    return made if name == DEFAULT else made.assign_attrs(maker=name), structure
+    structure = own.structure_of(outcome)
+    return outcome if name == DEFAULT else outcome.assign_attrs(maker=name), structure
 
 
 def structure_of(assembly: xr.Dataset | Structure) -> Structure:
@@ -76,8 +76,8 @@ def structure_of(assembly: xr.Dataset | Structure) -> Structure:
 
 def loaded_nodes(assembly: xr.Dataset) -> np.ndarray:
     """Numbers of the nodes where forces may act: all where the maker says nothing."""
-    known = getattr(maker(assembly.attrs.get("maker", DEFAULT)), "loaded_nodes", None)
-    return known(assembly) if known else np.arange(assembly.sizes["node"])
+    own = getattr(maker(assembly.attrs.get("maker", DEFAULT)), "loaded_nodes", None)
+    return own(assembly) if own else np.arange(assembly.sizes["node"])
 
 
 def load_on_surface(assembly: xr.Dataset, surface: str) -> np.ndarray:
@@ -89,16 +89,16 @@ def load_on_surface(assembly: xr.Dataset, surface: str) -> np.ndarray:
         If the maker of the assembly knows no such surface.
     """
     name = assembly.attrs.get("maker", DEFAULT)
-    known = getattr(maker(name), "load_on_surface", None)
-    if known is None:
+    own = getattr(maker(name), "load_on_surface", None)
+    if own is None:
         raise ValueError(f"assembly of type {name} has no surface called {surface}")
-    return known(assembly, surface)
+    return own(assembly, surface)
 
 
 def families_of(structure: Structure, q: np.ndarray) -> Families:
     """Families of elastic modes q, shape (dofs, modes)."""
-    known = getattr(maker(structure.maker), "families_of", None) if structure.maker else None
-    return known(structure, q) if known else Families(np.full(q.shape[1], ELASTIC))
+    own = getattr(maker(structure.maker), "families_of", None) if structure.maker else None
+    return own(structure, q) if own else Families(np.full(q.shape[1], ELASTIC))
 
 
 def that_respond(structure: Structure, q: np.ndarray) -> np.ndarray:
@@ -124,8 +124,8 @@ def move_in(largest: np.ndarray, *places: Sequence[np.ndarray]) -> np.ndarray:
     places
         Places of each group, the modes at its places, shape (places, modes); without places all do.
     """
-    found = np.ones(largest.shape, dtype=bool)
+    moving = np.ones(largest.shape, dtype=bool)
     for group in places:
         if len(group):
-            found &= abs(np.asarray(group)).max(axis=0) > checks.ROUNDING_OF_MODES * largest
-    return found
+            moving &= abs(np.asarray(group)).max(axis=0) > checks.ROUNDING_OF_MODES * largest
+    return moving

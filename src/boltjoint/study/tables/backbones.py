@@ -273,7 +273,7 @@ def tabulate_residuals(calibration: xr.Dataset) -> pd.DataFrame:
     quantities = _words(calibration, "curve_quantity", "curve_quantity")
     resonances = checks.index_variable("calibration", calibration, "curve_resonance", ("curve",))
     of_point = checks.index_variable("calibration", calibration, "curve_of_point", ("point",))
-    found = {key: _numbers(calibration, key, "curve", "curve_quantity") for key in _RESIDUALS}
+    statistics = {key: _numbers(calibration, key, "curve", "curve_quantity") for key in _RESIDUALS}
     return pd.DataFrame(
         [
             {
@@ -281,10 +281,10 @@ def tabulate_residuals(calibration: xr.Dataset) -> pd.DataFrame:
                 "resonance": int(resonances[i]),
                 "points": int((of_point == i).sum()),
                 "quantity": quantity,
-                "rms_error_percent": 100 * found["rms_error"][i, j],
-                "over_stated_scatter": max(found["reduced_chi2"][i, j], 0.0) ** 0.5,
-                "probability_of_size": found["size_probability"][i, j],
-                "probability_of_runs": found["runs_probability"][i, j],
+                "rms_error_percent": 100 * statistics["rms_error"][i, j],
+                "over_stated_scatter": max(statistics["reduced_chi2"][i, j], 0.0) ** 0.5,
+                "probability_of_size": statistics["size_probability"][i, j],
+                "probability_of_runs": statistics["runs_probability"][i, j],
             }
             for i, name in enumerate(names)
             for j, quantity in enumerate(quantities)

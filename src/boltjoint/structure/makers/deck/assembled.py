@@ -85,8 +85,8 @@ def constrain(
     cuts = []
     for section in deck.pretension:
         if section.surface is not None:
-            mesh, found = cut(mesh, section)
-            cuts.append(found)
+            mesh, section_cut = cut(mesh, section)
+            cuts.append(section_cut)
     bolt_beams = beams.bolt_beams(deck)
     unknowns = _unknowns(
         deck, mesh, [*(bolt.section for bolt in cuts), *(bolt.section for bolt in bolt_beams)]
@@ -190,9 +190,9 @@ def _node_of_element(deck: Deck, coupling: Coupling) -> int:
     place = deck.elements_of(coupling.reference)
     for elements in deck.elements:
         if elements.kind == "DCOUP3D":
-            found = elements.node[np.isin(elements.place, place)]
-            if found.size:
-                return int(found[0, 0])
+            node = elements.node[np.isin(elements.place, place)]
+            if node.size:
+                return int(node[0, 0])
     raise ValueError(
         f"{coupling.place}: *DISTRIBUTING COUPLING: set {coupling.reference.text} has no element "
         "DCOUP3D"

@@ -49,7 +49,7 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
     ValueError
         If a beam has no section, or none of BEAM SECTION or of PRE-TENSION SECTION.
     """
-    found = []
+    bolts = []
     of_bolts: list[int] = []
     for section in deck.pretension:
         if section.element is None:
@@ -73,7 +73,7 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
                 "*BEAM SECTION"
             )
         of_bolts.append(int(place[0]))
-        found.append(BoltBeam(nodes[0], section, beam))
+        bolts.append(BoltBeam(nodes[0], section, beam))
     for block in _beams(deck):
         others = np.setdiff1d(block.place, of_bolts)
         if others.size:
@@ -81,7 +81,7 @@ def bolt_beams(deck: Deck) -> list[BoltBeam]:
                 f"{deck.file}: {deck.numbers.name(int(others[0]))} (B31) is no bolt: beams are "
                 "read where a *PRE-TENSION SECTION, ELEMENT= tightens them"
             )
-    return found
+    return bolts
 
 
 def _beams(deck: Deck) -> Iterator:
@@ -90,25 +90,25 @@ def _beams(deck: Deck) -> Iterator:
 
 def turning_beams(deck: Deck) -> list[Indices]:
     """Ends of beams where a constraint knows a rotation: others turn freely, as bars do."""
-    known = {
+    turning = {
         int(node)
         for equation in deck.equations
         for term in equation.terms
         if term.dof > AXES
         for node in deck.nodes_of(term.node)
     }
-    known |= {deck.node_of(body.reference) for body in deck.rigid_bodies}
-    known |= {
+    turning |= {deck.node_of(body.reference) for body in deck.rigid_bodies}
+    turning |= {
         deck.node_of(coupling.reference) for coupling in deck.couplings if coupling.of_surface
     }
-    return [beam.nodes for beam in bolt_beams(deck) if known & set(beam.nodes.tolist())]
+    return [beam.nodes for beam in bolt_beams(deck) if turning & set(beam.nodes.tolist())]
 
 
 def stiffness(
     beams: Sequence[BoltBeam], unknowns: Unknowns, mesh: Mesh, pascal: float
 ) -> sparse.csc_array:
     """Stiffness of bolts: along the axis with their shortening, and bending where ends turn."""
-    found = sparse.csc_array((unknowns.size, unknowns.size))
+    total = sparse.csc_array((unknowns.size, unknowns.size))
     first = len(unknowns.sections) - len(beams)
     for number, bolt in enumerate(beams):
         material = mesh.deck.materials[bolt.beam.material.upper()]
@@ -127,15 +127,15 @@ def stiffness(
         # elongation with the shortening of the shank
         row = np.concatenate([-axes[0], axes[0], [1.0]])
         place = np.concatenate([columns.ravel(), shortening])
-        found = found + _added(E * area / length * np.outer(row, row), place, unknowns.size)
+        total = total + _added(E * area / length * np.outer(row, row), place, unknowns.size)
         ends = [unknowns.rotations(int(node)) for node in bolt.nodes]
         turned = [end for end in ends if end is not None]
         if len(turned) < len(ends):
             continue
         block = _bending(E, shear, (second, third, torsion), length, axes)
         of_ends = [part for end in range(2) for part in (columns[end], turned[end])]
-        found = found + _added(block, np.concatenate(of_ends), unknowns.size)
-    return found
+        total = total + _added(block, np.concatenate(of_ends), unknowns.size)
+    return total
 
 
 def _axes(along: Array) -> Array:
@@ -171,7 +171,7 @@ def _added(block: Array, place: Indices, size: int) -> sparse.csc_array:
 
 def spring_stiffness(mesh: Mesh, size: int, newton: float) -> sparse.csc_array:
     """Stiffness of springs SPRINGA along the lines between their nodes."""
-    deck, found = mesh.deck, sparse.csc_array((size, size))
+    deck, total = mesh.deck, sparse.csc_array((size, size))
     for spring in deck.springs:
         place = deck.elements_of(spring.elements)
         for elements in deck.elements:
@@ -188,8 +188,8 @@ def spring_stiffness(mesh: Mesh, size: int, newton: float) -> sparse.csc_array:
                 row = np.concatenate([-along, along]) / length
                 columns = (AXES * node[:, None] + np.arange(AXES)).ravel()
                 factor = spring.value * newton / mesh.metre
-                found = found + _added(factor * np.outer(row, row), columns, size)
-    return found
+                total = total + _added(factor * np.outer(row, row), columns, size)
+    return total
 
 
 def point_masses(mesh: Mesh, size: int, kilogram: float) -> sparse.csc_array:

@@ -62,28 +62,28 @@ def bolts_of(deck: Deck, wanted: "Sequence[DeckBolt] | None") -> DeckBolts:
     ValueError
         If there are none, or none of a name.
     """
-    known: DeckBolts = [
+    declared: DeckBolts = [
         SectionBolt(section.name, number) for number, section in enumerate(deck.pretension)
     ]
     if wanted is None:
-        known += _loaded_pairs(deck)
-        if not known:
+        declared += _loaded_pairs(deck)
+        if not declared:
             raise ValueError(
                 f"{deck.file} has no bolts: no *PRE-TENSION SECTION, and no opposite forces on "
                 "two reference nodes that *EQUATION joins"
             )
-        return known
-    found: DeckBolts = []
+        return declared
+    bolts: DeckBolts = []
     for described in wanted:
         if described.section is not None:
-            names = {bolt.name.upper(): bolt for bolt in known}
+            names = {bolt.name.upper(): bolt for bolt in declared}
             if described.section.upper() not in names:
-                there = ", ".join(bolt.name for bolt in known) or "none"
+                there = ", ".join(bolt.name for bolt in declared) or "none"
                 raise ValueError(
                     f"{deck.file} has no *PRE-TENSION SECTION of {described.section}; there are: "
                     f"{there}"
                 )
-            found.append(names[described.section.upper()]._replace(name=described.name))
+            bolts.append(names[described.section.upper()]._replace(name=described.name))
         else:
             couplings = described.couplings or ()
             nodes = np.array([_reference_node(deck, name) for name in couplings])
@@ -93,8 +93,8 @@ def bolts_of(deck: Deck, wanted: "Sequence[DeckBolt] | None") -> DeckBolts:
                     f"{deck.file}: couplings {', '.join(couplings)} of bolt {described.name} have "
                     "no opposite forces by *CLOAD, which tell its direction"
                 )
-            found.append(pair._replace(name=described.name))
-    return found
+            bolts.append(pair._replace(name=described.name))
+    return bolts
 
 
 def loads_of(deck: Deck, bolts: DeckBolts) -> Array | None:
@@ -113,7 +113,7 @@ def loads_of(deck: Deck, bolts: DeckBolts) -> Array | None:
 
 def lengths_given(deck: Deck, bolts: DeckBolts) -> list[str]:
     """Names of bolts that the deck shortens by a length instead of a force."""
-    found = []
+    names = []
     for bolt in bolts:
         if isinstance(bolt, SectionBolt):
             node = deck.node_of(deck.pretension[bolt.section].node)
@@ -121,8 +121,8 @@ def lengths_given(deck: Deck, bolts: DeckBolts) -> list[str]:
                 boundary.value and node in deck.nodes_of(boundary.nodes)
                 for boundary in deck.boundaries
             ):
-                found.append(bolt.name)
-    return found
+                names.append(bolt.name)
+    return names
 
 
 def _reference_node(deck: Deck, name: str) -> int:
@@ -245,8 +245,8 @@ def cut(mesh: Mesh, section: PretensionSection) -> tuple[Mesh, Cut]:
         copied=np.concatenate([mesh.copied, mesh.origin[faces.nodes]]),
     )
     element = int(faces.element[0])
-    found = Cut(section, faces.nodes, copy_of[faces.nodes], normal, centre, area, element)
-    return parted, found
+    section_cut = Cut(section, faces.nodes, copy_of[faces.nodes], normal, centre, area, element)
+    return parted, section_cut
 
 
 def _beyond(mesh: Mesh, faces: Faces, centre: Array, normal: Array) -> Indices:
@@ -259,8 +259,8 @@ def _beyond(mesh: Mesh, faces: Faces, centre: Array, normal: Array) -> Indices:
         corners = solid.node[touching][:, : solid.kind.corners]
         height = (mesh.coordinate[corners].mean(axis=1) - centre) @ normal
         beyond.append(solid.place[touching[height > 0]])
-    found = np.concatenate(beyond)
-    return np.setdiff1d(found, faces.element)
+    element = np.concatenate(beyond)
+    return np.setdiff1d(element, faces.element)
 
 
 def _check_sides(mesh: Mesh, faces: Faces, beyond: Indices, name: str, place: str) -> None:

@@ -105,26 +105,29 @@ def tie(
     node = np.setdiff1d(node, twice)
     size = float(np.sqrt(np.linalg.norm(faces.area_vectors(mesh.coordinate), axis=1).mean()))
     if tolerance is None:
-        given = pair.tolerance
-        tolerance = TOLERANCE * size if given is None else mesh.metre * given
-    found = project(mesh.coordinate[node], faces, mesh.coordinate)
-    within = found.distance <= tolerance
+        of_deck = pair.tolerance
+        tolerance = TOLERANCE * size if of_deck is None else mesh.metre * of_deck
+    projection = project(mesh.coordinate[node], faces, mesh.coordinate)
+    within = projection.distance <= tolerance
     if not within.any():
-        nearest = found.distance.min(initial=np.inf) * 1e3
+        nearest = projection.distance.min(initial=np.inf) * 1e3
         raise ValueError(
             f"{pair.place}: *TIE {pair.name}: no slave lies within {1e3 * tolerance:.4g} mm of the "
             f"master: the nearest is {nearest:.4g} mm away"
         )
     node = node[within]
-    found = Projection(
-        found.face[within], found.parent[within], found.point[within], found.distance[within]
+    projection = Projection(
+        projection.face[within],
+        projection.parent[within],
+        projection.point[within],
+        projection.distance[within],
     )
     farthest = {"near": ADJUSTED * size, "all": np.inf, "none": -1.0}[adjust]
-    adjusted = found.distance <= (farthest if pair.is_adjusted else -1.0)
+    adjusted = projection.distance <= (farthest if pair.is_adjusted else -1.0)
     moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()
-    moved[node[adjusted]] += (found.point - mesh.coordinate[node])[adjusted]
+    moved[node[adjusted]] += (projection.point - mesh.coordinate[node])[adjusted]
     mesh = replace(mesh, moved=moved)
-    follows, _ = motion(mesh.coordinate[node], found, faces, mesh.coordinate)
+    follows, _ = motion(mesh.coordinate[node], projection, faces, mesh.coordinate)
     columns = (AXES * node[:, None] + np.arange(AXES)).ravel()
     own = sparse.csr_array(
         (np.ones(columns.size), (np.arange(columns.size), columns)), shape=follows.shape
@@ -134,8 +137,8 @@ def tie(
         pair.name,
         node,
         int(np.count_nonzero(~within)),
-        float(found.distance[adjusted].max(initial=0.0)),
-        float(found.distance.max(initial=0.0)),
+        float(projection.distance[adjusted].max(initial=0.0)),
+        float(projection.distance.max(initial=0.0)),
         tolerance,
     )
     return mesh, Rows(sparse.csr_array(own - follows), columns, f"tie {pair.name}"), tied
@@ -310,9 +313,9 @@ def bodies(mesh: Mesh) -> Indices:
     shape = (mesh.node_count, mesh.node_count)
     graph = sparse.coo_array((np.ones(len(row), np.int8), (row, column)), shape=shape)
     part = connected_components(graph.tocsr(), directed=False)[1]
-    found = np.full(mesh.node_count, -1)
-    found[mesh.nodes] = np.unique(part[mesh.nodes], return_inverse=True)[1].ravel()
-    return found
+    body = np.full(mesh.node_count, -1)
+    body[mesh.nodes] = np.unique(part[mesh.nodes], return_inverse=True)[1].ravel()
+    return body
 
 
 def motions_of_bodies(mesh: Mesh, unknowns: Unknowns, body: Indices) -> sparse.csc_array:

@@ -247,12 +247,12 @@ class Deck:
 
     def node_of(self, reference: Reference) -> int:
         """The one node that a number or the name of a set of one stands for."""
-        found = self.nodes_of(reference)
-        if len(found) != 1:
+        node = self.nodes_of(reference)
+        if len(node) != 1:
             raise ValueError(
-                f"{reference.place}: set {reference.text} has {len(found)} nodes: it must have one"
+                f"{reference.place}: set {reference.text} has {len(node)} nodes: it must have one"
             )
-        return int(found[0])
+        return int(node[0])
 
     def elements_of(self, reference: Reference) -> Indices:
         """Places of the elements that a number or a name stands for."""
@@ -284,10 +284,10 @@ class Deck:
     def _nodes_of_elements(self, members: Members) -> Indices:
         """Nodes of the elements of a set, of which a set of nodes is made."""
         wanted = self.element_sets.places(members.scope, members.nodes_of, members.place)
-        found = [
+        nodes = [
             elements.node[np.isin(elements.place, wanted)].ravel() for elements in self.elements
         ]
-        return np.unique(np.concatenate([*found, np.zeros(0, np.int64)]))
+        return np.unique(np.concatenate([*nodes, np.zeros(0, np.int64)]))
 
 
 def _none() -> tuple[Array, Array]:

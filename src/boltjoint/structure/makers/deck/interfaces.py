@@ -81,13 +81,13 @@ def points_of_contact(
     for interface in contact:
         points = weighted(mesh, interface)
         met[interface.name] = points
-        found = points.contact_points(
+        own_points = points.contact_points(
             surface=interface.name,
             penalty=interface.penalty_N_per_m3,
             friction_coefficient=interface.friction_coefficient,
         )
-        rows = _without_slip_in_rotation(found.relative, mesh.coordinate)
-        parts.append((found, sparse.csr_array(rows @ displacement)))
+        rows = _without_slip_in_rotation(own_points.relative, mesh.coordinate)
+        parts.append((own_points, sparse.csr_array(rows @ displacement)))
     return (
         ContactPoints(
             sparse.csr_array(sparse.vstack([rows for _, rows in parts])),
@@ -173,9 +173,9 @@ def _rigid(column: NDArray[np.int64], coordinate: Array, coincident: float) -> A
     # nodes on one spot but for rounding do not part in rotations
     size = abs(arm).max()
     arm = arm / size if size > coincident else np.zeros_like(arm)
-    found = np.zeros((len(column), 2 * DIRECTIONS))
-    found[np.arange(len(column)), axis] = 1.0
+    rigid = np.zeros((len(column), 2 * DIRECTIONS))
+    rigid[np.arange(len(column)), axis] = 1.0
     for about in range(DIRECTIONS):
         i, j = (about + 1) % DIRECTIONS, (about + 2) % DIRECTIONS
-        found[:, DIRECTIONS + about] = (axis == j) * arm[:, i] - (axis == i) * arm[:, j]
-    return found
+        rigid[:, DIRECTIONS + about] = (axis == j) * arm[:, i] - (axis == i) * arm[:, j]
+    return rigid

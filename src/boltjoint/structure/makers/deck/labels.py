@@ -58,10 +58,10 @@ class Numbering:
             If there is no such number, or only in instances: ``at``, number, and what to write.
         """
         label = np.asarray(label, np.int64)
-        known, place = self.of(scope)
-        index = np.searchsorted(known, label)
-        index[index == len(known)] = 0
-        missing = ~(known[index] == label) if len(known) else np.ones(len(label), bool)
+        labels, place = self.of(scope)
+        index = np.searchsorted(labels, label)
+        index[index == len(labels)] = 0
+        missing = ~(labels[index] == label) if len(labels) else np.ones(len(label), bool)
         if missing.any():
             raise ValueError(f"{at}: {self._missing(scope, int(label[np.argmax(missing)]))}")
         return place[index]
@@ -170,8 +170,8 @@ class Sets:
         scope, at = members.scope, members.place
         label = members.labels
         if members.is_range:
-            known = self.numbering.of(scope)[0]
-            label = known[np.isin(known, label)]
+            labels = self.numbering.of(scope)[0]
+            label = labels[np.isin(labels, label)]
         pieces = [self.numbering.places(scope, label, at)] if len(label) else []
         if members.nodes_of and self._of_elements is not None:
             pieces.append(self._of_elements(members))

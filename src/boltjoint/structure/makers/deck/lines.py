@@ -191,12 +191,12 @@ def _lines_of(
 def _options(text: str) -> tuple[str, dict[str, str]]:
     """Keyword and options of a line."""
     keyword, *options = _COMMA.split(text.strip().lstrip("*"))
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for option in options:
         name, _, value = option.partition("=")
         if name.strip():
-            found[" ".join(name.upper().split())] = value.strip().strip('"').strip()
-    return " ".join(keyword.upper().split()), found
+            values[" ".join(name.upper().split())] = value.strip().strip('"').strip()
+    return " ".join(keyword.upper().split()), values
 
 
 def _block(text: str, place: Place) -> Block:
@@ -249,8 +249,8 @@ def whole(block: Block, row: int, text: str) -> int:
 def reals(block: Block, row: int, count: int, start: int = 0) -> list[float]:
     """Real numbers of a data line from a place on, 0 where it has none."""
     values = block.fields(row)[start : start + count] if row < len(block.rows) else []
-    found = [real(block, row, value) if value else 0.0 for value in values]
-    return found + (count - len(found)) * [0.0]
+    numbers = [real(block, row, value) if value else 0.0 for value in values]
+    return numbers + (count - len(numbers)) * [0.0]
 
 
 def numbered_reals(block: Block, columns: int) -> tuple[NDArray[np.int64], Array]:
@@ -291,13 +291,13 @@ def wholes(block: Block) -> NDArray[np.int64]:
             return np.array(tokens, dtype=np.int64)
     except (ValueError, OverflowError):
         pass
-    found = [
+    numbers = [
         whole(block, row, field)
         for row in range(len(block.rows))
         for field in block.fields(row)
         if field
     ]
-    return np.array(found, np.int64)
+    return np.array(numbers, np.int64)
 
 
 def records(block: Block, length: int) -> NDArray[np.int64]:
@@ -311,18 +311,18 @@ def records(block: Block, length: int) -> NDArray[np.int64]:
     values = [[field for field in block.fields(row) if field] for row in range(len(block.rows))]
     if all(len(line) == length for line in values):
         return wholes(block).reshape(-1, length)
-    found: list[list[int]] = []
+    complete: list[list[int]] = []
     record: list[int] = []
     start = 0
     for row, of_row in enumerate(values):
         start = row if not record else start
         record += [whole(block, row, field) for field in of_row]
         if len(record) == length:
-            found.append(record)
+            complete.append(record)
             record = []
         elif len(record) > length:
             break
     if record:
         name = f"element {record[0]}"
         raise block.refused(f"{name} has {len(record) - 1} nodes instead of {length - 1}", start)
-    return np.array(found, np.int64).reshape(-1, length)
+    return np.array(complete, np.int64).reshape(-1, length)

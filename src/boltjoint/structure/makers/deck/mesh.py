@@ -80,13 +80,13 @@ class Faces:
 
     def area_vectors(self, coordinate: Array) -> Array:
         """Areas times outward normals [m2], shape (faces, 3)."""
-        found = np.zeros((len(self), 3))
+        vectors = np.zeros((len(self), 3))
         for row, node in self.alike():
             rule, shape = FACE_RULES[node.shape[1]], FACE_FUNCTIONS[node.shape[1]]
             slopes = np.einsum("qan,fnk->fqak", shape.slopes(rule.point), coordinate[node])
             normal = np.cross(slopes[:, :, 0], slopes[:, :, 1])
-            found[row] = np.einsum("q,fqk->fk", rule.weight, normal)
-        return found
+            vectors[row] = np.einsum("q,fqk->fk", rule.weight, normal)
+        return vectors
 
     def nodal_areas(self, coordinate: Array) -> tuple[Indices, Array]:
         """Nodes of the faces, and of each the area that its shape functions weigh [m2]."""
@@ -101,11 +101,11 @@ class Faces:
 
     def centres(self, coordinate: Array) -> Array:
         """Middles of the corners, shape (faces, 3)."""
-        found = np.zeros((len(self), 3))
+        centre = np.zeros((len(self), 3))
         for row, node in self.alike():
             corners = node[:, : 3 if node.shape[1] in (3, 6) else 4]
-            found[row] = coordinate[corners].mean(axis=1)
-        return found
+            centre[row] = coordinate[corners].mean(axis=1)
+        return centre
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,8 +238,8 @@ class Mesh:
         surface = self.deck.surface(reference)
         if not surface.of_nodes:
             return self.faces(reference).nodes
-        found = [self.deck.nodes_of(piece.reference) for piece in surface.pieces]
-        return np.unique(np.concatenate([*found, np.zeros(0, np.int64)]))
+        nodes = [self.deck.nodes_of(piece.reference) for piece in surface.pieces]
+        return np.unique(np.concatenate([*nodes, np.zeros(0, np.int64)]))
 
     @cached_property
     def materials(self) -> tuple[list[Material], Indices]:

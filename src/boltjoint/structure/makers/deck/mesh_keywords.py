@@ -54,15 +54,15 @@ def node(reading: Reading, block: Block) -> None:
 def element(reading: Reading, block: Block) -> None:
     """ELEMENT: kind, numbers and nodes."""
     kind = block.option("TYPE").upper()
-    known = SOLIDS | _OTHERS
-    length = (known | {own: LIKE_SOLIDS[own] for own in reading.kinds if own in LIKE_SOLIDS}).get(
+    lengths = SOLIDS | _OTHERS
+    length = (lengths | {own: LIKE_SOLIDS[own] for own in reading.kinds if own in LIKE_SOLIDS}).get(
         kind
     )
     if length is None:
         like = f": elements: {{{kind}: {kind[:5].rstrip('HMT')}}} of the assembly reads it so"
         raise block.refused(
             f"TYPE={kind} is not read{like if kind in LIKE_SOLIDS else ''}; there are: "
-            f"{', '.join(known)}"
+            f"{', '.join(lengths)}"
         )
     record = lines.records(block, length + 1)
     reading.add_elements(reading.kinds.get(kind, kind), record[:, 0], record[:, 1:], block)

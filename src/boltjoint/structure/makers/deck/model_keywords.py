@@ -166,8 +166,8 @@ def kinematic(reading: Reading, block: Block) -> None:
         bounds = [_dof(block, row, field) for field in block.fields(row) if field]
         dofs += range(bounds[0], bounds[-1] + 1)
     held = tuple(sorted({dof for dof in dofs or (1, 2, 3) if dof <= 3}))
-    found = reading.coupling._replace(kind="kinematic", dofs=held)
-    reading.deck.couplings.append(found)
+    coupling = reading.coupling._replace(kind="kinematic", dofs=held)
+    reading.deck.couplings.append(coupling)
     reading.coupling = None
 
 
@@ -178,8 +178,8 @@ def distributing(reading: Reading, block: Block) -> None:
     method = block.options.get("WEIGHTING METHOD", "UNIFORM").upper()
     if method != "UNIFORM":
         raise block.refused(f"WEIGHTING METHOD={method} is not read: UNIFORM")
-    found = reading.coupling._replace(kind="distributing", dofs=(1, 2, 3, 4, 5, 6))
-    reading.deck.couplings.append(found)
+    coupling = reading.coupling._replace(kind="distributing", dofs=(1, 2, 3, 4, 5, 6))
+    reading.deck.couplings.append(coupling)
     reading.coupling = None
 
 

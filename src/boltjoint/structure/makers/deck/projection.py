@@ -76,7 +76,7 @@ def project(point: Array, faces: Faces, coordinate: Array) -> Projection:
 
 
 def motion(
-    point: Array, found: Projection, faces: Faces, coordinate: Array
+    point: Array, projection: Projection, faces: Faces, coordinate: Array
 ) -> tuple[sparse.csr_array, Array]:
     """Displacement of points that move with faces, from that of all nodes.
 
@@ -95,16 +95,16 @@ def motion(
     """
     normals = np.zeros((len(point), 3))
     rows, columns, entries = [], [], []
-    for count in np.unique(faces.count[found.face]):
-        own = np.flatnonzero(faces.count[found.face] == count)
-        node = faces.node[found.face[own], :count]
+    for count in np.unique(faces.count[projection.face]):
+        own = np.flatnonzero(faces.count[projection.face] == count)
+        node = faces.node[projection.face[own], :count]
         shape = FACE_FUNCTIONS[count]
-        value, slope = shape.values(found.parent[own]), shape.slopes(found.parent[own])
+        value, slope = shape.values(projection.parent[own]), shape.slopes(projection.parent[own])
         tangent = slope @ coordinate[node]
         normal = np.cross(tangent[:, 0], tangent[:, 1])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         reciprocal = np.linalg.solve(tangent @ tangent.transpose(0, 2, 1), tangent)
-        offset = point[own] - found.point[own]
+        offset = point[own] - projection.point[own]
         along = np.einsum("pak,pk->pa", reciprocal, offset)
         height = np.einsum("pk,pk->p", normal, offset)
         scalar = value + np.einsum("pa,pan->pn", along, slope)

@@ -216,9 +216,9 @@ def _own_unknowns(T: sparse.csc_array, free: NDArray[np.int64]) -> NDArray[np.in
     is_free[free] = True
     coordinates = T.tocoo()
     own = is_free[coordinates.coords[0]] & (coordinates.data == 1.0)
-    found = np.full(T.shape[1], -1)
-    found[coordinates.coords[1][own]] = coordinates.coords[0][own]
-    return found
+    unknown = np.full(T.shape[1], -1)
+    unknown[coordinates.coords[1][own]] = coordinates.coords[0][own]
+    return unknown
 
 
 def _closed(
@@ -262,14 +262,14 @@ def _bolts(
     mesh, unknowns = assembled.mesh, assembled.unknowns
     deck, dofs = mesh.deck, T.shape[1]
     own = _own_unknowns(T, assembled.elimination.free)
-    found = []
+    of_structure = []
     for bolt in bolts:
         if not isinstance(bolt, SectionBolt):
             force = np.zeros(unknowns.size)
             for node, sign in zip(bolt.node, (1.0, -1.0), strict=True):
                 force[unknowns.translations(np.array(node))] += sign * bolt.direction
             place = mesh.coordinate[bolt.node].mean(axis=0)
-            found.append(Bolt(bolt.name, T.T @ force, None, bolt.direction, place))
+            of_structure.append(Bolt(bolt.name, T.T @ force, None, bolt.direction, place))
             continue
         section = deck.pretension[bolt.section]
         node = deck.node_of(section.node)
@@ -283,8 +283,8 @@ def _bolts(
         else:
             beam = next(one for one in assembled.beams if one.section is section)
             values = _of_beam(description, mesh, beam)
-        found.append(Bolt(bolt.name, load, locked, *values))
-    return tuple(found)
+        of_structure.append(Bolt(bolt.name, load, locked, *values))
+    return tuple(of_structure)
 
 
 def _of_beam(

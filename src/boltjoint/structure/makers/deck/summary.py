@@ -62,17 +62,17 @@ def described_mesh(description: "Description", folder: Path) -> Mesh:
                     f"{deck.file} has no *MATERIAL {material.name}; there are: {there}"
                 )
             deck.materials[key] = Material(material.name, Place(deck.file, 1))
-        found = deck.materials[key]
+        of_deck = deck.materials[key]
         modulus = _in_unit(material.youngs_modulus_GPa, 1e9 / description.units.pascal)
         ratio, density = (
             material.poissons_ratio,
             _in_unit(material.density_kg_per_m3, length**3 / mass),
         )
         deck.materials[key] = replace(
-            found,
-            youngs_modulus=found.youngs_modulus if modulus is None else modulus,
-            poissons_ratio=found.poissons_ratio if ratio is None else ratio,
-            density=found.density if density is None else density,
+            of_deck,
+            youngs_modulus=of_deck.youngs_modulus if modulus is None else modulus,
+            poissons_ratio=of_deck.poissons_ratio if ratio is None else ratio,
+            density=of_deck.density if density is None else density,
         )
     return mesh_of(deck, length)
 
@@ -93,7 +93,7 @@ def supports_of(description: "Description", deck: Deck) -> Sequence[Boundary]:
         return []
     if wanted == "from deck":
         return [boundary for boundary in deck.boundaries if boundary.step == 0]
-    found = []
+    supports = []
     for name in wanted:
         reference = Reference(name, "", Place(deck.file, 0))
         if deck.node_sets.key("", name) is None and not name.isdigit():
@@ -101,5 +101,5 @@ def supports_of(description: "Description", deck: Deck) -> Sequence[Boundary]:
             raise ValueError(f"{deck.file} has no *NSET {name}; there are: {there}")
         if not np.size(deck.nodes_of(reference)):
             raise ValueError(f"{deck.file}: *NSET {name} has no nodes that could be held")
-        found.append(Boundary(reference, 1, 3, 0.0, 0))
-    return found
+        supports.append(Boundary(reference, 1, 3, 0.0, 0))
+    return supports

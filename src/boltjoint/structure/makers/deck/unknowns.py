@@ -249,8 +249,8 @@ def _solve(
     for start in range(0, len(touched), _BLOCK):
         block = others[:, touched[start : start + _BLOCK]]
         parts.append(sparse.csc_array(_without_rounding(-factors.solve(block.toarray()))))
-    found = sparse.hstack(parts, format="coo") if parts else sparse.coo_array((len(solved), 0))
-    entries = found.data, (solved[found.coords[0]], touched[found.coords[1]])
+    solution = sparse.hstack(parts, format="coo") if parts else sparse.coo_array((len(solved), 0))
+    entries = solution.data, (solved[solution.coords[0]], touched[solution.coords[1]])
     return sparse.csc_array(one + sparse.coo_array(entries, shape=(size, size)).tocsc())
 
 

@@ -85,7 +85,7 @@ def add_bolt(
     """
     bolts, layers = assembly.bolts, assembly.mesh.layers_in_head
     plan = bolt_plan(radii_of(assembly), divisions_of(assembly)).moved(axis)
-    under_nut, under_head = (_washer_levels(assembly, which) for which in ("nut", "head"))
+    under_nut, under_head = (_washer_levels(assembly, end) for end in ("nut", "head"))
     lower, upper = levels_of(assembly)
     washer_below, washer_above = lower[0] - under_nut[::-1], upper[-1] + under_head
     shank_a = blocks.add(parts[0], plan.shank, np.concatenate([washer_below[:-1], lower]))
@@ -104,10 +104,10 @@ def add_bolt(
     return np.stack([shank_a[-1], shank_b[0]], axis=-1)
 
 
-def _washer_levels(assembly: "Assembly", which: str) -> Array:
+def _washer_levels(assembly: "Assembly", end: str) -> Array:
     """Levels of the washer under head or nut, from the bar on [m]; 0 alone where there is none."""
     washer = assembly.bolts.washer
-    if washer is None or which not in washer.under:
+    if washer is None or end not in washer.under:
         return np.zeros(1)
     return np.linspace(0.0, _MM * washer.thickness_mm, int(assembly.layers_in_washer) + 1)
 

@@ -13,5 +13,5 @@ def facts_of(described: Matrices) -> dict[str, float | str | tuple[float, ...]]:
     return {
         "matrices from": ", ".join(described.named_files),
         "bolts": described.bolt_count,
-        **{kind: ", ".join(found) or "none" for kind, found in names.items()},
+        **{kind: ", ".join(values) or "none" for kind, values in names.items()},
     }

@@ -111,7 +111,7 @@ class Mat5File:
 
     @cached_property
     def _heads(self) -> dict[str, Head]:
-        found, place = {}, _HEADER
+        heads, place = {}, _HEADER
         end = self._path.stat().st_size
         with open(self._path, "rb") as file:
             while place < end:
@@ -126,11 +126,11 @@ class Mat5File:
                 if is_packed:
                     start = zlib.decompressobj().decompress(start, _HEAD)[_TAG:]
                 name, head = self._described(start, element._replace(start=place + _TAG))
-                found[name] = head
+                heads[name] = head
                 place = after
         # what MATLAB keeps for itself
-        found.pop("", None)
-        return found
+        heads.pop("", None)
+        return heads
 
     def _described(self, content: bytes, element: Element) -> tuple[str, Head]:
         """Name and head of a matrix, of its first bytes."""

@@ -44,7 +44,7 @@ class NpzFile:
     @cached_property
     def _arrays(self) -> dict[str, tuple[tuple[int, ...], np.dtype]]:
         """Shape and type of all arrays."""
-        found = {}
+        arrays = {}
         with ZipFile(self._path) as archive:
             for member in archive.infolist():
                 if not member.filename.endswith(_SUFFIX):
@@ -57,8 +57,8 @@ class NpzFile:
                 name = member.filename.removesuffix(_SUFFIX)
                 if dtype.kind != "O" and prod(shape) * dtype.itemsize > member.file_size:
                     raise UnsuitableVariable(f"holds fewer numbers of {name} than it declares")
-                found[name] = shape, dtype
-        return found
+                arrays[name] = shape, dtype
+        return arrays
 
     def names(self) -> list[str]:
         if "format" in self._arrays and "shape" in self._arrays:
@@ -120,7 +120,7 @@ class NpzFile:
 
     def _array(self, name: str) -> NDArray:
         with ZipFile(self._path) as archive, archive.open(f"{name}{_SUFFIX}") as file:
-            found = np.lib.format.read_array(file, allow_pickle=False)
+            array = np.lib.format.read_array(file, allow_pickle=False)
             # the end of the file, where its checksum is compared
             file.read(1)
-        return found
+        return array

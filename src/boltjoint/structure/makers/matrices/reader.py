@@ -139,15 +139,15 @@ class Reader:
             value: Any = self._file(variable).read(variable)
         if not sparse.issparse(value):
             return sparse.csc_array(checks.array(place, value, shape))
-        found = sparse.csc_array(value, dtype=float)
-        found.sum_duplicates()
-        wrong = np.flatnonzero(~np.isfinite(found.data))
+        compressed = sparse.csc_array(value, dtype=float)
+        compressed.sum_duplicates()
+        wrong = np.flatnonzero(~np.isfinite(compressed.data))
         if wrong.size:
-            row = int(found.indices[wrong[0]])
-            column = int(np.searchsorted(found.indptr, wrong[0], side="right")) - 1
-            number = found.data[wrong[0]]
+            row = int(compressed.indices[wrong[0]])
+            column = int(np.searchsorted(compressed.indptr, wrong[0], side="right")) - 1
+            number = compressed.data[wrong[0]]
             raise ValueError(f"{place} must be finite, but is {number:g} at index {row, column}")
-        return found
+        return compressed
 
     def array(
         self, variable: str, shape: tuple[int, ...], **limits: Unpack[checks.Limits]
@@ -161,14 +161,14 @@ class Reader:
     def numbers(self, variable: str, shape: tuple[int, ...], count: int) -> NDArray[np.int64]:
         """Numbers of ``count`` things, from 0 whatever the first one is in the file."""
         first, place = self._described.numbered_from, self.place(variable)
-        found = checks.array(place, self._plain(variable, shape), shape)
-        wrong = found[(found != np.round(found)) | (found < first) | (found >= first + count)]
+        values = checks.array(place, self._plain(variable, shape), shape)
+        wrong = values[(values != np.round(values)) | (values < first) | (values >= first + count)]
         if wrong.size:
             raise ValueError(
                 f"{place} holds {wrong.flat[0]:g}: it must hold whole numbers from {first} to "
                 f"{first + count - 1}, with numbered_from: {first}"
             )
-        return found.astype(np.int64) - first
+        return values.astype(np.int64) - first
 
     def column(self, variable: str, length: int, number: int | None) -> Array:
         """A vector, or a column of a matrix, or a row where only its rows have this length."""
@@ -208,10 +208,10 @@ class Reader:
             path = self._path(variable)
             require_regular(path, int(machine_memory()), self._folder)
             self._files[name] = _FILES[path.suffix](path)
-        known = self._files[name].names()
-        if known and variable not in known:
-            raise UnsuitableVariable(f"is not there{choice(variable, known)}")
-        if not known and variable not in self._own:
+        names = self._files[name].names()
+        if names and variable not in names:
+            raise UnsuitableVariable(f"is not there{choice(variable, names)}")
+        if not names and variable not in self._own:
             raise UnsuitableVariable("is not there: the file holds one matrix, named under files")
         return self._files[name]
 

@@ -228,33 +228,33 @@ def _relative_of_nodes(
     return relative_of_pairs(sides[0], sides[1], dofs, frame)
 
 
-def _bolt(given: MatrixBolt, described: Matrices, reader: Reader, dofs: int) -> Bolt:
+def _bolt(bolt: MatrixBolt, described: Matrices, reader: Reader, dofs: int) -> Bolt:
     locked = None
-    if given.load is not None:
-        load = reader.column(given.load, dofs, given.column)
+    if bolt.load is not None:
+        load = reader.column(bolt.load, dofs, bolt.column)
         if not load.any():
-            raise ValueError(f"{reader.place(given.load)} is zero: a tension of 1 N has forces")
+            raise ValueError(f"{reader.place(bolt.load)} is zero: a tension of 1 N has forces")
     else:
-        locked = _dof(f"locked of bolt {given.name}", given.locked, described, reader, dofs)
+        locked = _dof(f"locked of bolt {bolt.name}", bolt.locked, described, reader, dofs)
         load = unit_row(locked, dofs)
-    diameter, modulus = given.shank_diameter_mm, given.youngs_modulus_GPa
-    axis = None if given.axis is None else np.array(given.axis, dtype=float)
+    diameter, modulus = bolt.shank_diameter_mm, bolt.youngs_modulus_GPa
+    axis = None if bolt.axis is None else np.array(bolt.axis, dtype=float)
     return Bolt(
-        name=given.name,
+        name=bolt.name,
         load=load,
         locked=locked,
         axis=None if axis is None else axis / np.linalg.norm(axis),
-        position=None if given.position_mm is None else 1e-3 * np.array(given.position_mm),
+        position=None if bolt.position_mm is None else 1e-3 * np.array(bolt.position_mm),
         section=None if diameter is None else pi / 4 * (1e-3 * diameter) ** 2,
         youngs_modulus=None if modulus is None else 1e9 * modulus,
     )
 
 
 def _rows(
-    given: Iterable[MatrixRow], described: Matrices, reader: Reader, dofs: int
+    points: Iterable[MatrixRow], described: Matrices, reader: Reader, dofs: int
 ) -> dict[str, Row]:
     rows = {}
-    for point in given:
+    for point in points:
         if point.row is not None:
             row = reader.column(point.row, dofs, point.column)
             if not row.any():
