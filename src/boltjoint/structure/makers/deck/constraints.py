@@ -116,12 +116,7 @@ def tie(
             f"master: the nearest is {nearest:.4g} mm away"
         )
     node = node[within]
-    projection = Projection(
-        projection.face[within],
-        projection.parent[within],
-        projection.point[within],
-        projection.distance[within],
-    )
+    projection = Projection(*(values[within] for values in projection))
     farthest = {"near": ADJUSTED * size, "all": np.inf, "none": -1.0}[adjust]
     adjusted = projection.distance <= (farthest if pair.is_adjusted else -1.0)
     moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()
