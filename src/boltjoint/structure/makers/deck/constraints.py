@@ -16,7 +16,7 @@ from boltjoint.structure.makers.deck.bolts import Cut
 from boltjoint.structure.makers.deck.content import Boundary, Coupling, Equation, Tie
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
-from boltjoint.structure.makers.deck.projection import Projection, motion, project
+from boltjoint.structure.makers.deck.projection import motion, project
 from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ def tie(
             f"master: the nearest is {nearest:.4g} mm away"
         )
     node = node[within]
-    projection = Projection(*(values[within] for values in projection))
+    projection = projection.at(within)
     farthest = {"near": ADJUSTED * size, "all": np.inf, "none": -1.0}[adjust]
     adjusted = projection.distance <= (farthest if pair.is_adjusted else -1.0)
     moved = np.zeros((mesh.node_count, AXES)) if mesh.moved is None else mesh.moved.copy()

@@ -46,6 +46,10 @@ class Projection(NamedTuple):
     point: Array
     distance: Array
 
+    def at(self, some: NDArray[np.bool_]) -> "Projection":
+        """That of some of the points, which the mask (points,) tells."""
+        return Projection(self.face[some], self.parent[some], self.point[some], self.distance[some])
+
 
 def project(point: Array, faces: Faces, coordinate: Array) -> Projection:
     """Nearest points on faces.
