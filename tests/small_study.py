@@ -138,7 +138,7 @@ SALTELLI = {
         "loss_factor": {"kind": "log", "lowest": 0.002, "highest": 0.02},
     },
     "levels": [20],
-    "design": {"kind": "saltelli", "number": 8},
+    "design": {"kind": "saltelli", "number": 4},
     "basis": "free-2",
     "joint": "regions=2",
     "observe": ["peaks", "converged-peaks"],

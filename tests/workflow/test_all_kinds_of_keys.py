@@ -44,7 +44,7 @@ FORCED = CASE | {
 SWEEP = {
     "case": "forced",
     "vary": VARY,
-    "design": {"kind": "latin-hypercube", "number": 75, "seed": 1},
+    "design": {"kind": "latin-hypercube", "number": 42, "seed": 3},
     "basis": "free-2",
     "joint": "regions=3/elements=2",
     "observe": ["peaks", "contact-states"],
@@ -60,7 +60,7 @@ def sweep(project, tmp_path_factory):
     write(folder / "config/sweeps/kinds.yaml", SWEEP)
     write(folder / "config/config.yaml", SETTINGS | {"cases": ["forced"], "sweeps": ["kinds"]})
     said = run(folder, "results/sweeps/kinds/sweep.nc")
-    assert "75 designs with 16 joints (2 meshes, 4 tightenings of bolts)" in said
+    assert "42 designs with 16 joints (2 meshes, 4 tightenings of bolts)" in said
     return dataset.load(folder / "results/sweeps/kinds/sweep.nc")
 
 
@@ -97,7 +97,7 @@ def alone(design):
 
 def test_each_design_is_what_it_is_as_a_case_of_its_own(sweep):
     possible = np.flatnonzero(sweep["reason"] == "")
-    assert possible.size == 50
+    assert possible.size == 28
     for row in possible:
         design = sweep.isel(design=row)
         response = alone(design)
@@ -109,7 +109,7 @@ def test_each_design_is_what_it_is_as_a_case_of_its_own(sweep):
 
 def test_impossible_designs_are_told(sweep):
     short = sweep.isel(design=np.flatnonzero(sweep["bar_lap"] == 0.05))
-    assert short.sizes["design"] == 25
+    assert short.sizes["design"] == 14
     assert not np.isfinite(short["peak_amplitude"]).any()
     (reason,) = set(short["reason"].to_numpy().tolist())
     assert reason.startswith(
