@@ -1,4 +1,7 @@
-"""The site is built without a warning, needs no network, and all its links lead somewhere."""
+"""The site is built without a warning, needs no network, and all its links lead somewhere.
+
+``BOLTJOINT_SITE`` names the folder of a site that ``make site`` has built, which is read instead.
+"""
 
 import os
 import re
@@ -41,6 +44,8 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """The built site; its examples are not executed, which tests of their own do."""
+    if "BOLTJOINT_SITE" in os.environ:
+        return ROOT / os.environ["BOLTJOINT_SITE"]
     pytest.importorskip("sphinx")
     copy = tmp_path_factory.mktemp("site")
     ignored = shutil.ignore_patterns("examples", "reference", "__pycache__")
