@@ -126,6 +126,21 @@ class DampingMatrix:
             if power != 0
         )
 
+    def along(self, motion: Array, w: Array | float) -> Array:
+        """``H(w) x`` of motions x, at a frequency [rad/s] or one of each, shape (motions, modes).
+
+        Frequencies of each have the shape (motions, 1).
+        """
+        forces = (factor * w**power * (motion @ H.T) for power, factor, H in self.terms)
+        return sum(forces, np.zeros_like(motion))
+
+    def derivative_along(self, motion: Array, w: Array | float) -> Array:
+        """Derivative of ``along`` by the frequency."""
+        rates = DampingMatrix(
+            Term(power - 1, power * factor, H) for power, factor, H in self.terms if power
+        )
+        return rates.along(motion, w)
+
     def work(self, w: float, s: Array, c: Array) -> float:
         """``s^T H s + c^T H c``, the energy lost in a period over pi [J]."""
         return sum(

@@ -91,6 +91,15 @@ class Components(tuple[str, ...]):
             place[[s, c]], sign[[s, c]] = (c, s), (-1.0, 1.0)
         return place, sign
 
+    def later(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A motion a quarter of each period later, shape (components, ...)."""
+        place, sign = self._quarter_later
+        return sign[:, None] * self.rows(x)[place]
+
+    @cached_property
+    def _quarter_later(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        return self.quarter_later()
+
     @cached_property
     def phase_derivative(self) -> NDArray[np.float64]:
         """Matrix that gives the components of the derivative by the phase, as the function."""

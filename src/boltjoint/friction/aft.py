@@ -194,7 +194,7 @@ class AlternatingFrequencyTime(FrictionLaw):
 
     def _period(self, w: float) -> Period:
         """The period at a frequency [rad/s], as the elements take it."""
-        return Period(w, self.components, self._tables)
+        return Period(w, self.components, lambda: self._tables)
 
     @cached_property
     def _synthesis(self) -> Array:

@@ -30,13 +30,18 @@ class Period:
         Frequency of the motion [rad/s].
     components
         Harmonic coefficients of motion and force.
-    tables
-        These components at the samples.
+    make_tables
+        Gives these components at the samples, where they are needed: they take room.
     """
 
     frequency: float
     components: Components
-    tables: SampleTables
+    make_tables: Callable[[], SampleTables]
+
+    @property
+    def tables(self) -> SampleTables:
+        """The components at the samples."""
+        return self.make_tables()
 
 
 class ClosedForm(ABC):

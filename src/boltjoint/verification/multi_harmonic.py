@@ -17,7 +17,7 @@ import xarray as xr
 from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
-from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, Number
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.dynamics.response.harmonic_convergence import converge_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 class ViscousBalance(HarmonicBalance):
     """``HarmonicBalance`` of sampled friction with viscous damping ``h H(w)`` of the harmonic h."""
 
-    def _damping_of(self, harmonic: int, w: float) -> tuple[int, float]:
+    def _damping_of(self, harmonic: Number, w: float) -> tuple[Number, Number]:
         """``h H(w)``: the damping of the harmonic h under ``C = H(w) / w``."""
         return harmonic, w
 

@@ -21,8 +21,8 @@ from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import Derivative, LazyJacobian
 
 #: a matrix or a number, and one of each harmonic
-_Number = NDArray[np.float64] | float
-_ByHarmonic = Callable[[int], _Number]
+Number = NDArray[np.float64] | float
+_ByHarmonic = Callable[[int], Number]
 
 
 @dataclass(frozen=True)
@@ -128,12 +128,7 @@ class HarmonicBalance:
 
     def dynamic_stiffness(self, w: float) -> NDArray[np.float64]:
         """The linear part of the equations at w, shape (components * modes,) * 2."""
-        matrix = self._static_stiffness.copy()
-        np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
-        if self.damping_matrix.varying is not None:
-            varying = self.damping_matrix.varying
-            self._add_damping(matrix, lambda h: self._damping(varying, h, w))
-        return matrix
+        return self._add_linear_part(None, w, self.damping_matrix)
 
     def linear_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """``dynamic_stiffness(w) @ x``, harmonic by harmonic."""
@@ -144,7 +139,8 @@ class HarmonicBalance:
 
     def damping_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Force of the damping of the structure at w, shape of x."""
-        return self._turned(x, lambda h: self._damping(self.damping_matrix, h, w))
+        factor, frequency = self._damping_of(self._number, w)
+        return (factor * self.damping_matrix.along(self.components.later(x), frequency)).ravel()
 
     def residual(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """Residual of the equations at x and w, shape of x."""
@@ -162,7 +158,8 @@ class HarmonicBalance:
         force, tangent = self.contact.force_and_tangent(x, at)
         residual = self.linear_force(x, w) + force - self.modal_force
         return residual, Derivative(
-            lambda: self.dynamic_stiffness(w) + tangent(),
+            # in place, of a matrix that may be as large as there is room for
+            lambda: self._add_linear_part(tangent(), w, self.damping_matrix),
             lambda dx: self.linear_force(dx, w) + tangent.along(dx),
         )
 
@@ -190,8 +187,9 @@ class HarmonicBalance:
         varying = self.damping_matrix.varying
         if varying is not None:
             # either the factor or the frequency is the number of the harmonic, the other 1 or w
-            change = self._turned(x, lambda h: h * varying.derivative(self._damping_of(h, w)[1]))
-            derivative += change
+            _, frequency = self._damping_of(self._number, w)
+            change = varying.derivative_along(self.components.later(x), frequency)
+            derivative += (self._number * change).ravel()
         of_contact = self.contact.frequency_derivative(x, w)
         return derivative if of_contact is None else derivative + of_contact
 
@@ -216,11 +214,12 @@ class HarmonicBalance:
             the frequency w of further terms, and their matrices, shape (terms, n, n).
         """
         terms = () if self.damping_matrix.varying is None else self.damping_matrix.varying.terms
-        varying = np.zeros((len(terms), *self._static_stiffness.shape))
+        static = self._add_linear_part(None, 0.0, self.damping_matrix.constant)
+        varying = np.zeros((len(terms), *static.shape))
         for matrix, term in zip(varying, terms, strict=True):
             self._add_damping(matrix, _by_harmonic(term))
         power = np.array([term.power for term in terms], dtype=float)
-        return self._static_stiffness, self._harmonic, power, varying
+        return static, self._harmonic, power, varying
 
     @cached_property
     def _mean(self) -> slice | None:
@@ -242,13 +241,18 @@ class HarmonicBalance:
     def _constant_complex_stiffness(self) -> NDArray[np.complex128]:
         return np.asarray(self.stiffness + 1j * self.damping_matrix.constant.at(0.0), complex)
 
-    @cached_property
-    def _static_stiffness(self) -> NDArray[np.float64]:
-        """Elasticity and constant damping: the linear part of the equations at zero frequency."""
-        matrix = np.asarray(np.kron(np.eye(len(self.components)), self.stiffness), float)
+    def _add_linear_part(
+        self, matrix: NDArray[np.float64] | None, w: float, damping: DampingMatrix
+    ) -> NDArray[np.float64]:
+        """The linear part of the equations at w, added to a matrix in place, or to zero."""
+        matrix = np.zeros((self._harmonic.size,) * 2) if matrix is None else matrix
+        blocks = matrix.reshape((len(self.components), len(self.stiffness)) * 2)
+        of_components = np.einsum("iris->irs", blocks)
+        of_components += self.stiffness
         if self._mean is not None:
-            matrix[self._mean, self._mean] = self.stiffness_of_mean
-        self._add_damping(matrix, lambda h: self._damping(self.damping_matrix.constant, h, 0.0))
+            matrix[self._mean, self._mean] += self.stiffness_of_mean - self.stiffness
+        np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
+        self._add_damping(matrix, lambda h: self._damping(damping, h, w))
         return matrix
 
     def _add_damping(self, matrix: NDArray[np.float64], damping: _ByHarmonic) -> None:
@@ -259,23 +263,19 @@ class HarmonicBalance:
             blocks[sin, :, cos, :] -= H
             blocks[cos, :, sin, :] += H
 
-    def _turned(self, x: NDArray[np.float64], damping: _ByHarmonic) -> NDArray[np.float64]:
-        """Force of the H of each harmonic on a motion x."""
-        q = self.components.rows(x)
-        force = np.zeros_like(q)
-        for harmonic, sin, cos in self.components.harmonics:
-            H = damping(harmonic)
-            force[sin], force[cos] = -np.dot(H, q[cos]), np.dot(H, q[sin])
-        return force.ravel()
+    @cached_property
+    def _number(self) -> NDArray[np.float64]:
+        """Number of the harmonic of each component; 1 of the bias, which nothing damps."""
+        return np.maximum(self.components.number, 1.0)[:, None]
 
-    def _damping(self, matrix: DampingMatrix, harmonic: int, w: float) -> _Number:
+    def _damping(self, matrix: DampingMatrix, harmonic: int, w: float) -> Number:
         """H of a harmonic [rad^2/s^2]."""
         factor, frequency = self._damping_of(harmonic, w)
-        return factor * matrix.at(frequency)
+        return factor * matrix.at(float(frequency))
 
-    def _damping_of(self, harmonic: int, w: float) -> tuple[int, float]:
-        """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of a harmonic."""
-        return 1, harmonic * w
+    def _damping_of(self, harmonic: Number, w: float) -> tuple[Number, Number]:
+        """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of harmonics."""
+        return 1.0, harmonic * w
 
 
 def _by_harmonic(term: Term) -> _ByHarmonic:

@@ -1,0 +1,197 @@
+"""Compiled loops of AFT in modal coordinates: sliders followed, and sums of their derivatives."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.compiled import kept_loop
+from boltjoint.friction.sliders_at_samples import (
+    CLOSING,
+    SEPARATION,
+    SLIP_NEGATIVE,
+    SLIP_POSITIVE,
+    STICK,
+    Array,
+    move_through_period,
+    slider_derivative,
+)
+
+
+@kept_loop
+def sum_stiffness(
+    of_state: Array, R: Array, X: Array, N: Array, V: Array, stiffness: Array
+) -> None:
+    """Add the stiffness of the elements from where states begin to where they end, to zeros."""
+    samples, modes = stiffness.shape[:2]
+    for row in range(len(of_state)):
+        begin, e, end = int(of_state[row, 0]), int(of_state[row, 1]), int(of_state[row, 4])
+        by_x, by_n = of_state[row, 2], of_state[row, 3]
+        for r in range(modes):
+            for s in range(modes):
+                k = R[e, r] * by_x * X[e, s]
+                if len(V):
+                    k += (R[e, r] * by_n + N[e, r]) * V[e, s]
+                stiffness[begin, r, s] += k
+                if end < samples:
+                    stiffness[end, r, s] -= k
+    for sample in range(1, samples):
+        stiffness[sample] += stiffness[sample - 1]
+
+
+@kept_loop
+def sum_products(
+    real: Array,
+    imaginary: Array,
+    harmonic: NDArray[np.int64],
+    is_sine: NDArray[np.bool_],
+    weight: Array,
+    products: Array,
+) -> None:
+    """Sums over the samples of products of two components and the stiffness, by its spectrum.
+
+    The spectrum is the sum with cos, less i times that with sin.
+    """
+    samples, modes = real.shape[:2]
+    for i in range(harmonic.size):
+        for j in range(harmonic.size):
+            total = (harmonic[i] + harmonic[j]) % samples
+            difference = (harmonic[i] - harmonic[j]) % samples
+            part = real if is_sine[i] == is_sine[j] else imaginary
+            of_total = weight[i] if not is_sine[i] and not is_sine[j] else -weight[i]
+            of_difference = -weight[i] if is_sine[i] and not is_sine[j] else weight[i]
+            for r in range(modes):
+                for s in range(modes):
+                    products[i, r, j, s] = (
+                        of_difference * part[difference, r, s] + of_total * part[total, r, s]
+                    )
+
+
+@kept_loop
+def sum_positions(
+    of_slider: Array,
+    held: Array,
+    first: NDArray[np.int64],
+    R: Array,
+    X: Array,
+    V: Array,
+    rows: Array,
+) -> None:
+    """Derivatives of forces by the displacement at samples, of the sliders determined there.
+
+    The changes of the sample k are those from ``first[k]`` on, of which rows has the row k.
+    """
+    modes, count = R.shape[1], held.shape[1]
+    together = np.empty((max(np.diff(first)), modes * modes))
+    for k in range(len(rows)):
+        both = together[: first[k + 1] - first[k]]
+        for number in range(len(both)):
+            change = first[k] + number
+            e = int(of_slider[change, 1])
+            by_x, by_n = of_slider[change, 2], of_slider[change, 3]
+            for s in range(modes):
+                position = by_x * X[e, s]
+                if len(V):
+                    position += by_n * V[e, s]
+                for r in range(modes):
+                    both[number, r * modes + s] = R[e, r] * position
+        np.dot(held[first[k] : first[k + 1]].T, both, rows[k].reshape(count, modes * modes))
+
+
+@kept_loop
+def subtract(by_slider: Array, tangent: Array) -> None:
+    """Take derivatives (components, modes, modes, components) from those in the order of both."""
+    count, modes = tangent.shape[:2]
+    for i in range(count):
+        for r in range(modes):
+            for j in range(count):
+                for s in range(modes):
+                    tangent[i, r, j, s] -= by_slider[i, r, s, j]
+
+
+@kept_loop
+def _set(row: Array, values: tuple[float, ...]) -> None:
+    """Set the columns of a row."""
+    for column, value in enumerate(values):
+        row[column] = value
+
+
+@kept_loop
+def follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) -> tuple:
+    """Follow the elements through the period: their friction, and where derivatives change."""
+    elements, samples = x.shape
+    state, load = np.empty(samples, dtype=np.int8), np.empty(samples)
+    of_state, of_slider = np.empty((8 * elements + 8, 5)), np.empty((4 * elements + 4, 6))
+    states = sliders = 0
+    for e in range(elements):
+        mu = friction_coefficient[e]
+        load[:] = n[e]
+        slider_sample, slider_state = move_through_period(x[e], load, mu, friction[e], state)
+        begin = 0
+        for end in range(1, samples + 1):
+            current = state[begin]
+            if end < samples and state[end] == current:
+                continue
+            if states + 1 > len(of_state):
+                of_state = np.concatenate((of_state, np.empty_like(of_state)))
+            if sliders + 2 > len(of_slider):
+                of_slider = np.concatenate((of_slider, np.empty_like(of_slider)))
+            slips = current == SLIP_NEGATIVE or current == SLIP_POSITIVE
+            if current == CLOSING:
+                slider_sample, slider_state = begin, current
+            if current != SEPARATION:
+                by_x, by_n = (0.0, current * mu) if slips else (1.0, 0.0)
+                _set(of_state[states], (float(begin), float(e), by_x, by_n, float(end)))
+                states += 1
+                if not slips and slider_state != STICK:
+                    part, by_n_before, by_n = slider_derivative(
+                        x[e], load, mu, slider_sample, slider_state
+                    )
+                    during = float(begin), float(end)
+                    at = float(slider_sample), float(e)
+                    _set(of_slider[sliders], (*at, part, by_n, *during))
+                    sliders += 1
+                    if slider_state == CLOSING:
+                        at = float((slider_sample - 1) % samples), float(e)
+                        _set(of_slider[sliders], (*at, 1.0 - part, by_n_before, *during))
+                        sliders += 1
+            if slips:
+                slider_sample, slider_state = end - 1, current
+            begin = end
+    return of_state[:states], of_slider[:sliders]
+
+
+@kept_loop
+def follow_change(
+    x: Array, n: Array, of_state: Array, of_slider: Array, friction: Array, load: Array
+) -> None:
+    """Add the changes of friction and load by those of x and n, (elements, samples).
+
+    A normal load that is constant has none.
+    """
+    varies = n.shape == x.shape
+    for row in range(len(of_state)):
+        e, by_x, by_n = int(of_state[row, 1]), of_state[row, 2], of_state[row, 3]
+        for i in range(int(of_state[row, 0]), int(of_state[row, 4])):
+            friction[e, i] += by_x * x[e, i]
+            if varies:
+                friction[e, i] += by_n * n[e, i]
+                load[e, i] += n[e, i]
+    for row in range(len(of_slider)):
+        sample, e = int(of_slider[row, 0]), int(of_slider[row, 1])
+        position = of_slider[row, 2] * x[e, sample]
+        if varies:
+            position += of_slider[row, 3] * n[e, sample]
+        for i in range(int(of_slider[row, 4]), int(of_slider[row, 5])):
+            friction[e, i] -= position
+
+
+@kept_loop
+def hold(position: Array, of_slider: Array, R: Array, held: Array) -> None:
+    """Add the forces of slider positions where they begin, and take them away where they end."""
+    samples, modes = held.shape
+    for row in range(len(of_slider)):
+        e, begin, end = int(of_slider[row, 1]), int(of_slider[row, 4]), int(of_slider[row, 5])
+        for mode in range(modes):
+            force = position[row] * R[e, mode]
+            held[begin, mode] += force
+            if end < samples:
+                held[end, mode] -= force
