@@ -72,6 +72,10 @@ except ConfigError as error:
 
 # a job has one core, on which more threads of BLAS would wait for each other
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# glibc keeps the memory of arrays of up to 32 MB: to be given it anew takes as long as what they
+# are used for
+os.environ.setdefault("MALLOC_MMAP_THRESHOLD_", str(2**25))
+os.environ.setdefault("MALLOC_TRIM_THRESHOLD_", str(2**28))
 # of this machine; what a cluster has, it knows itself
 cores = workflow.resource_settings.cores
 # jobs are asked no more

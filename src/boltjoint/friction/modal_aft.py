@@ -94,7 +94,7 @@ class ModalSliders(NamedTuple):
         friction = np.empty_like(x)
         changes = _Changes(*follow(x, n, self.friction_coefficient, friction))
         load = np.maximum(n, 0.0)
-        load -= np.maximum(self.normal_load, 0.0)[:, None]
+        load -= np.maximum(self.normal_load, 0.0)
         force = _in_modes(self, basis, friction, load)
         return force, ModalSliderTangent(self, basis, changes, (x, n, friction, load))
 
@@ -120,8 +120,8 @@ class _Changes(NamedTuple):
 class ModalSliderTangent:
     """As ``ModalTangent``, of sliders.
 
-    ``work`` has arrays for x, n, friction and load, each (elements, samples), n and load of a
-    constant load (elements, 1): new ones cost as much as what is done with them.
+    ``work`` has arrays for x, n, friction and load, each (samples, elements), n and load of a
+    constant load (1, elements): new ones cost as much as what is done with them.
     """
 
     elements: ModalSliders
@@ -146,7 +146,7 @@ class ModalSliderTangent:
         x, n, friction, load = self.work
         for rows, change_along in ((elements.X, x), (elements.V, n)):
             if rows is not None:
-                multi_dot([rows, change.T, basis.synthesis], out=change_along)
+                multi_dot([basis.synthesis.T, change, rows.T], out=change_along)
         friction[:] = load[:] = 0.0
         follow_change(x, n, *self.changes, friction, load)
         return _in_modes(elements, basis, friction, load)
@@ -219,23 +219,24 @@ def slider_delay(elements: ModalSliders, basis: HarmonicBasis, amplitude: Array)
 
 def _in_modes(elements: ModalSliders, basis: HarmonicBasis, friction: Array, load: Array) -> Array:
     """Harmonic forces on the modes of forces at the samples, shape (components, modes)."""
-    force = multi_dot([basis.synthesis, friction.T, elements.R])
+    force = multi_dot([basis.synthesis, friction, elements.R])
     if elements.N is not None:
-        force += multi_dot([basis.synthesis, load.T, elements.N])
+        force += multi_dot([basis.synthesis, load, elements.N])
     return force * basis.weight[:, None]
 
 
 def _spring_forces(
     elements: ModalSliders, amplitude: Array, basis: HarmonicBasis
 ) -> tuple[Array, Array]:
-    """Forces of the springs of the elements at the samples, each (elements, samples).
+    """Forces of the springs of the elements at the samples, each (samples, elements).
 
-    A constant normal load has the shape (elements, 1).
+    A constant normal load has the shape (1, elements).
     """
-    x = multi_dot([elements.X, amplitude.T, basis.synthesis])
-    n = elements.normal_load[:, None]
-    if elements.V is not None:
-        n = multi_dot([elements.V, amplitude.T, basis.synthesis]) + n
+    x = multi_dot([basis.synthesis.T, amplitude, elements.X.T])
+    if elements.V is None:
+        return x, elements.normal_load[None]
+    n = multi_dot([basis.synthesis.T, amplitude, elements.V.T])
+    n += elements.normal_load
     return x, n
 
 

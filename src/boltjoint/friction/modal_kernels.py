@@ -11,7 +11,7 @@ from boltjoint.friction.sliders_at_samples import (
     SLIP_POSITIVE,
     STICK,
     Array,
-    move_through_period,
+    move_slider,
     slider_derivative,
 )
 
@@ -116,46 +116,67 @@ def _set(row: Array, values: tuple[float, ...]) -> None:
 
 @kept_loop
 def follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) -> tuple:
-    """Follow the elements through the period: their friction, and where derivatives change."""
-    elements, samples = x.shape
-    state, load = np.empty(samples, dtype=np.int8), np.empty(samples)
+    """Follow the elements through the period: their friction, and where derivatives change.
+
+    One sample of all elements after another: each waits for its own slider, not for those of
+    others. A constant normal load has one sample.
+    """
+    samples, elements = x.shape
+    slider, slider_sample = np.zeros(elements), np.zeros(elements, dtype=np.int64)
+    slider_state = np.full(elements, STICK)
+    for i in range(samples):
+        x_before, x_now, n_before, n_now = x[i - 1], x[i], n[(i - 1) % len(n)], n[i % len(n)]
+        for e in range(elements):
+            slider[e], state = move_slider(
+                x_before[e], n_before[e], x_now[e], n_now[e], friction_coefficient[e], slider[e]
+            )
+            if state != STICK:
+                slider_sample[e], slider_state[e] = i, state
     of_state, of_slider = np.empty((8 * elements + 8, 5)), np.empty((4 * elements + 4, 6))
     states = sliders = 0
-    for e in range(elements):
-        mu = friction_coefficient[e]
-        load[:] = n[e]
-        slider_sample, slider_state = move_through_period(x[e], load, mu, friction[e], state)
-        begin = 0
-        for end in range(1, samples + 1):
-            current = state[begin]
-            if end < samples and state[end] == current:
-                continue
+    current, begins = np.full(elements, STICK), np.zeros(elements, dtype=np.int64)
+    for i in range(samples + 1):
+        # after the last sample all states end
+        ends, now = i == samples, i % samples
+        x_before, x_now, n_before, n_now = x[now - 1], x[now], n[(i - 1) % len(n)], n[i % len(n)]
+        for e in range(elements):
+            mu, state = friction_coefficient[e], STICK
+            if not ends:
+                slider[e], state = move_slider(
+                    x_before[e], n_before[e], x_now[e], n_now[e], mu, slider[e]
+                )
+                friction[now, e] = x_now[e] - slider[e]
+                if i == 0:
+                    current[e] = state
+                if state == current[e]:
+                    continue
             if states + 1 > len(of_state):
                 of_state = np.concatenate((of_state, np.empty_like(of_state)))
             if sliders + 2 > len(of_slider):
                 of_slider = np.concatenate((of_slider, np.empty_like(of_slider)))
-            slips = current == SLIP_NEGATIVE or current == SLIP_POSITIVE
-            if current == CLOSING:
-                slider_sample, slider_state = begin, current
-            if current != SEPARATION:
-                by_x, by_n = (0.0, current * mu) if slips else (1.0, 0.0)
-                _set(of_state[states], (float(begin), float(e), by_x, by_n, float(end)))
+            before, begin = current[e], begins[e]
+            slips = before == SLIP_NEGATIVE or before == SLIP_POSITIVE
+            if before == CLOSING:
+                slider_sample[e], slider_state[e] = begin, before
+            if before != SEPARATION:
+                by_x, by_n = (0.0, before * mu) if slips else (1.0, 0.0)
+                _set(of_state[states], (float(begin), float(e), by_x, by_n, float(i)))
                 states += 1
-                if not slips and slider_state != STICK:
+                if not slips and slider_state[e] != STICK:
+                    sample = slider_sample[e]
                     part, by_n_before, by_n = slider_derivative(
-                        x[e], load, mu, slider_sample, slider_state
+                        x[:, e], n[:, e], mu, sample, slider_state[e]
                     )
-                    during = float(begin), float(end)
-                    at = float(slider_sample), float(e)
-                    _set(of_slider[sliders], (*at, part, by_n, *during))
+                    during = float(begin), float(i)
+                    _set(of_slider[sliders], (float(sample), float(e), part, by_n, *during))
                     sliders += 1
-                    if slider_state == CLOSING:
-                        at = float((slider_sample - 1) % samples), float(e)
+                    if slider_state[e] == CLOSING:
+                        at = float((sample - 1) % samples), float(e)
                         _set(of_slider[sliders], (*at, 1.0 - part, by_n_before, *during))
                         sliders += 1
             if slips:
-                slider_sample, slider_state = end - 1, current
-            begin = end
+                slider_sample[e], slider_state[e] = i - 1, before
+            current[e], begins[e] = state, i
     return of_state[:states], of_slider[:sliders]
 
 
@@ -163,7 +184,7 @@ def follow(x: Array, n: Array, friction_coefficient: Array, friction: Array) -> 
 def follow_change(
     x: Array, n: Array, of_state: Array, of_slider: Array, friction: Array, load: Array
 ) -> None:
-    """Add the changes of friction and load by those of x and n, (elements, samples).
+    """Add the changes of friction and load by those of x and n, (samples, elements).
 
     A normal load that is constant has none.
     """
@@ -171,17 +192,17 @@ def follow_change(
     for row in range(len(of_state)):
         e, by_x, by_n = int(of_state[row, 1]), of_state[row, 2], of_state[row, 3]
         for i in range(int(of_state[row, 0]), int(of_state[row, 4])):
-            friction[e, i] += by_x * x[e, i]
+            friction[i, e] += by_x * x[i, e]
             if varies:
-                friction[e, i] += by_n * n[e, i]
-                load[e, i] += n[e, i]
+                friction[i, e] += by_n * n[i, e]
+                load[i, e] += n[i, e]
     for row in range(len(of_slider)):
         sample, e = int(of_slider[row, 0]), int(of_slider[row, 1])
-        position = of_slider[row, 2] * x[e, sample]
+        position = of_slider[row, 2] * x[sample, e]
         if varies:
-            position += of_slider[row, 3] * n[e, sample]
+            position += of_slider[row, 3] * n[sample, e]
         for i in range(int(of_slider[row, 4]), int(of_slider[row, 5])):
-            friction[e, i] -= position
+            friction[i, e] -= position
 
 
 @kept_loop

@@ -33,7 +33,7 @@ SLIP_NEGATIVE, STICK, SLIP_POSITIVE, SEPARATION, CLOSING = range(-1, 4)
 
 
 @kept_loop
-def _move_slider(
+def move_slider(
     x_before: float, n_before: float, x: float, n: float, mu: float, z: float
 ) -> tuple[float, int]:
     """Slider position after a sample, and contact state there.
@@ -61,11 +61,11 @@ def move_through_period(
     """Friction and states of a second period; sample and state that set the slider in the first."""
     z, slider_sample, slider_state = 0.0, 0, STICK
     for i in range(x.size):
-        z, current = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+        z, current = move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
         if current != STICK:
             slider_sample, slider_state = i, current
     for i in range(x.size):
-        z, state[i] = _move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
+        z, state[i] = move_slider(x[i - 1], n[i - 1], x[i], n[i], mu, z)
         friction[i] = x[i] - z
     return slider_sample, slider_state
 
