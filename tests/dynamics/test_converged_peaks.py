@@ -1,6 +1,7 @@
 """Peaks with as many harmonics as change nothing."""
 
 from dataclasses import replace
+from functools import partial
 
 import error_bars
 import numpy as np
@@ -9,6 +10,7 @@ from small_joint import connect_small, make_joint
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response import frequency_response
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import (
@@ -18,6 +20,8 @@ from boltjoint.dynamics.response.harmonic_convergence import (
     converge_peak,
 )
 from boltjoint.dynamics.response.phase_resonance import find_peak
+from boltjoint.dynamics.response.response_file import to_dataset
+from boltjoint.dynamics.response.stability import StabilityOptions
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import tabulate_joint
@@ -191,6 +195,14 @@ def test_a_peak_that_is_not_found_is_left_out(either):
     assert not found.converged
 
 
+@pytest.fixture
+def stability_of_one_harmonic(monkeypatch):
+    """Stability at folds of the motion of one harmonic: of more it takes longer than the rest."""
+    brief = partial(to_dataset, stability=StabilityOptions(harmonics=1))
+    monkeypatch.setattr(frequency_response, "to_dataset", brief)
+
+
+@pytest.mark.usefixtures("stability_of_one_harmonic")
 def test_a_peak_with_rough_amplitudes_is_that_with_more_samples():
     """Where slopes change their sign too early, by 2.8e-3 in frequency."""
     joint, force, loss_factor = error_bars.small_joint("variable", 28, seed=3)
@@ -204,6 +216,7 @@ def test_a_peak_with_rough_amplitudes_is_that_with_more_samples():
     assert amplitudes[0] == pytest.approx(amplitudes[1], rel=2e-3)
 
 
+@pytest.mark.usefixtures("stability_of_one_harmonic")
 def test_an_error_bar_sees_a_mode_of_the_contact_beyond_twice_the_harmonics():
     joint, force, loss_factor = error_bars.small_joint("variable", 5, seed=271828)
     _, amplitude = error_bars.check("", "", joint, [force], loss_factor)
@@ -214,6 +227,7 @@ def test_an_error_bar_sees_a_mode_of_the_contact_beyond_twice_the_harmonics():
     assert twice["peak_amplitude_truncation_error"][0] < 0.2 * amplitude["error"]
 
 
+@pytest.mark.usefixtures("stability_of_one_harmonic")
 @pytest.mark.parametrize("law", ["constant", "variable", "coupled-constant"])
 def test_error_bars_of_random_joints_hold_three_times_the_harmonics(law):
     joints = error_bars.small_joints([law], 3, seed=3)
