@@ -6,6 +6,7 @@ import time
 
 import pytest
 from browsing import errors, requests, wait_for
+from small_study import RESPONSES
 
 pytestmark = pytest.mark.report
 
@@ -104,10 +105,11 @@ def test_forces_and_models_are_switched_on_and_off(page):
     click(page, forces[1])
     page.execute_script("document.querySelector('#explore details').open = true")
     models = page.find_elements("css selector", "#models input")
-    assert len(models) == 11
+    assert len(models) == RESPONSES["small"]
     click(page, models[-1])
     wait_for(page, lambda: len(curves(page)) == 4)
-    assert page.find_element("id", "models-count").text == "2 of 11 drawn"
+    count = page.find_element("id", "models-count")
+    assert count.text == f"2 of {len(models)} drawn"
     choose(page, "over", "displacement")
     scaled = curves(page)
     for key in before:

@@ -61,14 +61,14 @@ def test_a_small_study_needs_little(study):
     found = estimate.estimate(study())
     # the machine that it was measured on took 163 s
     assert 50 < found.seconds < 500
-    assert found.responses == 22  # eleven of two forces
+    assert found.responses == 18  # nine of two forces
     # 97 harmonics of its eight vectors take 25 MB, and 99 of its peaks
     convergence = SETTINGS["convergence"] | {"time_integration_N": []}
     without = estimate.estimate(study(convergence=convergence))
     assert without.memory < 0.52 * GIB
     assert estimate.shortage(without, 0.52 * GIB) is None
     assert found.memory < without.memory + 30e6
-    assert estimate.summary(found, 8 * GIB, 2).startswith("Estimate: 22 frequency responses in ")
+    assert estimate.summary(found, 8 * GIB, 2).startswith("Estimate: 18 frequency responses in ")
 
 
 @pytest.mark.parametrize(
