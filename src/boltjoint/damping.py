@@ -118,10 +118,11 @@ class DampingMatrix:
         """H at a frequency [rad/s], shape (modes, modes); 0 without terms."""
         return sum(factor * w**power * matrix for power, factor, matrix in self.terms)
 
-    def derivative(self, w: float) -> Array | float:
-        """Derivative of H by the frequency [rad/s], shape (modes, modes); 0 without terms."""
-        return sum(
-            power * factor * w ** (power - 1) * matrix
+    @cached_property
+    def derivative(self) -> "DampingMatrix":
+        """Derivative of H by the frequency."""
+        return DampingMatrix(
+            Term(power - 1, power * factor, matrix)
             for power, factor, matrix in self.terms
             if power != 0
         )
@@ -133,13 +134,6 @@ class DampingMatrix:
         """
         forces = (factor * w**power * (motion @ H.T) for power, factor, H in self.terms)
         return sum(forces, np.zeros_like(motion))
-
-    def derivative_along(self, motion: Array, w: Array | float) -> Array:
-        """Derivative of ``along`` by the frequency."""
-        rates = DampingMatrix(
-            Term(power - 1, power * factor, H) for power, factor, H in self.terms if power
-        )
-        return rates.along(motion, w)
 
     def work(self, w: float, s: Array, c: Array) -> float:
         """``s^T H s + c^T H c``, the energy lost in a period over pi [J]."""

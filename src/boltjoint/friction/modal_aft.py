@@ -31,7 +31,7 @@ from boltjoint.friction.sliders_at_samples import Array, Sliders
 
 #: samples whose derivatives are transformed to harmonics at once, at least
 _SAMPLES_AT_ONCE = 64
-#: elements followed at once where their derivatives are not needed together, for the same reason
+#: elements followed at once where their derivatives are not needed together: they stay small
 _ELEMENTS_AT_ONCE = 4096
 #: of a product with sums over the elements, which are read from memory, over one of each element
 _COST_OF_SUMS = 4

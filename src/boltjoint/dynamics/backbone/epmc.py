@@ -318,7 +318,7 @@ class ModalState:
         w, own = np.sqrt(max(squared, 0.0)), np.sqrt(self.eigenvalue.real)
         phi = self.mode / np.sqrt(self.mode @ self.mode)
         change = phi @ (varying.at(w) - varying.at(own)) @ phi
-        slope = phi @ varying.derivative(w) @ phi / (2 * w) if w > 0 else 0.0
+        slope = phi @ varying.derivative.at(w) @ phi / (2 * w) if w > 0 else 0.0
         return complex(self.eigenvalue + 1j * change), complex(1j * slope)
 
     def _at_distance(self, distance: float, side: int) -> tuple[float, float]:

@@ -188,7 +188,7 @@ class HarmonicBalance:
         if varying is not None:
             # either the factor or the frequency is the number of the harmonic, the other 1 or w
             _, frequency = self._damping_of(self._number, w)
-            change = varying.derivative_along(self.components.later(x), frequency)
+            change = varying.derivative.along(self.components.later(x), frequency)
             derivative += (self._number * change).ravel()
         of_contact = self.contact.frequency_derivative(x, w)
         return derivative if of_contact is None else derivative + of_contact

@@ -146,7 +146,7 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
         q = self._phi @ y + self._correction
         derivative = -2.0 * p * (self._phi.T @ q)
         if self.balance.damping_matrix.varying is not None:
-            derivative += 1j * (self._phi.T @ (self.balance.damping_matrix.derivative(p) @ q))
+            derivative += 1j * (self._phi.T @ (self.balance.damping_matrix.derivative.at(p) @ q))
         total = np.concatenate([np.zeros(self._bias), derivative.real, derivative.imag])
         of_contact = self.balance.joint.law.frequency_derivative(self._motion(x), p)
         if of_contact is not None:
