@@ -14,7 +14,6 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.linalg import multi_dot
-from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
 from boltjoint.friction.modal_kernels import (
@@ -79,8 +78,10 @@ class ModalSliders(NamedTuple):
             self.friction_coefficient[at],
         )
 
-    def by_displacement(self, on: NDArray[np.int64], by_x: Array, by_n: Array) -> Array:
-        """Derivatives ``by_x X + by_n V`` of some elements by the modes, (elements, modes)."""
+    def by_motion(self, changes: Array) -> Array:
+        """Derivatives ``by_x X + by_n V`` by the modes, of some changes, (changes, modes)."""
+        _, element, by_x, by_n = changes[:, :4].T
+        on = element.astype(np.int64)
         derivative = by_x[:, None] * self.X[on]
         if self.V is not None:
             derivative += by_n[:, None] * self.V[on]
@@ -164,8 +165,7 @@ class ModalSliderTangent:
     @cached_property
     def _positions(self) -> Array:
         """Positions of the sliders by the displacement that determined them, (changes, modes)."""
-        _, on, by_x, by_n, *_ = self.changes.of_slider.T
-        return self.elements.by_displacement(on.astype(np.int64), by_x, by_n)
+        return self.elements.by_motion(self.changes.of_slider)
 
     @cached_property
     def _stiffness(self) -> Array:
@@ -174,7 +174,8 @@ class ModalSliderTangent:
         none = np.zeros((0, modes))
         N, V = (none if rows is None else rows for rows in (elements.N, elements.V))
         G = np.zeros((self.basis.synthesis.shape[1], modes, modes))
-        sum_stiffness(self.changes.of_state, elements.R, elements.X, N, V, G)
+        of_state = self.changes.of_state
+        sum_stiffness(of_state, elements.by_motion(of_state), elements.R, N, V, G)
         return G
 
 
@@ -267,7 +268,7 @@ def _by_slider(
     of_slider, held = of_slider[order], held[order]
     samples, first = np.unique(of_slider[:, 0].astype(np.int64), return_index=True)
     first = np.append(first, len(of_slider))
-    V = np.zeros((0, modes)) if elements.V is None else elements.V
+    element, positions = of_slider[:, 1].astype(np.int64), elements.by_motion(of_slider)
     at_once = max(_SAMPLES_AT_ONCE, count)
     rows = np.empty((min(samples.size, at_once), count * modes * modes))
     tangent = np.zeros((count * modes * modes, count))
@@ -275,7 +276,7 @@ def _by_slider(
         together = slice(begin, min(begin + at_once, samples.size))
         derivative = rows[: together.stop - begin]
         bounds = first[begin : together.stop + 1]
-        sum_positions(of_slider, held, bounds, elements.R, elements.X, V, derivative)
+        sum_positions(element, positions, held, bounds, elements.R, derivative)
         at = basis.synthesis[:, samples[together]]
         # tangent += derivative.T @ at.T, in place: a new array of its size costs as much
         dgemm(1.0, at, derivative.T, beta=1.0, c=tangent.T, trans_b=True, overwrite_c=True)

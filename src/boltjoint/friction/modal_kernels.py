@@ -18,18 +18,21 @@ from boltjoint.friction.sliders_at_samples import (
 
 @kept_loop
 def sum_stiffness(
-    of_state: Array, R: Array, X: Array, N: Array, V: Array, stiffness: Array
+    of_state: Array, by_motion: Array, R: Array, N: Array, V: Array, stiffness: Array
 ) -> None:
-    """Add the stiffness of the elements from where states begin to where they end, to zeros."""
+    """Add the stiffness of the elements from where states begin to where they end, to zeros.
+
+    ``by_motion`` has the derivatives of the friction by the modes, (states, modes); N and V are
+    empty where the normal load is constant.
+    """
     samples, modes = stiffness.shape[:2]
     for row in range(len(of_state)):
         begin, e, end = int(of_state[row, 0]), int(of_state[row, 1]), int(of_state[row, 4])
-        by_x, by_n = of_state[row, 2], of_state[row, 3]
         for r in range(modes):
             for s in range(modes):
-                k = R[e, r] * by_x * X[e, s]
+                k = R[e, r] * by_motion[row, s]
                 if len(V):
-                    k += (R[e, r] * by_n + N[e, r]) * V[e, s]
+                    k += N[e, r] * V[e, s]
                 stiffness[begin, r, s] += k
                 if end < samples:
                     stiffness[end, r, s] -= k
@@ -67,17 +70,17 @@ def sum_products(
 
 @kept_loop
 def sum_positions(
-    of_slider: Array,
+    element: NDArray[np.int64],
+    by_motion: Array,
     held: Array,
     first: NDArray[np.int64],
     R: Array,
-    X: Array,
-    V: Array,
     rows: Array,
 ) -> None:
     """Derivatives of forces by the displacement at samples, of the sliders determined there.
 
     The changes of the sample k are those from ``first[k]`` on, of which rows has the row k.
+    ``by_motion`` has the derivatives of their positions by the modes, (changes, modes).
     """
     modes, count = R.shape[1], held.shape[1]
     together = np.empty((max(np.diff(first)), modes * modes))
@@ -85,14 +88,9 @@ def sum_positions(
         both = together[: first[k + 1] - first[k]]
         for number in range(len(both)):
             change = first[k] + number
-            e = int(of_slider[change, 1])
-            by_x, by_n = of_slider[change, 2], of_slider[change, 3]
-            for s in range(modes):
-                position = by_x * X[e, s]
-                if len(V):
-                    position += by_n * V[e, s]
-                for r in range(modes):
-                    both[number, r * modes + s] = R[e, r] * position
+            for r in range(modes):
+                for s in range(modes):
+                    both[number, r * modes + s] = R[element[change], r] * by_motion[change, s]
         np.dot(held[first[k] : first[k + 1]].T, both, rows[k].reshape(count, modes * modes))
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from boltjoint import checks
 from boltjoint.damping import Damping, DampingMatrix, ModalStructure, Term, as_damping
@@ -128,7 +129,7 @@ class HarmonicBalance:
 
     def dynamic_stiffness(self, w: float) -> NDArray[np.float64]:
         """The linear part of the equations at w, shape (components * modes,) * 2."""
-        return self._add_linear_part(None, w, self.damping_matrix)
+        return self._add_linear_part(np.zeros_like(self._static_stiffness), w)
 
     def linear_force(self, x: NDArray[np.float64], w: float) -> NDArray[np.float64]:
         """``dynamic_stiffness(w) @ x``, harmonic by harmonic."""
@@ -158,8 +159,7 @@ class HarmonicBalance:
         force, tangent = self.contact.force_and_tangent(x, at)
         residual = self.linear_force(x, w) + force - self.modal_force
         return residual, Derivative(
-            # in place, of a matrix that may be as large as there is room for
-            lambda: self._add_linear_part(tangent(), w, self.damping_matrix),
+            lambda: self._add_linear_part(tangent(), w),
             lambda dx: self.linear_force(dx, w) + tangent.along(dx),
         )
 
@@ -187,9 +187,8 @@ class HarmonicBalance:
         varying = self.damping_matrix.varying
         if varying is not None:
             # either the factor or the frequency is the number of the harmonic, the other 1 or w
-            _, frequency = self._damping_of(self._number, w)
-            change = varying.derivative.along(self.components.later(x), frequency)
-            derivative += (self._number * change).ravel()
+            rate, (_, frequency) = varying.derivative, self._damping_of(self._number, w)
+            derivative += (self._number * rate.along(self.components.later(x), frequency)).ravel()
         of_contact = self.contact.frequency_derivative(x, w)
         return derivative if of_contact is None else derivative + of_contact
 
@@ -214,12 +213,11 @@ class HarmonicBalance:
             the frequency w of further terms, and their matrices, shape (terms, n, n).
         """
         terms = () if self.damping_matrix.varying is None else self.damping_matrix.varying.terms
-        static = self._add_linear_part(None, 0.0, self.damping_matrix.constant)
-        varying = np.zeros((len(terms), *static.shape))
+        varying = np.zeros((len(terms), *self._static_stiffness.shape))
         for matrix, term in zip(varying, terms, strict=True):
             self._add_damping(matrix, _by_harmonic(term))
         power = np.array([term.power for term in terms], dtype=float)
-        return static, self._harmonic, power, varying
+        return self._static_stiffness, self._harmonic, power, varying
 
     @cached_property
     def _mean(self) -> slice | None:
@@ -241,18 +239,21 @@ class HarmonicBalance:
     def _constant_complex_stiffness(self) -> NDArray[np.complex128]:
         return np.asarray(self.stiffness + 1j * self.damping_matrix.constant.at(0.0), complex)
 
-    def _add_linear_part(
-        self, matrix: NDArray[np.float64] | None, w: float, damping: DampingMatrix
-    ) -> NDArray[np.float64]:
-        """The linear part of the equations at w, added to a matrix in place, or to zero."""
-        matrix = np.zeros((self._harmonic.size,) * 2) if matrix is None else matrix
-        blocks = matrix.reshape((len(self.components), len(self.stiffness)) * 2)
-        of_components = np.einsum("iris->irs", blocks)
-        of_components += self.stiffness
+    @cached_property
+    def _static_stiffness(self) -> NDArray[np.float64]:
+        """Elasticity and constant damping: the linear part of the equations at zero frequency."""
+        matrix = np.asarray(block_diag(*[self.stiffness] * len(self.components)), float)
         if self._mean is not None:
-            matrix[self._mean, self._mean] += self.stiffness_of_mean - self.stiffness
+            matrix[self._mean, self._mean] = self.stiffness_of_mean
+        self._add_damping(matrix, lambda h: self._damping(self.damping_matrix.constant, h, 0.0))
+        return matrix
+
+    def _add_linear_part(self, matrix: NDArray[np.float64], w: float) -> NDArray[np.float64]:
+        """A matrix with the linear part of the equations at w added, in place: it may be large."""
+        matrix += self._static_stiffness
         np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
-        self._add_damping(matrix, lambda h: self._damping(damping, h, w))
+        if (varying := self.damping_matrix.varying) is not None:
+            self._add_damping(matrix, lambda h: self._damping(varying, h, w))
         return matrix
 
     def _add_damping(self, matrix: NDArray[np.float64], damping: _ByHarmonic) -> None:
