@@ -9,6 +9,7 @@ from planar_friction import CONSTANT, VARIABLE, constant_load, variable_load
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.coupled import CoupledConstantLoad, CoupledVariableLoad
+from boltjoint.friction.coupled_kernels import _follow_period
 from boltjoint.friction.uncoupled import UncoupledConstantLoad
 from boltjoint.friction.variable import VariableLoad
 
@@ -143,6 +144,49 @@ def test_tangent_equals_central_differences(load, harmonics):
         difference = (aft.force(motion + step) - aft.force(motion - step)) / (2 * step[:, j, None])
         error = np.abs(tangent[:, :, j] - difference).max(axis=1) / stiffness
         assert error.max() < 1e-6
+
+
+def narrow_orbits(count):
+    """Elements on narrow ellipses that slip little, and their motion.
+
+    Their friction turns by 1e-4 to 1e-2 of what is left a period.
+    """
+    random = np.random.default_rng(3)
+    one = np.ones(count)
+    law = CoupledVariableLoad(np.arange(count), one, one, one, one)
+    a, b = 1 + 10 ** random.uniform(-4, -1, count), 10 ** random.uniform(-2.5, -0.3, count)
+    v, zero = random.uniform(0, 0.3, (2, count)), np.zeros(count)
+    return law, np.column_stack([zero, zero, a, zero, b, zero, zero, *v])
+
+
+def test_friction_that_turns_slowly_is_that_of_many_periods():
+    one = np.ones(1)
+    law = CoupledVariableLoad(np.arange(1), one, one, one, one)
+    # at rest after 4289 periods, and 3.6e-4 of its limit away from there after 1000
+    motion = np.array([[0, 0, 1.000241, 0, 0.39631, 0, 0, -0.033, 0.267]])
+    count = 256
+    phase = 2 * np.pi * np.arange(count) / count
+    synthesis = np.array([np.ones(count), np.sin(phase), np.cos(phase)])
+    x, y, v = motion.reshape(3, 3) @ synthesis
+    loading, z, friction = (np.stack([x, y]), 1 + v, 1 + v), np.zeros(2), np.empty((2, count))
+    at_rest = np.zeros((count, 1))
+    derivative, of_motion = np.empty((0, 6)), (at_rest, at_rest, at_rest)
+    unused = np.zeros((2, 1)), derivative, friction, np.zeros((1, 2, 1))
+    for _ in range(6000):
+        _follow_period(loading, of_motion, 0.0, z, *unused)
+    expected = (friction @ synthesis.T / [count, count / 2, count / 2]).ravel()
+    force = AlternatingFrequencyTime(law, 1, samples=count).force(motion)
+    np.testing.assert_allclose(force[0, :6], expected, atol=1e-7)
+
+
+def test_tangent_of_friction_that_turns_slowly_equals_central_differences():
+    law, motion = narrow_orbits(60)
+    aft = AlternatingFrequencyTime(law, 1, samples=256)
+    tangent = aft.force_and_tangent(motion)[1]
+    for j in range(motion.shape[1]):
+        step = 1e-7 * np.eye(motion.shape[1])[j]
+        difference = (aft.force(motion + step) - aft.force(motion - step)) / 2e-7
+        np.testing.assert_allclose(tangent[:, :, j], difference, atol=1e-4)
 
 
 def test_tangent_of_circular_orbits_is_that_of_the_closed_form():

@@ -1,8 +1,9 @@
 """Compiled loops of coupled friction: sliders in the plane, followed through samples of a period.
 
-The forces are those of the first period in which a slider returns to where it began: the second on
-straight orbits, a later one where the friction turns slowly. Their derivatives are those of that
-period, in which the slider begins where the motion makes it periodic.
+The forces are those of a period in which a slider returns to where it began: the second from the
+assembled state on straight orbits. Where it slips little on each, friction turns slowly (on narrow
+orbits by 4e-4 of what is left a period), and that period is found by Newton's method. The forces'
+derivatives are those of that period, in which the slider begins where the motion makes it periodic.
 """
 
 import numpy as np
@@ -16,6 +17,12 @@ Array = NDArray[np.float64]
 #: change of a slider over a period below which it is periodic, relative to the largest limit and,
 #: for rounding, to the largest spring force
 _RETURN, _ROUNDING = 1e-11, 1e-15
+
+#: periods that are followed before a periodic one is sought, most sliders being periodic by then
+_FOLLOWED = 2
+
+#: corrections of Newton's method, of which narrow orbits need six
+_MOST_CORRECTIONS = 12
 
 #: periods after which a slider counts as periodic: only within 1e-6 of the amplitude at which it
 #: begins to slip on a circular orbit does it move after that, by less than 1e-3 of the limit
@@ -143,6 +150,33 @@ def _follow_period(
 
 
 @loop
+def _find_periodic(loading: tuple[Array, Array, Array], smallest: float, now: Array) -> None:
+    """Set ``now`` to where a slider is periodic, sought from there by Newton's method, if found.
+
+    Periods bring two positions of a slider never further apart, so that one that is periodic by
+    itself is the one in which following periods would end.
+    """
+    samples = loading[0].shape[1]
+    at_rest, slope = np.zeros((samples, 2)), np.empty((samples, 2, 2))
+    of_motion = at_rest, at_rest, at_rest
+    derivative, friction = np.empty((2, 6)), np.empty((2, samples))
+    begin, end, by_begin = now.copy(), np.empty(2), np.empty((2, 2))
+    for _ in range(_MOST_CORRECTIONS):
+        end[:], by_begin[:] = begin, np.eye(2)
+        _follow_period(loading, of_motion, smallest, end, by_begin, derivative, friction, slope)
+        g_x, g_y = end[0] - begin[0], end[1] - begin[1]
+        if length_of(g_x, g_y) <= smallest:
+            now[:] = end
+            return
+        a, b, c, d = 1.0 - by_begin[0, 0], -by_begin[0, 1], -by_begin[1, 0], 1.0 - by_begin[1, 1]
+        determinant = a * d - b * c
+        if abs(determinant) <= _SINGULAR:
+            return
+        begin[0] += (d * g_x - b * g_y) / determinant
+        begin[1] += (a * g_y - c * g_x) / determinant
+
+
+@loop
 def _follow_until_periodic(
     loading: tuple[Array, Array, Array],
     of_motion: tuple[Array, Array, Array],
@@ -154,20 +188,26 @@ def _follow_until_periodic(
 ) -> bool:
     """Follow a slider from the assembled state until it is periodic; whether it slips then.
 
-    As ``_follow_period``; z is set to the position at the begin of the last period.
+    As ``_follow_period``; z is set to the position at the begin of the last period. With
+    derivatives all periods are followed, without some are passed over.
     """
     x, _, limit = loading
     now = np.empty(2)
     last = of_motion[0][-1], of_motion[1][-1], of_motion[2][-1]
     _start(x, limit, last, now, by_motion)
     smallest = max(_RETURN * limit.max(), _ROUNDING * np.abs(x).max())
-    for _ in range(_MOST_PERIODS):
+    attempt = _FOLLOWED if derivative.size == 0 else _MOST_PERIODS
+    for period in range(_MOST_PERIODS):
         z[:] = now
         slips = _follow_period(
             loading, of_motion, smallest, now, by_motion, derivative, friction, slope
         )
         if length_of(now[0] - z[0], now[1] - z[1]) <= smallest:
             break
+        if period == attempt:
+            # where it fails, it is tried again after twice as many periods
+            _find_periodic(loading, smallest, now)
+            attempt *= 2
     return slips
 
 
