@@ -2,6 +2,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from figure_parts import curves, texts_in
+from matplotlib import rc_context
+from matplotlib.text import Text
+from text_boxes import faults
 
 from boltjoint.report.figures.convergence import (
     plot_bases,
@@ -11,7 +14,7 @@ from boltjoint.report.figures.convergence import (
     plot_reductions,
     plot_sampling,
 )
-from boltjoint.report.figures.style import save_figure
+from boltjoint.report.figures.style import STYLE, save_figure
 
 
 def test_errors_of_sampling_fall_beside_a_line_of_second_order():
@@ -186,7 +189,7 @@ def test_reductions_are_drawn_by_their_largest_error_and_mean_time():
         crosses = [line for line in axes.get_lines() if line.get_marker() == "X"]
         assert len(crosses) == (axes in figure.axes[::2])
         # what there is one number of has it in the legend
-        assert {text.get_text() for text in axes.texts} == {"", "20", "40", "auto"}
+        assert {text.get_text() for text in axes.texts} == {"20", "40", "auto"}
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["4 bands", "weighted pairs"]
 
@@ -196,3 +199,39 @@ def test_a_table_without_rows_has_a_figure(tmp_path):
     figure = plot_sampling(empty)
     save_figure(figure, tmp_path / "sampling.svg")
     assert texts_in(figure) == ["no results"]
+
+
+def test_labels_of_points_cover_neither_each_other_nor_marks():
+    # points closer together than their labels are wide, on curves that cross each other
+    joints = [("node-to-node", 10.0, 0.0)]
+    for kind, factor in (("regions", 1.0), ("clusters", 1.03), ("hyper", 1.06)):
+        joints += [
+            (f"{kind}={count}", factor * (1 + 0.02 * place), 1.2 * factor**place)
+            for place, count in enumerate((4, 12, 24, 48))
+        ]
+    rows = [
+        {
+            "joint": joint,
+            "cpu_s": cpu,
+            "complete": True,
+            "peak_frequency_error_percent": error,
+            "peak_amplitude_error_percent": error,
+        }
+        for joint, cpu, error in joints
+    ]
+    tolerances = {"frequency_tolerance": 1e-3, "amplitude_tolerance": 0.01}
+    figure = plot_reductions({("constant", "one"): pd.DataFrame(rows)}, tolerances)
+    assert not faults(figure)
+    with rc_context(STYLE):
+        figure.draw_without_rendering()
+    for axes in figure.axes:
+        boxes = [Text.get_window_extent(text) for text in axes.texts]
+        assert len(boxes) == 12
+        for line in axes.get_lines():
+            if line.get_marker() == "o":
+                points = axes.transData.transform(line.get_xydata())
+                assert not any(box.contains(*point) for box in boxes for point in points)
+        for text, box in zip(axes.texts, boxes, strict=True):
+            middle = (box.p0 + box.p1) / 2
+            away = np.abs(middle - axes.transData.transform(text.xy)).max()
+            assert away < 40 * figure.dpi / 72

@@ -77,14 +77,14 @@ def readable_figures() -> Iterator[list[Figure]]:
 
 
 def _corners(text: Text, renderer: object) -> NDArray[np.float64]:
-    """The four corners of a text, turned as it is."""
+    """The four corners of a text, turned as it is, without the line of an annotation."""
     angle = text.get_rotation()
     if angle % 90 == 0:
-        return text.get_window_extent(renderer).corners()[[0, 1, 3, 2]]
+        return Text.get_window_extent(text, renderer).corners()[[0, 1, 3, 2]]
     text.set_rotation(0)
-    level = text.get_window_extent(renderer)
+    level = Text.get_window_extent(text, renderer)
     text.set_rotation(angle)
-    turned = text.get_window_extent(renderer)
+    turned = Text.get_window_extent(text, renderer)
     half = np.array([level.width, level.height]) / 2
     corners = half * [[-1, -1], [-1, 1], [1, 1], [1, -1]]
     sin, cos = np.sin(np.deg2rad(angle)), np.cos(np.deg2rad(angle))

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from boltjoint.names import Basis, JointName
+from boltjoint.report.figures.point_labels import add_point_label, place_point_labels
 from boltjoint.report.figures.style import (
     COORDINATE_LINES,
     REGION_COLOURS,
@@ -228,6 +229,7 @@ def plot_reductions(
         for kind, colour in colours.items()
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=4)
+    place_point_labels(figure)
     return figure
 
 
@@ -272,14 +274,8 @@ def _plot_errors_over_time(axes: Axes, rows: pd.DataFrame, what: str, colour: st
     for row, value in zip(rows.itertuples(), error, strict=True):
         marker = "o" if row.complete else "X"
         axes.loglog(row.cpu_s, value, marker, color=colour, markersize=4)
-        axes.annotate(
-            row.number,
-            (row.cpu_s, value),
-            xytext=(3, 3),
-            textcoords="offset points",
-            fontsize=7,
-            color=colour,
-        )
+        if row.number:
+            add_point_label(axes, row.number, (row.cpu_s, value), colour)
 
 
 def _plot_over_vectors(axes: Axes, table: pd.DataFrame, error: str, level: str, label: str) -> None:
