@@ -49,6 +49,15 @@ def test_bands_hold_their_shares_of_the_designs(sweep):
     assert texts == ["1 N", "10 N", "90% of the designs", "50% of the designs", "median"]
 
 
+@pytest.mark.filterwarnings("error")
+def test_bands_end_where_no_design_has_a_response(sweep):
+    within = sweep["response_amplitude"].where(sweep["frequency"] > 65)
+    (axes,) = plot_bands(sweep.assign(response_amplitude=within)).axes
+    for line, whole in zip(axes.get_lines(), plot_bands(sweep).axes[0].get_lines(), strict=True):
+        assert np.isnan(line.get_ydata()[0])
+        np.testing.assert_array_equal(line.get_ydata()[1:], whole.get_ydata()[1:])
+
+
 def test_peaks_are_drawn_over_what_varies(sweep):
     figure = plot_peaks(sweep)
     frequency, amplitude = figure.axes

@@ -158,13 +158,18 @@ def backbone_quantiles(
 
 
 def _quantiles(values: NDArray[np.float64], shares: Sequence[float]) -> NDArray[np.float64]:
-    """Quantiles over all designs at each place of a grid, which is last, (shares, grid)."""
+    """Quantiles over all designs at each place of a grid, which is last, (shares, grid).
+
+    They are not numbers where no design has a value.
+    """
     of_values = checks.array("shares", shares, ("shares",), at_least=0, at_most=1)
     rows = values.reshape(-1, values.shape[-1])
-    finite = rows[np.isfinite(rows).any(axis=1)]
-    if not finite.size:
-        return np.full((len(of_values), values.shape[-1]), np.nan)
-    return np.nanquantile(finite, of_values, axis=0)
+    quantiles = np.full((len(of_values), rows.shape[1]), np.nan)
+    # no design may reach the ends of the grid
+    reached = np.isfinite(rows).any(axis=0)
+    if reached.any():
+        quantiles[:, reached] = np.nanquantile(rows[:, reached], of_values, axis=0)
+    return quantiles
 
 
 def _ends(
