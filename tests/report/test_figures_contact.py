@@ -5,6 +5,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from scipy.spatial.transform import Rotation
 from small_joint import make_joint
+from text_boxes import faults
 
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction import contact_states
@@ -136,6 +137,15 @@ def test_weighted_pairs_have_the_colour_of_their_weight(assembly):
     assert np.all(np.diff(brightness) < 0)
     assert scale.get_ylim() == pytest.approx((1.0, 16.0))
     assert "3 of 21 pairs" in plan.get_title() and plan.get_xlabel() == "x (mm)"
+
+
+def test_weights_within_a_decade_and_more_have_labels_apart(assembly):
+    pairs = on_pairs(assembly, np.array([2, 5, 11]))[["element_position"]]
+    for largest in (1.5, 30.0, 800.0):
+        joint = pairs.assign(
+            weight=("point", [1.0, 1.2, largest]), point_of_element=("element", [0, 1, 2])
+        )
+        assert not faults(plot_weighted_pairs(assembly, joint))
 
 
 def test_regions_under_variable_load_tell_open_pairs_from_loaded_ones(assembly, variable):

@@ -24,6 +24,7 @@ from boltjoint.report.figures.style import (
     add_legends,
     figure_style,
     fill_shapes,
+    label_decades,
     level_colours,
 )
 
@@ -108,7 +109,8 @@ def plot_weighted_pairs(assembly: xr.Dataset, joint: xr.Dataset) -> Figure:
     cells = [surface.area_of([cell]) for cell in pair]
     fill_shapes(axes, cells, facecolors=colours(norm(weight)))
     scale = ScalarMappable(norm, colours)
-    figure.colorbar(scale, ax=axes, label="weight", pad=0.01, aspect=8, format="{x:g}")
+    bar = figure.colorbar(scale, ax=axes, label="weight", pad=0.01, aspect=8)
+    label_decades(bar.ax)
     set_plan_view(axes, surface)
     axes.set_xlabel(surface.labels[0])
     axes.set_title(

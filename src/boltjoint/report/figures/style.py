@@ -107,7 +107,8 @@ def add_legends(
         [Line2D([], [], color=colour, linewidth=3) for colour in level_colours(len(levels))],
         levels,
         title=quantity,
-        loc="outside right upper",
+        # below the top of the axes: the legend above them may be wider than they are
+        loc="outside right center",
         alignment="left",
     )
 
