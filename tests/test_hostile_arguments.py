@@ -29,7 +29,6 @@ from boltjoint.measurement.stepped_sine import identify_constant_response
 from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_equilibrium, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
-from boltjoint.structure.makers.half_lap import plan
 from boltjoint.structure.segments.weighted_points import weighted_points
 from boltjoint.study import convergence
 from boltjoint.verification.multi_harmonic import solve_periodic
@@ -288,10 +287,6 @@ CALLS = {
         },
     ),
     "element_mass": (elasticity.element_mass, {"corners": CUBE[None], "density": 7800.0}),
-    "rectangle_plan": (
-        plan.rectangle_plan,
-        {"x": np.array([0.0, 1.0]), "y": np.array([0.0, 1.0])},
-    ),
     "tabulate_divisions": (
         convergence.tabulate_divisions,
         {

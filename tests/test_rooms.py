@@ -98,22 +98,15 @@ OF_HALF_LAP = re.compile(r"half_lap|FIRST_BOLT|bar_A|BAR_A|\bclamp|\by = 0(?![.\
 #: its maker, its description and its figures, and what names these
 ROOM_OF_HALF_LAP = (
     *("src/boltjoint/structure/makers/half_lap/", "src/boltjoint/config/makers.py"),
-    *(f"src/boltjoint/config/{name}.py" for name in ("assembly", "bolts", "gap_map")),
+    "src/boltjoint/config/assembly.py",
     *(f"src/boltjoint/report/{name}.py" for name in ("figures/half_lap", "displays/structure")),
-    # of a new study, whose assembly is one
-    *(f"src/boltjoint/command/templates/{name}.yaml" for name in ("assembly", "case")),
     # CalculiX gets its decks from the mesh
-    *(f"workflow/scripts/{name}.py" for name in ("write_decks", "run_calculix")),
-    "workflow/scripts/compare_calculix.py",
+    *(f"workflow/scripts/{name}.py" for name in ("write_decks", "compare_calculix")),
 )
 #: their tests, and what makes small half laps for those of other rooms
 TESTS_OF_HALF_LAP = (
-    *("tests/structure/half_lap/", "tests/config/", "tests/report/test_figures_"),
+    *("tests/structure/half_lap/", "tests/report/test_figures_half_lap"),
     *(f"tests/structure/{name}.py" for name in ("examples", "deck_of_assembly")),
-    # a body in CalculiX, run as the decks of half laps are
-    "tests/structure/matrix_storage.py",
-    # of each public function
-    *("tests/study/test_hostile_readers.py", "tests/test_hostile_arguments.py"),
     "tests/test_rooms.py",
 )
 TEXTS = (".py", ".j2", ".smk", ".rst", ".yaml", ".js", ".css", "")

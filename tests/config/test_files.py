@@ -14,7 +14,7 @@ from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.reproduction.case_studies import CASE_STUDIES, INDEX, name_case_studies
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.registry import make
 
 CONFIG, CASE_FILE, ASSEMBLY_FILE, STUDY = FILES = (
     "config/config.yaml",
@@ -225,7 +225,8 @@ def test_larger_bases_than_are_found_are_refused(study):
     small = {"ring_cells_across_width": 2, "ring_cells_along_bar": 2, "rings_head_to_cell_edge": 1}
     write(study / ASSEMBLY_FILE, ASSEMBLY | {"mesh": ASSEMBLY["mesh"] | small})
     # 54 pairs, 14 of them on the centre line
-    y = build_assembly(load_study(study).assemblies["two_bolt"])["position"].sel(axis="y")
+    mesh, _ = make(load_study(study).assemblies["two_bolt"], study)
+    y = mesh["position"].sel(axis="y")
     assert (y >= 0).sum() == 34
     contact_adapted_basis = SETTINGS["contact_adapted_basis"] | {
         "free_modes": 2,
@@ -252,18 +253,18 @@ def test_larger_bases_than_are_found_are_refused(study):
         ("sensors[0]", lambda p: {"sensors": [p | {"name": "tip"}]}),
     ],
 )
-def test_a_point_in_the_clamp_is_refused(study, place, made):
-    # four elements of 15 mm from the clamp to the lap
+def test_a_point_in_the_support_is_refused(study, place, made):
+    # four elements of 15 mm from the support to the lap
     point = {"y_mm": 0, "z_mm": 10, "direction": "z"}
     for x_mm in (0, 7.5):
         assert refused(study, CASE_FILE, made(point | {"x_mm": x_mm})) == (
-            f"{place}.x_mm: {x_mm} is in the clamp, where no mode moves: must be more than 7.5 mm"
+            f"{place}.x_mm: {x_mm} is in the support, where no mode moves: must be more than 7.5 mm"
         )
     write(study / CASE_FILE, CASE | made(point | {"x_mm": 7.6}))
     load_study(study)
 
 
-def test_a_half_lap_that_nothing_holds_has_points_everywhere_and_no_support(study):
+def test_an_assembly_that_nothing_holds_has_points_everywhere_and_no_support(study):
     write(study / ASSEMBLY_FILE, ASSEMBLY | {"support": "none"})
     point = {"x_mm": 0, "y_mm": 0, "z_mm": 10, "direction": "z"}
     write(study / CASE_FILE, CASE | {"sensors": [point | {"name": "end"}]})

@@ -111,7 +111,7 @@ def test_symmetric_maps_that_cover_the_lap_are_taken(study_with_map):
         (
             text_of(*grid(), 0.01 * grid()[1]),
             f'"{MAP}" differs by 0.2 um on both sides of the middle at x = -55.25, y = 10 mm: must '
-            "be symmetric about y = 0, as the preload is",
+            "be symmetric about the middle, as the preload is",
         ),
     ],
 )

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +18,7 @@ from boltjoint.report.figures.half_lap import (
     plot_mesh,
     plot_modes,
 )
+from boltjoint.report.figures.style import save_figure
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 
 
@@ -142,3 +145,22 @@ def test_a_section_needs_faces_on_the_plane(assembly, modes):
     beside = assembly.assign(coordinate=assembly["coordinate"] + 1e-3)
     with pytest.raises(ValueError, match="no faces in the plane y = 0"):
         plot_modes(beside, modes)
+
+
+def test_figures_import_no_compiler():
+    program = (
+        "import sys\n"
+        "from boltjoint.report.figures import half_lap\n"
+        "assert not {'numba', 'scipy'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_the_same_figure_has_the_same_bytes(assembly, modes, bolted, tmp_path):
+    for name in ("first", "second"):
+        save_figure(plot_modes(assembly, modes), tmp_path / name / "modes.svg")
+        save_figure(plot_mesh(bolted), tmp_path / name / "mesh.svg")
+    for name in ("modes.svg", "mesh.svg"):
+        written = (tmp_path / "first" / name).read_bytes()
+        assert written == (tmp_path / "second" / name).read_bytes()
+        assert b"<dc:date>" not in written

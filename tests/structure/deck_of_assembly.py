@@ -114,9 +114,9 @@ class _Writer:
     def _surfaces_of_pairs(self):
         for side, (name, part) in enumerate((("lap_a", 0), ("lap_b", 1))):
             yield from self._surface(name, part, self.assembly["pair_node"].to_numpy()[:, side])
-        clamp = np.searchsorted(self.numbers[0], self.assembly["clamped_node"].to_numpy()) + 1
-        yield "*Nset, nset=clamp, instance=part-0-1\n"
-        yield "".join(f"{each},\n" for each in clamp)
+        held = np.searchsorted(self.numbers[0], self.assembly["clamped_node"].to_numpy()) + 1
+        yield "*Nset, nset=held, instance=part-0-1\n"
+        yield "".join(f"{each},\n" for each in held)
 
     def _ties(self):
         parts = list(self.numbers)

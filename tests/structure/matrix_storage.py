@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from boltjoint.structure.makers.half_lap.calculix import run
+from boltjoint.structure.calculix_program import run
 
 
 def matrices_of_calculix(node, block, folder):

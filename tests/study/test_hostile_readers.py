@@ -18,7 +18,6 @@ from boltjoint.config.sweep import Saltelli
 from boltjoint.reproduction.case_studies import name_case_studies, name_tables
 from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
-from boltjoint.structure.makers.half_lap import blocks, plan
 from boltjoint.study.designs import list_designs, values_of
 from boltjoint.study.tables import accuracy, backbones, html, meshes, peaks, sweeps
 
@@ -72,8 +71,7 @@ RESPONSE = xr.Dataset(
     {"sensor": ["end"], "harmonics": [1, 3]},
 )
 CALIBRATION = calibration_of_truth()
-PLAN = plan.rectangle_plan([0.0, 1.0], [0.0, 1.0])
-CUBE = blocks.extrude(PLAN, [0.0, 1.0])
+CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
 
 
 def read_table(text, file):
@@ -148,10 +146,8 @@ CALLS = {
     "peak_of_level": (accuracy.peak_of_level, {"response": RESPONSE, "level": 0}),
     "smallest_jacobian": (
         elasticity.smallest_jacobian,
-        {"coordinate": CUBE[0], "connectivity": CUBE[1]},
+        {"coordinate": CUBE, "connectivity": np.arange(8)[None]},
     ),
-    "extrude": (blocks.extrude, {"plan": PLAN, "levels": [0.0, 1.0]}),
-    "BoltRadii": (plan.BoltRadii, {"shank": 4e-3, "hole": 4.5e-3, "head": 6.5e-3}),
 }
 #: calls of each, of which every one has another argument
 NUMBER = 60

@@ -347,5 +347,5 @@ class Assembly(Described):
         # half an element from the clamp the nearest node is as far in it as beyond it
         free_mm = bar.free_length_mm[0] / self.elements_outside_lap[0] / 2
         if 0 <= round(point.x_mm, 6) <= round(free_mm, 6):
-            sentence = f"is in the clamp, where no mode moves: must be more than {free_mm:g} mm"
+            sentence = f"is in the support, where no mode moves: must be more than {free_mm:g} mm"
             yield ("x_mm",), sentence

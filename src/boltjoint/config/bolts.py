@@ -51,8 +51,9 @@ class Bolts(EntryWithLaterKeys):
     LATER_KEYS = frozenset({"material", "washer"})
 
     positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
-    """Bolt axes, ascending, measured along the bar from the clamped side's end of the lap. The bolt
-    cells lie inside the lap and apart from each other. Or give ``number`` and ``pitch_mm``."""
+    """Bolt axes, ascending, measured along the bar from the end of the lap that is nearer to the
+    support. The bolt cells lie inside the lap and apart from each other. Or give ``number`` and
+    ``pitch_mm``."""
     number: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] | None = None
     """Number of bolts, in place of their positions: they are centred in the lap."""
     pitch_mm: Positive | None = None

@@ -76,8 +76,8 @@ class GapMap:
         if not difference[worst] <= max(SYMMETRY_TOLERANCE * np.ptp(gap), 1e-9):
             yield (
                 f"differs by {difference[worst]:.3g} um on both sides of the middle at "
-                f"x = {x[worst]:g}, y = {abs(y[worst]):g} mm: must be symmetric about y = 0, as "
-                "the preload is"
+                f"x = {x[worst]:g}, y = {abs(y[worst]):g} mm: must be symmetric about the "
+                "middle, as the preload is"
             )
 
     @cached_property

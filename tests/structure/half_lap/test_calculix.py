@@ -9,11 +9,11 @@ from examples import COARSE, brick_bar
 from small_study import CASE, ROOT, SETTINGS, snakemake, write
 from test_bolts import ALUMINIUM, BRASS, STEEL, WIDE, bolted
 
+from boltjoint.structure.calculix_program import run
 from boltjoint.structure.elasticity import assemble, smallest_jacobian
 from boltjoint.structure.makers.half_lap.calculix import (
     read_modes,
     read_preload,
-    run,
     write_modes_deck,
     write_preload_deck,
 )

@@ -10,10 +10,10 @@ from scipy.sparse.linalg import splu
 
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.joint.node_to_node import connect_nodes
+from boltjoint.structure.calculix_program import run
 from boltjoint.structure.makers.half_lap.calculix import (
     read_modes,
     read_preload,
-    run,
     write_modes_deck,
     write_preload_deck,
 )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from examples import brick_bar
+from hostile_arguments import assert_refused
 from scipy import sparse
 
 from boltjoint.structure import contact_equilibrium, elasticity, patterns
@@ -219,6 +220,20 @@ DESCRIBED = [
 def test_a_wrong_argument_is_refused_by_its_name(assembly, name, call):
     with pytest.raises(ValueError, match=rf"(?<!\w){re.escape(name)}(?!\w)"):
         call(assembly)
+
+
+#: valid calls, and how many are tried of each with another argument
+CALLS = {
+    "extrude": (extrude, {"plan": PLAN, "levels": [0.0, 1.0]}, 60),
+    "BoltRadii": (BoltRadii, {"shank": 4e-3, "hole": 4.5e-3, "head": 6.5e-3}, 60),
+    "rectangle_plan": (rectangle_plan, {"x": COORDINATE[:2, 0], "y": np.array([0.0, 1.0])}, 40),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_hostile_arguments_are_refused_by_a_value_error(name):
+    function, valid, number = CALLS[name]
+    assert_refused(function, valid, name, number)
 
 
 def test_lists_make_the_same_model():

@@ -10,9 +10,7 @@ References
 G. Dhondt: CalculiX CrunchiX user's manual, version 2.20.
 """
 
-import os
 import re
-import subprocess
 from collections.abc import Iterable, Iterator
 from itertools import groupby, pairwise
 from pathlib import Path
@@ -109,37 +107,6 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         "*END STEP",
     ]
     _write(path, [*_structure(assembly), *_sections(assembly), *contact, *step])
-
-
-def run(deck: str | Path, log: str | Path) -> None:
-    """Run CalculiX on a deck; its printed output is beside the deck, ending in ``.dat``.
-
-    Parameters
-    ----------
-    deck
-        A file ending in ``.inp``.
-    log
-        File for the progress messages of CalculiX.
-
-    Raises
-    ------
-    RuntimeError
-        If CalculiX is not installed, or stops before the end.
-    """
-    deck, log = Path(deck), Path(log)
-    log.parent.mkdir(parents=True, exist_ok=True)
-    # one thread: sums in another order would change the last digits from machine to machine
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    command = ["ccx", "-i", deck.stem]
-    try:
-        with log.open("w") as messages:
-            done = subprocess.run(
-                command, cwd=deck.parent, env=environment, stdout=messages, stderr=subprocess.STDOUT
-            )
-    except FileNotFoundError:
-        raise RuntimeError("there is no program ccx: install CalculiX") from None
-    if done.returncode:
-        raise RuntimeError(f"CalculiX could not solve {deck}, see {log}")
 
 
 def faces_among_nodes(assembly: xr.Dataset, node: NDArray[np.integer]) -> NDArray[np.int64]:
