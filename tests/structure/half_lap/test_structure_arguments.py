@@ -226,7 +226,7 @@ def test_a_wrong_argument_is_refused_by_its_name(assembly, name, call):
 CALLS = {
     "extrude": (extrude, {"plan": PLAN, "levels": [0.0, 1.0]}, 60),
     "BoltRadii": (BoltRadii, {"shank": 4e-3, "hole": 4.5e-3, "head": 6.5e-3}, 60),
-    "rectangle_plan": (rectangle_plan, {"x": COORDINATE[:2, 0], "y": np.array([0.0, 1.0])}, 40),
+    "rectangle_plan": (rectangle_plan, {"x": np.array([0.0, 1.0]), "y": np.array([0.0, 1.0])}, 40),
 }
 
 
