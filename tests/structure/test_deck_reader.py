@@ -255,7 +255,7 @@ def test_what_is_wrong_is_told_by_file_and_line(read, lines):
 @pytest.mark.parametrize(
     ("lines", "name", "sentence"),
     [
-        ("", "NONE", "test, line 0: there is no *NSET NONE"),
+        ("", "NONE", "test: there is no *NSET NONE"),
         ("*NSET, NSET=A\n1, 99\n", "A", "joint.inp, line 35: node 99 is not defined"),
         ("*NSET, NSET=A\nB\n", "A", "line 36: *NSET A: there is no set B"),
         ("*NSET, NSET=A\nB\n*NSET, NSET=B\nA\n", "A", "line 38: *NSET A names itself"),

@@ -184,7 +184,8 @@ class Deck(Described):
     description: Description = ""
     """Description of the structure in one line; no result depends on it."""
     file: DeckFile
-    """The deck; files that it includes lie in the folder that holds config/ too."""
+    """The deck; decks and meshes, of gmsh or as VTU files, that it includes lie in the folder that
+    holds config/ too."""
     units: Units
     materials: tuple[DeckMaterial, ...] = ()
     """What the deck does not say of its materials, as densities."""

@@ -1,7 +1,8 @@
 """Lines of a deck of Abaqus or CalculiX as blocks: keywords, options, and numbers in data lines.
 
 Keywords, options and names are told apart by their letters alone, not by capitals. Included files
-stand where they are named, so that a block may begin in one file and go on in the next.
+stand where they are named, so that a block may begin in one file and go on in the next; meshes of
+other formats stand there as lines of a deck.
 """
 
 import re
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.regular_file import read_bytes
+from boltjoint.structure.makers.deck.mesh_file import is_mesh, lines_of_mesh
 
 #: bytes of a file: more than 10 million nodes
 LARGEST = 2**31
@@ -29,13 +31,13 @@ _WITH_INPUT = ("NODE", "ELEMENT", "INCLUDE")
 
 
 class Place(NamedTuple):
-    """A line of a file of a deck."""
+    """A line of a file of a deck; 0 stands for the whole file."""
 
     file: str
     line: int
 
     def __str__(self) -> str:
-        return f"{self.file}, line {self.line}"
+        return f"{self.file}, line {self.line}" if self.line else self.file
 
 
 @dataclass(eq=False)
@@ -160,7 +162,11 @@ def _lines_of(
             raise ValueError(f"{place}: *INCLUDE: file {file} is missing")
     elif not path.is_file():
         raise ValueError(f"{file} is missing: the deck lies in the folder of the study")
-    lines = read_bytes(path, LARGEST, folder).decode("latin-1").splitlines()
+    content = read_bytes(path, LARGEST, folder)
+    if is_mesh(content):
+        yield from ((text, file, 0) for text in lines_of_mesh(folder, file))
+        return
+    lines = content.decode("latin-1").splitlines()
     number = 0
     while number < len(lines):
         text = lines[number].strip()
