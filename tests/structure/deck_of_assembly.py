@@ -73,7 +73,7 @@ class _Writer:
             f"*Material, name=steel\n*Density\n{1e-12 * density!r},\n*Elastic\n"
             f"{1e-6 * modulus!r}, {ratio!r}\n"
         )
-        yield "*Boundary\nclamp, ENCASTRE\n*Step, name=load\n*Static\n"
+        yield "*Boundary\nheld, ENCASTRE\n*Step, name=load\n*Static\n"
         for bolt in range(self.assembly.sizes["bolt"]):
             yield f"*Cload\nlength-{bolt}, 1, {preload!r}\n"
         yield "*End Step\n"
