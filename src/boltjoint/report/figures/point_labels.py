@@ -106,5 +106,6 @@ def _curves(axes: Axes) -> list[Path]:
     return [
         line.get_transform().transform_path(line.get_path())
         for line in axes.get_lines()
-        if line.get_linestyle() not in ("None", "none", "", " ") and len(line.get_xydata()) > 1
+        if line.get_linestyle() not in ("None", "none", "", " ")
+        and len(np.asarray(line.get_xydata())) > 1
     ]

@@ -29,8 +29,8 @@ _SOLIDS |= {"hexahedron": "C3D8", "hexahedron20": "C3D20"}
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4}
 #: cells that are sets of nodes alone
 _LINES = {"vertex", "line", "line3"}
-#: numbers on a line of a set
-_ON_LINE = 16
+#: numbers on a line at most: an element of 20 nodes is on one
+_ON_LINE = 21
 
 
 class _Group(NamedTuple):
@@ -100,9 +100,6 @@ def lines_of_mesh(folder: Path, file: str) -> Iterator[str]:
 def _rows(values: Iterable[Indices]) -> Iterator[str]:
     """Whole numbers as data lines; a set goes on in the next."""
     for row in values:
-        if len(row) <= 1 + 20:
-            yield ", ".join(map(str, row.tolist()))
-            continue
         for begin in range(0, len(row), _ON_LINE):
             yield ", ".join(map(str, row[begin : begin + _ON_LINE].tolist()))
 
