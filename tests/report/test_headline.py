@@ -33,6 +33,12 @@ def test_a_peak_has_its_bar_and_the_unit_of_its_excitation(unit, per):
     )
 
 
+def test_a_window_without_a_peak_is_no_branch_that_broke_off():
+    none = peaks_of_coordinates(ROWS.assign(peak_mm_per_N=None, peak_frequency_Hz=None)).iloc[1]
+    assert peak_in_words(none) == "none at 10 N: the window has none"
+    assert peak_in_words(none, is_complete=False) == "none at 10 N: the branch broke off"
+
+
 def test_contact_adapted_bases_come_first_and_the_largest_of_them():
     bases = [Basis(name) for name in ("free-16", "enriched-8", "all-4", "enriched-40")]
     assert by_trust(bases)[:2] == ["enriched-40", "enriched-8"]

@@ -135,8 +135,8 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     DataFrame
         Columns under ``ALL``: frequency, response over force and their error bars, where the study
         has such peaks; bars are not tested in a basis whose error is not estimated. Under ``ONE``,
-        those of one harmonic and how far the response is off; empty where a branch broke off. Last
-        ``OF_LENGTH``, where the length of the structure is known.
+        those of one harmonic and how far the response is off; empty where there is no peak or a
+        branch broke off. Last ``OF_LENGTH``, where the length of the structure is known.
     """
     fields = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
     return peaks_of_coordinates(select(accuracy, **fields))
@@ -180,10 +180,10 @@ def _not_tested(response: pd.Series) -> pd.Series:
     return pd.Series(NOT_TESTED, response.index).where(response.notna())
 
 
-def peak_in_words(row: pd.Series, unit: str = "N") -> str:
+def peak_in_words(row: pd.Series, unit: str = "N", *, is_complete: bool = True) -> str:
     """A peak of ``peaks_of_reference`` in a sentence, with its error bar or the lack of one.
 
-    ``unit`` is that of the excitation.
+    ``unit`` is that of the excitation; ``is_complete`` where the branch crosses its window.
     """
     force = f"at {row['', 'force_N']:g} {unit}"
     per_level = "mm/N" if unit == "N" else f"mm/({unit})"
@@ -191,7 +191,7 @@ def peak_in_words(row: pd.Series, unit: str = "N") -> str:
     of_peak = row[ALL if has_all else ONE]
     frequency, response = of_peak["frequency_Hz"], of_peak["response_mm_per_N"]
     if pd.isna(response):
-        return f"none {force}, where the branch broke off"
+        return f"none {force}: {'the window has none' if is_complete else 'the branch broke off'}"
     if not has_all:
         return (
             f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force} with one harmonic, "
@@ -223,7 +223,8 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     peaks = peaks_of_reference(accuracy, resonance)
     between = content.resonance_range(name, basis, resonance)
     unit = "m/s²" if case.is_base_excited else "N"
-    told = _in_words(peaks, unit), _is_untested(peaks), ALL in peaks, _beyond_linear(peaks)
+    in_words = _in_words(peaks, accuracy["complete"], unit)
+    told = in_words, _is_untested(peaks), ALL in peaks, _beyond_linear(peaks)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
     return _TEXT.summary(resonance, between, *told, unit, mode)
 
@@ -248,7 +249,8 @@ def statement_of(rows: pd.DataFrame) -> str:
     if complete.empty:
         return ""
     peaks = peaks_of_coordinates(complete)
-    return _TEXT.peaks(_in_words(peaks), ALL in peaks, _is_untested(peaks))
+    in_words = _in_words(peaks, complete["complete"])
+    return _TEXT.peaks(in_words, ALL in peaks, _is_untested(peaks))
 
 
 def _beyond_linear(peaks: pd.DataFrame) -> tuple[str, str] | None:
@@ -267,14 +269,20 @@ def _is_untested(peaks: pd.DataFrame) -> bool:
     return ALL in peaks and (peaks[ALL, "response_±_percent"] == NOT_TESTED).any()
 
 
-def _in_words(peaks: pd.DataFrame, unit: str = "N") -> str:
-    """The first and the last of some peaks, and between them that with the least response."""
+def _in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N") -> str:
+    """The first and the last of some peaks, and between them that with the least response.
+
+    ``is_complete`` tells of more rows by their labels whether branches cross their windows.
+    """
     if peaks.empty:
         return ""
     response = peaks[ALL if ALL in peaks else ONE, "response_mm_per_N"]
-    complete = response.reset_index(drop=True).dropna()
-    places = {0, len(peaks) - 1} | ({int(complete.idxmin())} if len(complete) else set())
-    return "; ".join(peak_in_words(peaks.iloc[place], unit) for place in sorted(places))
+    known = response.reset_index(drop=True).dropna()
+    places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
+    rows = [peaks.iloc[place] for place in sorted(places)]
+    return "; ".join(
+        peak_in_words(row, unit, is_complete=bool(is_complete[row.name])) for row in rows
+    )
 
 
 def answers(study: Study) -> str:
