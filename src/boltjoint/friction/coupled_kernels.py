@@ -150,6 +150,16 @@ def _follow_period(
 
 
 @loop
+def _inverse(by_begin: Array) -> tuple[float, float, float, float, bool]:
+    """Inverse of I - M by rows, and whether there is one, M being the derivative over a period."""
+    a, b, c, d = 1.0 - by_begin[0, 0], -by_begin[0, 1], -by_begin[1, 0], 1.0 - by_begin[1, 1]
+    determinant = a * d - b * c
+    if abs(determinant) <= _SINGULAR:
+        return 0.0, 0.0, 0.0, 0.0, False
+    return d / determinant, -b / determinant, -c / determinant, a / determinant, True
+
+
+@loop
 def _find_periodic(loading: tuple[Array, Array, Array], smallest: float, now: Array) -> None:
     """Set ``now`` to where a slider is periodic, sought from there by Newton's method, if found.
 
@@ -168,12 +178,11 @@ def _find_periodic(loading: tuple[Array, Array, Array], smallest: float, now: Ar
         if length_of(g_x, g_y) <= smallest:
             now[:] = end
             return
-        a, b, c, d = 1.0 - by_begin[0, 0], -by_begin[0, 1], -by_begin[1, 0], 1.0 - by_begin[1, 1]
-        determinant = a * d - b * c
-        if abs(determinant) <= _SINGULAR:
+        a, b, c, d, is_single = _inverse(by_begin)
+        if not is_single:
             return
-        begin[0] += (d * g_x - b * g_y) / determinant
-        begin[1] += (a * g_y - c * g_x) / determinant
+        begin[0] += a * g_x + b * g_y
+        begin[1] += c * g_x + d * g_y
 
 
 @loop
@@ -230,15 +239,13 @@ def _differentiate(
     by_motion[0, -2] = by_motion[1, -1] = 1.0
     begin = z.copy()
     _follow_period(loading, of_motion, 0.0, begin, by_motion, derivative, friction, slope)
-    a, b = 1.0 - by_motion[0, -2], -by_motion[0, -1]
-    c, d = -by_motion[1, -2], 1.0 - by_motion[1, -1]
-    determinant = a * d - b * c
-    if abs(determinant) <= _SINGULAR:
+    a, b, c, d, is_single = _inverse(by_motion[:, -2:])
+    if not is_single:
         _follow_until_periodic(loading, of_motion, begin, by_motion, derivative, friction, slope)
         return
     for column in range(by_motion.shape[1] - 2):
         g_x, g_y = by_motion[0, column], by_motion[1, column]
-        z_x, z_y = (d * g_x - b * g_y) / determinant, (a * g_y - c * g_x) / determinant
+        z_x, z_y = a * g_x + b * g_y, c * g_x + d * g_y
         for i in range(len(slope)):
             slope[i, 0, column] += slope[i, 0, -2] * z_x + slope[i, 0, -1] * z_y
             slope[i, 1, column] += slope[i, 1, -2] * z_x + slope[i, 1, -1] * z_y

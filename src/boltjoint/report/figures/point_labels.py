@@ -53,8 +53,7 @@ def place_point_labels(figure: Figure) -> None:
         marks = _boxes_of_marks(axes)
         curves = _curves(axes)
         for label in labels:
-            if label.get_text():
-                marks.append(_place(label, axes, marks, curves))
+            marks.append(_place(label, axes, marks, curves))
 
 
 def _place(label: Annotation, axes: Axes, covered: list[Bbox], curves: list[Path]) -> Bbox:

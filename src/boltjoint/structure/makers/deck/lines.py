@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.regular_file import read_bytes
+from boltjoint.regular_file import read_bytes, require_regular
 from boltjoint.structure.makers.deck.mesh_file import is_mesh, lines_of_mesh
 
 #: bytes of a file: more than 10 million nodes
@@ -162,11 +162,11 @@ def _lines_of(
             raise ValueError(f"{place}: *INCLUDE: file {file} is missing")
     elif not path.is_file():
         raise ValueError(f"{file} is missing: the deck lies in the folder of the study")
-    content = read_bytes(path, LARGEST, folder)
-    if is_mesh(content):
+    require_regular(path, LARGEST, folder)
+    if is_mesh(path):
         yield from ((text, file, 0) for text in lines_of_mesh(folder, file))
         return
-    lines = content.decode("latin-1").splitlines()
+    lines = read_bytes(path, LARGEST, folder).decode("latin-1").splitlines()
     number = 0
     while number < len(lines):
         text = lines[number].strip()

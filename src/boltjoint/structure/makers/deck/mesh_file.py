@@ -41,9 +41,14 @@ class _Group(NamedTuple):
     cells: Indices
 
 
-def is_mesh(content: bytes) -> bool:
-    """Whether the content of a file is that of a mesh; decks may have the same endings."""
-    return content.lstrip()[:1] in _READERS
+def is_mesh(path: Path) -> bool:
+    """Whether a file is a mesh, by its begin; decks may have the same endings."""
+    return _sign(path) in _READERS
+
+
+def _sign(path: Path) -> bytes:
+    with path.open("rb") as content:
+        return content.read(80).lstrip()[:1]
 
 
 def lines_of_mesh(folder: Path, file: str) -> Iterator[str]:
@@ -106,10 +111,8 @@ def _rows(values: Iterable[Indices]) -> Iterator[str]:
 
 def _read(folder: Path, file: str) -> meshio.Mesh:
     path = folder / file
-    with path.open("rb") as content:
-        sign = content.read(80).lstrip()[:1]
     try:
-        mesh = _READERS[sign](path)
+        mesh = _READERS[_sign(path)](path)
     except (meshio.ReadError, ValueError, LookupError, TypeError, AssertionError) as error:
         first = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise ValueError(f"{file} cannot be read as a mesh: {first}") from error
