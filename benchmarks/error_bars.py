@@ -109,9 +109,17 @@ def assembled_joints(
 
 
 def check(
-    group: str, name: str, joint: Joint, forces: list[float], damping: Damping | float
+    group: str,
+    name: str,
+    joint: Joint,
+    forces: list[float],
+    damping: Damping | float,
+    known: dict[tuple[str, int, str], float],
 ) -> list[dict[str, object]]:
-    """Bars and errors of the peaks of a joint, a row for each force and quantity."""
+    """Bars and errors of the peaks of a joint, a row for each force and quantity.
+
+    References that are `known`, by name, place of the force and quantity, are not sought again.
+    """
     damping = as_damping(damping)
     response = solve_response(joint, list(forces), damping=damping)
     begun = time.process_time()
@@ -122,18 +130,24 @@ def check(
     for place, force in enumerate(forces):
         at = both.isel(force=place)
         if np.isnan(at["peak_harmonics"]):
-            rows.append({"group": group, "name": name, "force_N": force, "harmonics": 0})
+            rows.append(
+                {"group": group, "name": name, "place": place, "force_N": force, "harmonics": 0}
+            )
             continue
         harmonics = int(at["peak_harmonics"])
-        reference = reference_peak(joint, response, force, damping, 3 * harmonics)
+        reference = [known.get((name, place, what), np.nan) for what in QUANTITIES]
+        if np.isnan(reference).any():
+            reference = reference_peak(joint, response, force, damping, 3 * harmonics)
         for what, best in zip(QUANTITIES, reference, strict=True):
             rows.append(
                 {
                     "group": group,
                     "name": name,
+                    "place": place,
                     "force_N": force,
                     "harmonics": harmonics,
                     "what": what,
+                    "reference": best,
                     "error": abs(best / float(at[f"peak_{what}_converged"]) - 1),
                     "bar": float(at[f"peak_{what}_truncation_error"]),
                     "error_of_one": abs(best / float(at[f"peak_{what}"]) - 1),
@@ -164,6 +178,13 @@ def reference_peak(
     if peak is None:
         return np.nan, np.nan
     return peak.frequency, abs(peak.motion.amplitude(joint.response_mode))
+
+
+def known_references(path: str) -> dict[tuple[str, int, str], float]:
+    """References of a table of an earlier run, by name, place of the force and quantity."""
+    table = pd.read_csv(path).dropna(subset="reference")
+    keys = zip(table["name"], table["place"], table["what"], strict=True)
+    return dict(zip(keys, table["reference"], strict=True))
 
 
 def summarize(rows: list[dict[str, object]]) -> None:
@@ -201,8 +222,10 @@ def main() -> None:
     parser.add_argument("--law", nargs="+", default=LAWS, choices=LAWS)
     parser.add_argument("--vectors", nargs="+", type=int, default=[24, 40])
     parser.add_argument("--csv", help="file for a row of each peak")
+    parser.add_argument("--references", help="such a file, whose references are taken")
     args = parser.parse_args()
     warnings.simplefilter("ignore")
+    known = known_references(args.references) if args.references else {}
     rows: list[dict[str, object]] = []
     for name in args.names:
         joints = (
@@ -211,7 +234,7 @@ def main() -> None:
             else assembled_joints(name, tuple(args.vectors))
         )
         for joint in joints:
-            rows += check(*joint)
+            rows += check(*joint, known)
             if args.csv:
                 pd.DataFrame(rows).to_csv(args.csv, index=False)
     summarize(rows)
