@@ -13,9 +13,10 @@ peak, and the median of a bar over the error that it stands for. Those that do n
 import argparse
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import product
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -41,6 +42,7 @@ from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
 LAWS = ("constant", "variable", "iwan", "coupled-constant", "coupled-variable")
+ELEMENTS = ("node-to-node", "clusters=8")
 QUANTITIES = ("frequency", "amplitude")
 #: errors below are those of the solver, where all sticks
 SMALLEST = 1e-6
@@ -89,9 +91,12 @@ def small_joints(
 
 
 def assembled_joints(
-    name: str, vectors: tuple[int, ...]
+    name: str, vectors: tuple[int, ...], laws: list[str], elements: list[str]
 ) -> Iterator[tuple[str, str, Joint, NDArray[np.float64], Damping]]:
-    """Group, name, joint, forces and damping of an assembly, in bases of numbers of vectors."""
+    """Group, name, joint, forces and damping of an assembly, in bases of numbers of vectors.
+
+    Of ``laws`` and ``elements``: ``node-to-node`` and ``clusters=8``.
+    """
     unseen = ASSEMBLIES[name]
     assembly = build_assembly(unseen.assembly())
     preload = apply_preload(assembly, unseen.preload)
@@ -99,11 +104,14 @@ def assembled_joints(
     conditions = [condition for _, condition in cases.values()]
     pod_modes = find_pod_modes(assembly, preload, conditions, ContactAdaptedBasis())
     for number, (law, (_, condition)) in product(vectors, cases.items()):
+        if law not in laws:
+            continue
         basis = find_modes(assembly, f"enriched-{number}", pod_modes)
         nodes = condition.connect(preload, basis)
         forces = onset_of_full_slip(nodes, condition.damping) * np.array([0.1, 0.4, 1.2])
         clusters = partition_regions(nodes, preload, 8, division="clusters")
-        for kind, joint in (("node-to-node", nodes), ("clusters=8", clusters)):
+        joints = {"node-to-node": nodes, "clusters=8": clusters}
+        for kind, joint in ((kind, joints[kind]) for kind in elements):
             label = f"{name} {law} enriched-{number} {kind}"
             yield name, label, joint, forces, condition.damping
 
@@ -114,7 +122,7 @@ def check(
     joint: Joint,
     forces: list[float],
     damping: Damping | float,
-    known: dict[tuple[str, int, str], float],
+    known: Mapping[tuple[str, int, str], float] = MappingProxyType({}),
 ) -> list[dict[str, object]]:
     """Bars and errors of the peaks of a joint, a row for each force and quantity.
 
@@ -220,6 +228,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=60, help="small joints of each law")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--law", nargs="+", default=LAWS, choices=LAWS)
+    parser.add_argument("--elements", nargs="+", default=ELEMENTS, choices=ELEMENTS)
     parser.add_argument("--vectors", nargs="+", type=int, default=[24, 40])
     parser.add_argument("--csv", help="file for a row of each peak")
     parser.add_argument("--references", help="such a file, whose references are taken")
@@ -231,7 +240,7 @@ def main() -> None:
         joints = (
             small_joints(args.law, args.count, args.seed)
             if name == "small"
-            else assembled_joints(name, tuple(args.vectors))
+            else assembled_joints(name, tuple(args.vectors), args.law, args.elements)
         )
         for joint in joints:
             rows += check(*joint, known)
