@@ -89,6 +89,32 @@ def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
     assert change[1] == pytest.approx(expected, rel=0.01)
 
 
+def test_left_out_harmonics_are_added_a_few_at_a_time_where_all_do_not_converge():
+    joint, force, loss_factor = error_bars.small_joint("variable", 2, seed=3)
+    response = solve_response(joint, [force], damping=loss_factor)
+    at_peak = motion_at_peak(response, force)
+    few = find_peak(joint, at_peak[0], force, loss_factor, at_peak[1], harmonics=9)
+    law = AlternatingFrequencyTime(joint.contact.element_law, 9)
+    balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
+    at = balance, few.motion, few.frequency
+    enough = LeftOutHarmonics(times=2, tolerance=1e-9)
+    expected = change_by_left_out_harmonics(*at, enough)
+    assert expected.max() > 1e-6
+    too_few = replace(enough, iterations=4)
+    assert np.isnan(change_by_left_out_harmonics(*at, replace(too_few, fewest=9))).all()
+    assert change_by_left_out_harmonics(*at, too_few) == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_peak_without_the_motion_of_left_out_harmonics_has_no_error_bar(either, caplog):
+    joint, response = either
+    hopeless = LeftOutHarmonics(iterations=1, tolerance=1e-12)
+    found = converge_peaks(joint, response.isel(force=[-1]), left_out=hopeless)
+    assert np.isfinite(found["peak_amplitude_converged"]).all()
+    for what in ("frequency", "amplitude"):
+        assert np.isnan(found[f"peak_{what}_truncation_error"]).all()
+    assert "the peak has no error bar" in caplog.text
+
+
 def test_the_error_bar_of_a_peak_holds_that_of_many_more_harmonics(either, converged):
     joint, response = either
     found = add_converged_peaks(response, converged)

@@ -46,7 +46,7 @@ class ConvergedPeak(NamedTuple):
     """The peaks of a force level, with the truncation errors and a superharmonic of the last.
 
     ``truncation_error`` of frequency and amplitude, relative; not a number where no peak with more
-    harmonics than the first is found.
+    harmonics than the first is found, or no motion with further ones.
     """
 
     sequence: PeakSequence = PeakSequence(())
@@ -86,7 +86,8 @@ def converge_peaks(
         ``peak_harmonics``; ``peak_frequency_truncation_error`` and
         ``peak_amplitude_truncation_error``, relative: beyond the tolerances where the most
         harmonics do not suffice; not a number where the response has no peak, fewer than two with
-        more harmonics are found, or its law has no elements that can be followed in time.
+        more harmonics are found, no motion with further ones is, or its law has no elements that
+        can be followed in time.
         ``superharmonic_order``, 0 without one, ``superharmonic_frequency`` [Hz] and
         ``superharmonic_share`` (``balance.periodic_motion``). By ``force`` and ``harmonics``, the
         peaks on the way: ``harmonic_peak_frequency`` [Hz] and ``harmonic_peak_amplitude`` [m].
@@ -110,6 +111,11 @@ def converge_peaks(
                     "the most that are tried: its error bar is wider",
                     force,
                     at.sequence.peaks[-1].harmonics,
+                )
+            if at.sequence.has_more_harmonics and np.isnan(at.truncation_error[1]):
+                logger.warning(
+                    "%g N: no motion with further harmonics was found: the peak has no error bar",
+                    force,
                 )
             peaks[place] = at
     return _dataset(peaks)

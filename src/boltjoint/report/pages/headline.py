@@ -134,7 +134,8 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     -------
     DataFrame
         Columns under ``ALL``: frequency, response over force and their error bars, where the study
-        has such peaks; bars are not tested in a basis whose error is not estimated. Under ``ONE``,
+        has such peaks; bars are not tested in a basis whose error is not estimated, and where no
+        motion with further harmonics was found. Under ``ONE``,
         those of one harmonic and how far the response is off; empty where there is no peak or a
         branch broke off. Last ``OF_LENGTH``, where the length of the structure is known.
     """
@@ -150,9 +151,11 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     if "converged_peak_mm_per_N" in rows:
         all_harmonics, off = rows["converged_peak_mm_per_N"], "off_by_percent"
         is_tested = rows["basis_amplitude_error_percent"].notna().any()
+        not_tested = _not_tested(all_harmonics)
         of_frequency, of_response = (
-            rows[f"converged_{what}_error_bar_percent"] if is_tested else _not_tested(all_harmonics)
+            not_tested if not is_tested else bar.where(bar.notna(), not_tested)
             for what in ("frequency", "amplitude")
+            for bar in [rows[f"converged_{what}_error_bar_percent"].astype(object)]
         )
         columns |= {
             (ALL, "frequency_Hz"): rows["converged_peak_frequency_Hz"],
@@ -265,8 +268,11 @@ def _beyond_linear(peaks: pd.DataFrame) -> tuple[str, str] | None:
 
 
 def _is_untested(peaks: pd.DataFrame) -> bool:
-    """Whether there are peaks with all harmonics in a basis whose error is not known."""
-    return ALL in peaks and (peaks[ALL, "response_±_percent"] == NOT_TESTED).any()
+    """Whether all peaks with all harmonics are in a basis whose error is not known."""
+    if ALL not in peaks:
+        return False
+    bars = peaks[ALL, "response_±_percent"].dropna()
+    return bool(len(bars) and (bars == NOT_TESTED).all())
 
 
 def _in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N") -> str:
