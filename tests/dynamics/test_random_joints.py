@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from random_joints import LAWS, random_joint, solve
 
-from boltjoint import solve_branch
+from boltjoint import frequency_window, solve_branch
+from boltjoint.dynamics.backbone.backbone import trace_for_forces
+from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 
 #: joints of each law; a complex mode costs more
 COUNT = {"linear": 25, "complex-rdnm-1": 5, "backbone": 25}
@@ -53,3 +55,16 @@ def test_a_branch_that_one_complex_mode_does_not_lead_across_is_that_in_linear_m
     assert branch.complete, branch.reason
     assert branch.in_all_modes.all()
     assert branch.peak_amplitude == pytest.approx(linear.peak_amplitude, rel=1e-9)
+
+
+@pytest.mark.parametrize("index", [3, 115, 123])
+def test_the_peak_of_a_backbone_does_not_depend_on_its_steps(index):
+    """Two of the maxima are corners, where contacts change their state."""
+    joint, force, loss_factor = random_joint("constant", index, seed=5)
+    window = frequency_window(joint)
+    backbone = trace_for_forces(joint, [force], damping=loss_factor, window=window)
+    frequency = []
+    for factor in (1.0, 3.0, 7.0):
+        response = synthesise_response(backbone.with_shorter_steps(factor), force, window)
+        frequency.append(response.frequency[response.peak])
+    assert frequency == pytest.approx([frequency[0]] * 3, rel=1e-9)

@@ -27,8 +27,18 @@ _UNLIMITED = "friction alone does not limit the response to this force"
 #: apart, dense enough to draw it; the peak does not depend on them
 _PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
+#: width within which a maximum is located, over the step that it lies in: at a corner the best
+_WIDTH = 1e-8
+
 #: distance from a maximum, over the step, at which amplitudes are compared to locate it
 _ASIDE = 1e-3
+
+#: relative difference of amplitudes that are equal to what their states are solved to
+_EQUAL = 1e-11
+
+#: amplitude of a point over the highest from which it may lie beside the largest maximum: points
+#: near the peak are 0.2 rad apart, and one of a corner was 2 % higher than those beside it
+_NEARLY_HIGHEST = 0.9
 
 #: relative excess of the force at a peak beyond which its mode is not solved: solutions have 1e-8,
 #: what Newton's method leaves where it fails some tenths or more
@@ -213,7 +223,8 @@ class _ResponseCurve:
     def insert_peak(self, points: list[_Point], peak: ModalState) -> int | None:
         """Index of the largest maximum of the output point, which is located and inserted.
 
-        Phases are counted from the peak of the mode. None without a maximum between the first and
+        All maxima of the points that may be the largest are located: which of two nearly equal ones
+        is higher may depend on where the points lie. None without a maximum between the first and
         the last point.
         """
         amplitude = self.output_amplitude(points)
@@ -221,11 +232,28 @@ class _ResponseCurve:
         maxima = 1 + np.flatnonzero(rises & falls)
         if not maxima.size:
             return None
-        highest = int(maxima[np.argmax(amplitude[maxima])])
-        around = points[highest - 1 : highest + 2]
+        near = maxima[amplitude[maxima] >= _NEARLY_HIGHEST * amplitude[maxima].max()]
+        located = [self._locate(points, int(place), amplitude, peak) for place in near]
+        best = int(np.argmax([value for _, value, _ in located]))
+        place, (point, _, above) = int(near[best]), located[best]
+        if point is None:
+            return place
+        points.insert(place + above, point)
+        return place + above
+
+    def _locate(
+        self, points: list[_Point], place: int, amplitude: NDArray[np.float64], peak: ModalState
+    ) -> tuple[_Point | None, float, bool]:
+        """The maximum near a point that is the highest of three, and whether it lies above it.
+
+        With its amplitude; None where the point itself is the maximum. Phases are counted from the
+        peak of the mode.
+        """
+        own = float(amplitude[place]), False
+        around = points[place - 1 : place + 2]
         phases = [_phase(point, peak) for point in around]
-        if not amplitude[highest] > max(amplitude[highest - 1], amplitude[highest + 1]):
-            return highest  # flat, to rounding
+        if not own[0] > max(amplitude[place - 1], amplitude[place + 1]):
+            return None, *own  # flat, to rounding
 
         # where the backbone turns back in amplitude, the phase does not tell its states apart
         ascending = phases[0] < phases[1] < phases[2]
@@ -233,12 +261,12 @@ class _ResponseCurve:
         # the tolerance is relative to the variable, and so to the step if that is near 1
         step = phases[2] - phases[0]
         variables = [1 + (phase - phases[1]) / step for phase in phases]
-        negatives = dict(zip(variables, -amplitude[highest - 1 : highest + 2], strict=True))
+        negatives = dict(zip(variables, -amplitude[place - 1 : place + 2], strict=True))
 
         def point_at(variable: float) -> _Point | None:
             phase = phases[1] + step * (variable - 1)
-            place = int(phase >= phases[1])
-            first, second = around[place : place + 2]
+            interval = int(phase >= phases[1])
+            first, second = around[interval : interval + 2]
             if ascending:
                 p, begin, end = (
                     peak.log_amplitude + float(np.log(np.cos(phase))),
@@ -247,7 +275,7 @@ class _ResponseCurve:
                 )
                 share, side = (p - begin) / (end - begin), int(np.sign(phase))
             else:
-                share = (phase - phases[place]) / (phases[place + 1] - phases[place])
+                share = (phase - phases[interval]) / (phases[interval + 1] - phases[interval])
                 side = first.side or second.side
             state = self.backbone.solve_between(first.state, second.state, share)
             return None if state is None else self._point(state, side)
@@ -259,24 +287,18 @@ class _ResponseCurve:
             return negatives[variable]
 
         located = minimize_scalar(
-            negative_amplitude,
-            bracket=variables,
-            method="brent",
-            options={"xtol": self.backbone.control.peak_tolerance},
+            negative_amplitude, bracket=variables, method="brent", options={"xtol": _WIDTH}
         )
-        if -located.fun <= amplitude[highest]:
-            return highest
         # values tell a maximum only to the root of their rounding, their differences do better
         below, above = (negative_amplitude(located.x + side * _ASIDE) for side in (-1, 1))
         curvature = below - 2 * located.fun + above
         aside = _ASIDE / 2 * (below - above) / curvature if curvature > 0 else 0.0
         top = located.x + (aside if abs(aside) < _ASIDE else 0.0)
-        point = point_at(top)
-        if point is None or self.output_amplitude([point])[0] < amplitude[highest]:
-            return highest
-        highest += int(top > 1)
-        points.insert(highest, point)
-        return highest
+        # but not at a corner, where a contact changes its state
+        if -negative_amplitude(top) < (1 - _EQUAL) * -located.fun:
+            top = located.x
+        point, value = point_at(top), -negative_amplitude(top)
+        return (None, *own) if point is None or value < own[0] else (point, value, top > 1)
 
     def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:
         """Amplitude of the output point at points of the response [m]."""
