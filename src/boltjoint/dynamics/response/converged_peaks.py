@@ -108,7 +108,7 @@ def converge_peaks(
             if at.sequence.has_more_harmonics and not at.sequence.converged:
                 logger.warning(
                     "%g N: the peak still changes by more than the tolerances with %d harmonics, "
-                    "the most that are tried: its error bar is wider",
+                    "the most with which it is found: its error bar is wider",
                     force,
                     at.sequence.peaks[-1].harmonics,
                 )

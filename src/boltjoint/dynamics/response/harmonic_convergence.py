@@ -37,7 +37,7 @@ from boltjoint.damping import Damping
 from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PhaseResonance
+from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.joint.model import Joint
@@ -63,8 +63,6 @@ class LeftOutHarmonics(Options):
     tolerance, iterations
         Residual of the equations over the force, and corrections at most; beyond them fewer
         harmonics are added at once.
-    fewest
-        Harmonics added at once below which the motion is given up.
     smallest_fall
         Predicted acceleration of the next harmonics over that of the last as many, from which the
         next are solved too. The prediction leaves couplings of harmonics out and was too low by a
@@ -80,14 +78,13 @@ class LeftOutHarmonics(Options):
     finer: int = 2
     tolerance: float = 1e-5
     iterations: int = 30
-    fewest: int = 2
     smallest_fall: float = 0.5
     safety: float = 3.0
 
     def __post_init__(self) -> None:
         """Refuse options without further harmonics."""
         checks.whole("times", self.times, at_least=2)
-        for name in ("finer", "iterations", "fewest"):
+        for name in ("finer", "iterations"):
             checks.whole(name, getattr(self, name), at_least=1)
         for name in ("tolerance", "smallest_fall", "safety"):
             checks.number(name, getattr(self, name), above=0)
@@ -156,7 +153,7 @@ def _with_more_harmonics(
             x, w = equations.solution(solution.x)
             motion = PeriodicMotion(fewer.components, fewer.components.rows(x))
             highest, frequency = partial.harmonics, w / (2 * np.pi)
-        elif added // 2 < options.fewest:
+        elif added == 1:
             return None
         else:
             added //= 2
@@ -354,6 +351,10 @@ def converge_peak(
         balance = HarmonicBalance(replace(joint, law=law), damping, force)
         resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
         located = resonance.peak(narrowed=False)
+        if located is None:
+            restarted = _restarted(balance, last)
+            if restarted is not None:
+                resonance, located = restarted, restarted.peak(narrowed=False)
         logger.info("%g N, %d harmonics: %s", force, highest, located and located.frequency)
         if located is None:
             continue
@@ -364,6 +365,20 @@ def converge_peak(
             if sequence.changes_within(tolerances):
                 return sequence._replace(converged=True)
     return _narrowed(sequence, resonances, joint)
+
+
+def _restarted(balance: HarmonicBalance, peak: HarmonicPeak) -> PhaseResonance | None:
+    """Motions near a peak with fewer harmonics, by one to which these are added a few at a time.
+
+    None where there is none, or it is one of another resonance.
+    """
+    found = _with_more_harmonics(balance, peak.motion, peak.frequency, LeftOutHarmonics())
+    if found is None:
+        return None
+    motion, frequency = found
+    if abs(np.log(frequency / peak.frequency)) > PeakSearch().largest_distance:
+        return None
+    return PhaseResonance(balance, frequency, motion)
 
 
 def _narrowed(
