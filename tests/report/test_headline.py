@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from boltjoint.names import Basis
-from boltjoint.report.pages.headline import peak_in_words, peaks_of_coordinates
+from boltjoint.report.pages.headline import ALL, NOT_TESTED, peak_in_words, peaks_of_coordinates
 from boltjoint.study.response_list import by_trust
 
 ROWS = pd.DataFrame(
@@ -30,6 +30,22 @@ def test_a_peak_has_its_bar_and_the_unit_of_its_excitation(unit, per):
     # where no peak with all harmonics was found, there is one of one harmonic
     assert peak_in_words(peaks.iloc[1], unit) == (
         f"71.9 Hz and 0.35 {per} at 10 {unit} with one harmonic, whose error is not tested"
+    )
+
+
+def test_bars_are_numbers_and_only_one_that_is_not_known_is_told_in_words():
+    with_all = {"converged_peak_frequency_Hz": 75.18, "converged_peak_mm_per_N": 0.928}
+    one_unknown = ROWS.assign(**with_all)
+    both_known = one_unknown.ffill()
+    for what in ("frequency", "response"):
+        column = ALL, f"{what}_±_percent"
+        assert peaks_of_coordinates(both_known)[column].dtype == float
+        bars = peaks_of_coordinates(one_unknown)[column].tolist()
+        assert [bar == NOT_TESTED for bar in bars] == [False, True]
+        untested = both_known.assign(basis_amplitude_error_percent=None)
+        assert peaks_of_coordinates(untested)[column].tolist() == [NOT_TESTED] * 2
+    assert (
+        peak_in_words(peaks_of_coordinates(one_unknown).iloc[1]) == "75.2 Hz and 0.928 mm/N at 10 N"
     )
 
 

@@ -135,9 +135,9 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     DataFrame
         Columns under ``ALL``: frequency, response over force and their error bars, where the study
         has such peaks; bars are not tested in a basis whose error is not estimated, and where no
-        motion with further harmonics was found. Under ``ONE``,
-        those of one harmonic and how far the response is off; empty where there is no peak or a
-        branch broke off. Last ``OF_LENGTH``, where the length of the structure is known.
+        motion with further harmonics was found. Under ``ONE``, those of one harmonic and how far
+        the response is off; empty where there is no peak or a branch broke off. Last ``OF_LENGTH``,
+        where the length of the structure is known.
     """
     fields = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
     return peaks_of_coordinates(select(accuracy, **fields))
@@ -151,11 +151,9 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     if "converged_peak_mm_per_N" in rows:
         all_harmonics, off = rows["converged_peak_mm_per_N"], "off_by_percent"
         is_tested = rows["basis_amplitude_error_percent"].notna().any()
-        not_tested = _not_tested(all_harmonics)
         of_frequency, of_response = (
-            not_tested if not is_tested else bar.where(bar.notna(), not_tested)
+            _known(rows[f"converged_{what}_error_bar_percent"], all_harmonics, is_tested=is_tested)
             for what in ("frequency", "amplitude")
-            for bar in [rows[f"converged_{what}_error_bar_percent"].astype(object)]
         )
         columns |= {
             (ALL, "frequency_Hz"): rows["converged_peak_frequency_Hz"],
@@ -176,6 +174,12 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     frame = pd.DataFrame(columns)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
     return frame
+
+
+def _known(bars: pd.Series, response: pd.Series, *, is_tested: bool) -> pd.Series:
+    """Error bars of responses, with words where one is not known."""
+    missing = response.notna() & (bars.isna() if is_tested else True)
+    return bars.astype(object).mask(missing, NOT_TESTED) if missing.any() else bars
 
 
 def _not_tested(response: pd.Series) -> pd.Series:
