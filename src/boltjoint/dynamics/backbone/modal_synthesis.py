@@ -27,7 +27,8 @@ _UNLIMITED = "friction alone does not limit the response to this force"
 #: apart, dense enough to draw it; the peak does not depend on them
 _PHASES = np.array([0.06, 0.18, 0.35, 0.55, 0.8, 1.05, 1.3])
 
-#: width within which a maximum is located, over the step that it lies in: at a corner the best
+#: width within which a maximum is located, over the step that it lies in: at a corner the place is
+#: off by as much
 _WIDTH = 1e-8
 
 #: distance from a maximum, over the step, at which amplitudes are compared to locate it
@@ -262,6 +263,7 @@ class _ResponseCurve:
         step = phases[2] - phases[0]
         variables = [1 + (phase - phases[1]) / step for phase in phases]
         negatives = dict(zip(variables, -amplitude[place - 1 : place + 2], strict=True))
+        solved: dict[float, _Point | None] = dict(zip(variables, around, strict=True))
 
         def point_at(variable: float) -> _Point | None:
             phase = phases[1] + step * (variable - 1)
@@ -282,7 +284,7 @@ class _ResponseCurve:
 
         def negative_amplitude(variable: float) -> float:
             if variable not in negatives:
-                point = point_at(variable)
+                point = solved[variable] = point_at(variable)
                 negatives[variable] = 0.0 if point is None else -self.output_amplitude([point])[0]
             return negatives[variable]
 
@@ -297,7 +299,7 @@ class _ResponseCurve:
         # but not at a corner, where a contact changes its state
         if -negative_amplitude(top) < (1 - _EQUAL) * -located.fun:
             top = located.x
-        point, value = point_at(top), -negative_amplitude(top)
+        value, point = -negative_amplitude(top), solved[top]
         return (None, *own) if point is None or value < own[0] else (point, value, top > 1)
 
     def output_amplitude(self, points: Sequence[_Point]) -> NDArray[np.float64]:
