@@ -119,6 +119,9 @@ OF_LENGTH = ("largest displacement", "of_length_percent")
 #: what stands in place of an error that nobody knows
 NOT_TESTED = "not tested"
 
+#: columns of the error bars of peaks with all harmonics
+_BARS = tuple(f"converged_{what}_error_bar_percent" for what in ("frequency", "amplitude"))
+
 
 def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     """Peaks of the node-to-node joint by force, with all harmonics and with one.
@@ -147,13 +150,13 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     """As ``peaks_of_reference``, of some rows of a table of accuracy in any coordinates."""
     # the largest response of a part of a branch need not be the peak
     of_one = rows[["peak_frequency_Hz", "peak_mm_per_N"]].where(rows["complete"])
+    unknown = pd.Series(np.nan, rows.index)
     columns = {("", "force_N"): rows["force_N"]}
     if "converged_peak_mm_per_N" in rows:
         all_harmonics, off = rows["converged_peak_mm_per_N"], "off_by_percent"
         is_tested = rows["basis_amplitude_error_percent"].notna().any()
         of_frequency, of_response = (
-            _known(rows[f"converged_{what}_error_bar_percent"], all_harmonics, is_tested=is_tested)
-            for what in ("frequency", "amplitude")
+            _or_not_tested(rows[bar] if is_tested else unknown, all_harmonics) for bar in _BARS
         )
         columns |= {
             (ALL, "frequency_Hz"): rows["converged_peak_frequency_Hz"],
@@ -163,7 +166,7 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
         }
         error = 100 * (of_one["peak_mm_per_N"] / all_harmonics - 1).abs()
     else:
-        off, error = "error", _not_tested(of_one["peak_mm_per_N"])
+        off, error = "error", _or_not_tested(unknown, of_one["peak_mm_per_N"])
     columns |= {
         (ONE, "frequency_Hz"): of_one["peak_frequency_Hz"],
         (ONE, "response_mm_per_N"): of_one["peak_mm_per_N"],
@@ -176,15 +179,10 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     return frame
 
 
-def _known(bars: pd.Series, response: pd.Series, *, is_tested: bool) -> pd.Series:
-    """Error bars of responses, with words where one is not known."""
-    missing = response.notna() & (bars.isna() if is_tested else True)
-    return bars.astype(object).mask(missing, NOT_TESTED) if missing.any() else bars
-
-
-def _not_tested(response: pd.Series) -> pd.Series:
-    """What stands in place of the errors of responses, where there are any."""
-    return pd.Series(NOT_TESTED, response.index).where(response.notna())
+def _or_not_tested(errors: pd.Series, response: pd.Series) -> pd.Series:
+    """Errors of responses, with words where that of one is not known."""
+    missing = response.notna() & errors.isna()
+    return errors.astype(object).mask(missing, NOT_TESTED) if missing.any() else errors
 
 
 def peak_in_words(row: pd.Series, unit: str = "N", *, is_complete: bool = True) -> str:
