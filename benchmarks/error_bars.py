@@ -111,9 +111,9 @@ def assembled_joints(
         forces = onset_of_full_slip(nodes, condition.damping) * np.array([0.1, 0.4, 1.2])
         clusters = partition_regions(nodes, preload, 8, division="clusters")
         joints = {"node-to-node": nodes, "clusters=8": clusters}
-        for kind, joint in ((kind, joints[kind]) for kind in elements):
+        for kind in elements:
             label = f"{name} {law} enriched-{number} {kind}"
-            yield name, label, joint, forces, condition.damping
+            yield name, label, joints[kind], forces, condition.damping
 
 
 def check(
@@ -126,7 +126,7 @@ def check(
 ) -> list[dict[str, object]]:
     """Bars and errors of the peaks of a joint, a row for each force and quantity.
 
-    References that are `known`, by name, place of the force and quantity, are not sought again.
+    References that are ``known``, by name, place of the force and quantity, are not sought again.
     """
     damping = as_damping(damping)
     response = solve_response(joint, list(forces), damping=damping)
