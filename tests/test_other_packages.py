@@ -1,4 +1,4 @@
-"""Friction laws and displays of a package that is made in a temporary folder."""
+"""Friction laws, displays and a maker of a package that is made in a temporary folder."""
 
 import subprocess
 import sys
@@ -45,21 +45,26 @@ from boltjoint.study.display import table
 def glue(artefact, results):
     """Nothing."""
 '''
+#: a maker, of which no more is asked than its figures and tables
+MAKER = 'DISPLAYS = "displays_of_glued"'
 KEYS = {"tangential_stiffness": 5e6, "viscosity": 300.0}
 
 
 @pytest.fixture
 def package(tmp_path, monkeypatch):
-    """The folder of a package with a law and a display."""
+    """The folder of a package with a law, a display, and a maker with another."""
     information = tmp_path / "glue-1.0.dist-info"
     information.mkdir()
     points = "[boltjoint.laws]\nglue = glue\n[boltjoint.displays]\nglue = displays_of_glue\n"
+    points += "[boltjoint.makers]\nglued = glued\n"
     (information / "entry_points.txt").write_text(points)
     (information / "METADATA").write_text("Name: glue\nVersion: 1.0\n")
     for name, text in (
         ("glue", LAW),
         ("law_of_glue", glue_law("from glue import DECLARATION")),
         ("displays_of_glue", DISPLAY),
+        ("glued", MAKER),
+        ("displays_of_glued", DISPLAY.replace("glue", "glued")),
     ):
         (tmp_path / f"{name}.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
@@ -132,11 +137,13 @@ def test_keys_of_such_a_law_are_checked_where_they_stand(change, location):
     assert [error["loc"][-1] for error in raised.value.errors()] == [location]
 
 
-def test_displays_of_another_package_stand_after_those_of_this_one(package):
-    script = "from boltjoint.report.displays import DISPLAYS; print([d.kind for d in DISPLAYS][-1])"
+def test_displays_of_another_package_and_its_makers_stand_after_those_of_this_one(package):
+    script = "from boltjoint.report.displays import DISPLAYS; print(*[d.kind for d in DISPLAYS])"
     run = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(package)!r}); {script}"]
     ran = subprocess.run(run, capture_output=True, text=True, check=True)
-    assert ran.stdout.strip() == "glue"
+    *own, of_makers, of_entry_points = ran.stdout.split()
+    assert len(own) > 20
+    assert (of_makers, of_entry_points) == ("glued", "glue")
 
 
 def test_a_law_lacks_nothing_that_all_have():

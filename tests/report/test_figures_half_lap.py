@@ -10,14 +10,14 @@ from matplotlib.colors import to_rgb
 from small_study import ASSEMBLY
 
 from boltjoint.config.assembly import Assembly
-from boltjoint.report.figures.half_lap import (
+from boltjoint.report.figures.style import save_figure
+from boltjoint.structure.makers.half_lap.figures import (
     _VIEW,
     PART_COLOURS,
     plot_deformation,
     plot_mesh,
     plot_modes,
 )
-from boltjoint.report.figures.style import save_figure
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 
 
@@ -147,7 +147,7 @@ def test_a_section_needs_faces_on_the_plane(assembly, modes):
 
 
 def test_figures_import_no_compiler():
-    loaded = modules_loaded_by("from boltjoint.report.figures import half_lap")
+    loaded = modules_loaded_by("from boltjoint.structure.makers.half_lap import figures")
     assert not {"numba", "scipy"} & loaded
 
 

@@ -3,7 +3,7 @@ import pytest
 from figure_parts import curves, legend_texts, polygon_area, shapes
 from matplotlib.collections import LineCollection
 
-from boltjoint.report.figures.half_lap import plot_initial_gap
+from boltjoint.structure.makers.half_lap.figures import plot_initial_gap
 
 
 @pytest.fixture

@@ -23,7 +23,11 @@ from small_study import (
     write_config,
 )
 
+from boltjoint.config import makers
+from boltjoint.config.study import load_study
 from boltjoint.provenance.code_dependencies import Sources
+from boltjoint.report.displays import DISPLAYS
+from boltjoint.study.artefact_list import Contents
 
 STRUCTURE = "assemblies/*"
 FREE, ENRICHED = SETTINGS["convergence"]["bases"]
@@ -173,6 +177,30 @@ def test_edited_code_runs_what_uses_it_whatever_its_date(copied):
     assert among(found, STRUCTURE, "cases/*") == []
 
 
+(DECLARING,) = makers.displays_of_makers()
+#: what declares the figures of a maker, and what draws them
+DECLARED = Path(DECLARING.__file__)
+DRAWN = DECLARED.with_name("figures.py")
+
+
+@pytest.mark.parametrize("module", [DECLARED, DRAWN])
+def test_edited_figures_of_a_maker_are_drawn_anew_and_leave_its_structures_alone(copied, module):
+    folder = with_library(copied)
+    edit(folder / module.relative_to(ROOT))
+    found = planned(folder)
+    drawn_together = ("contact", "deformation", "mesh", "modes")
+    patterns = [f"figures/{kind}_two_bolt*.svg" for kind in drawn_together]
+    assert among(found, "figures/*") == among(figures_of(folder), *patterns)
+    assert among(found, "report/structure.html")
+    assert among(found, STRUCTURE, "cases/*", "sweeps/*", "tables/*") == []
+
+
+def figures_of(folder):
+    """The figures that a study has drawn."""
+    drawn = (folder / "results/figures").iterdir()
+    return [path.relative_to(folder).as_posix() for path in drawn]
+
+
 def with_library(folder):
     """A study with a library of its own, for tests that edit it."""
     shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
@@ -249,6 +277,19 @@ def test_figures_and_tables_use_no_more_of_the_library_than_they_need(module, us
     }
     assert used_by <= users
     assert not not_used_by & users
+
+
+def test_figures_of_a_maker_are_code_of_the_jobs_that_draw_them():
+    assert str(DRAWN) in SOURCES.used_by(DECLARED)
+    others = [*ROOT.glob("workflow/scripts/*.py"), makers.maker(makers.DEFAULT).__file__]
+    for path in others:
+        assert not {str(DECLARED), str(DRAWN)} & set(SOURCES.used_by(path)), path
+    jobs = DISPLAYS.jobs(Contents(load_study(ROOT), DISPLAYS), "figure")
+    drawing = [job for job in jobs if DECLARING.__name__ in job.modules]
+    assert {job.name for job in drawing} == {
+        job.name for job in jobs if any(each.kind == "mesh" for each in job.artefacts)
+    }
+    assert len(drawing) < len(jobs)
 
 
 def test_other_values_of_a_sweep_leave_its_joint_alone(copied):

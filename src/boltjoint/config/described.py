@@ -144,9 +144,9 @@ class Described(Entry):
     preload_N: Positive | None = None
     """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
 
-    #: whether there is a mesh of a half lap, which figures show
+    #: whether its maker meshes it, and draws the mesh
     HAS_MESH: ClassVar[bool] = False
-    #: whether there are solid bodies of any other cells, which figures show
+    #: whether there are solid bodies of any cells, which the figures of all makers show
     HAS_SOLIDS: ClassVar[bool] = False
     #: key of the initial gap
     GAP_KEY: ClassVar[str] = "contact.gap_um"

@@ -13,6 +13,8 @@ A maker is a module; what takes long to import is imported by its functions. It 
 
 and may have
 
+- ``DISPLAYS``, the name of the module that declares figures and tables of its structures, as those
+  of ``report.displays`` do;
 - ``size_of(description, folder)``, its ``MeshSize`` where files tell it;
 - ``check(description, folder)``, what its files are, by words, and lines on what to look at, for
   ``boltjoint check``;
@@ -62,6 +64,12 @@ def maker(name: str) -> ModuleType:
 def page_of(name: str) -> ModuleType:
     """The module that tells pages of the structures of this maker."""
     return import_module(maker(name).PAGE)
+
+
+def displays_of_makers() -> list[ModuleType]:
+    """The modules that declare figures and tables of the structures of makers that have any."""
+    names = (getattr(maker(name), "DISPLAYS", None) for name in maker_names())
+    return [import_module(name) for name in names if name is not None]
 
 
 def type_of(content: Mapping[str, Any]) -> object:

@@ -1,7 +1,7 @@
 """The contents of a study: one list of all files that it makes."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -206,11 +206,6 @@ class Contents(Responses):
             yield Artefact("sweep_check", sweep=name)
         yield Artefact("sweep", sweep=name)
         yield Artefact("sweep_page", sweep=name)
-
-    def has_mesh(self, fields: Mapping[str, Any]) -> bool:
-        """Whether an assembly, or that of a case, has a mesh that figures show."""
-        name = fields.get("assembly") or self.study.case(str(fields["case"])).assembly
-        return self.study.assembly(str(name)).HAS_MESH
 
     def _chunks(self, name: str) -> Iterator[Artefact]:
         """Designs of a sweep that a job solves."""

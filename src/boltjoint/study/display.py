@@ -51,8 +51,6 @@ class Display:
     is_compared
         Whether values of a source stand in it too, where a case is compared with one: the function
         is then told of the source as ``comparison``.
-    shows_mesh
-        Whether it needs a mesh, which not all assemblies have.
     stage
         Stage of its case by which memory and time are estimated (``estimate.Resources``); without
         one they are those of drawing and tabulating.
@@ -71,14 +69,11 @@ class Display:
     order: int = 0
     options: Callable[["Contents", Artefact], Mapping[str, Any]] = lambda *_: {}
     is_compared: bool = False
-    shows_mesh: bool = False
     stage: str = ""
 
     def artefacts(self, contents: "Contents") -> Iterator[Artefact]:
         """All of this kind that a study has."""
         for fields in self.of(contents):
-            if self.shows_mesh and not contents.has_mesh(fields):
-                continue
             yield Artefact(self.kind, self.form, **fields)
 
     def content(

@@ -1,6 +1,5 @@
 """Figures and tables of structures: bodies, modes, contact and deformation under preload."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from boltjoint.study.artefact_list import Artefact, Contents
@@ -14,10 +13,7 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-Fields = Callable[[Contents], list[dict[str, Any]]]
-
-
-def _other_assemblies(contents: Contents) -> list[dict[str, Any]]:
+def _assemblies_of_solids(contents: Contents) -> list[dict[str, Any]]:
     return [
         {"assembly": name}
         for name, assembly in contents.study.assemblies.items()
@@ -25,7 +21,7 @@ def _other_assemblies(contents: Contents) -> list[dict[str, Any]]:
     ]
 
 
-def _other_preloads(contents: Contents) -> list[dict[str, Any]]:
+def _preloads_of_solids(contents: Contents) -> list[dict[str, Any]]:
     return [
         {"assembly": name, "preload_N": preload}
         for name, preload in contents.preloads()
@@ -33,13 +29,13 @@ def _other_preloads(contents: Contents) -> list[dict[str, Any]]:
     ]
 
 
-def _other_modes(contents: Contents) -> list[dict[str, Any]]:
-    """Assemblies in each basis whose vectors are modes."""
+def _modes_of_solids(contents: Contents) -> list[dict[str, Any]]:
+    """Assemblies of solids in each basis whose vectors are modes."""
     return [
         of_assembly | {"basis": basis}
         for basis in contents.bases()
         if not basis.is_contact_adapted
-        for of_assembly in _other_assemblies(contents)
+        for of_assembly in _assemblies_of_solids(contents)
     ]
 
 
@@ -49,7 +45,7 @@ _ASSEMBLY = data_of("assembly", by=["assembly"])
 
 @figure(
     "solids",
-    of=_other_assemblies,
+    of=_assemblies_of_solids,
     reads=(_ASSEMBLY,),
     section="dimensions",
     title="Bodies of {assembly}",
@@ -65,7 +61,7 @@ def solids(artefact: Artefact, results: "Results") -> "Figure":
 
 @figure(
     "solid_modes",
-    of=_other_modes,
+    of=_modes_of_solids,
     reads=(_ASSEMBLY, data_of("modes", by=["assembly", "basis"])),
     section="modes",
     title="Modes of {assembly}, basis {basis}",
@@ -82,7 +78,7 @@ def solid_modes(artefact: Artefact, results: "Results") -> "Figure":
 
 @figure(
     "solid_deformation",
-    of=_other_preloads,
+    of=_preloads_of_solids,
     reads=(_ASSEMBLY, data_of("preload", by=["assembly", "preload_N"])),
     section="contact",
     title="Shape of {assembly} with {preload_N} N per bolt",
@@ -95,13 +91,6 @@ def solid_deformation(artefact: Artefact, results: "Results") -> "Figure":
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
     return plot_solid_deformation(assembly, results.dataset("preload", **artefact.fields))
-
-
-_UNDER_PRELOAD = "{assembly} with {preload_N} N per bolt"
-
-
-def _assemblies(contents: Contents) -> list[dict[str, Any]]:
-    return [{"assembly": name} for name in contents.study.assemblies]
 
 
 def _preloads(contents: Contents) -> list[dict[str, Any]]:
@@ -121,120 +110,15 @@ def _bases_of_all_families(contents: Contents) -> list[dict[str, Any]]:
     return _free_bases(contents, all_families=True)
 
 
-def _assemblies_in(
-    bases: Callable[[Contents], list[dict[str, Any]]],
-) -> Callable[[Contents], list[dict[str, Any]]]:
-    """All assemblies in each of the bases."""
-
-    def found(contents: Contents) -> list[dict[str, Any]]:
-        return [
-            of_assembly | of_basis
-            for of_basis in bases(contents)
-            for of_assembly in _assemblies(contents)
-        ]
-
-    return found
-
-
-_MODES = {
-    "reads": (data_of("assembly", by=["assembly"]), data_of("modes", by=["assembly", "basis"])),
-    "job": "structure_{assembly}",
-    "page": "structure",
-    "section": "modes",
-    "shows_mesh": True,
-}
-
-
 @figure(
-    "mesh",
-    of=_assemblies,
-    reads=(data_of("assembly", by=["assembly"]),),
-    job="structure_{assembly}",
-    page="structure",
-    section="dimensions",
-    title="Mesh of {assembly}",
-    caption="From above at an angle, the contact surface from above, and a cut along the middle of "
-    "the width. The bolts are tied to the bars under head and nut, or to washers that are.",
-    shows_mesh=True,
-)
-def mesh(artefact: Artefact, results: "Results") -> "Figure":
-    """The mesh of an assembly."""
-    from boltjoint.report.figures.half_lap import plot_mesh
-
-    return plot_mesh(results.dataset("assembly", **artefact.fields))
-
-
-def _draw_modes(artefact: Artefact, results: "Results") -> "Figure":
-    from boltjoint.report.figures.half_lap import plot_modes
-
-    assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_modes(assembly, results.dataset("modes", **artefact.fields))
-
-
-@figure(
-    "initial_gap",
-    of=lambda contents: [
-        {"assembly": name}
-        for name, assembly in contents.study.assemblies.items()
-        if assembly.has_initial_gap
-    ],
-    reads=(data_of("assembly", by=["assembly"]),),
+    "contact",
+    of=_preloads,
+    reads=(_ASSEMBLY, data_of("preload", by=["assembly", "preload_N"])),
     job="structure_{assembly}",
     page="structure",
     section="contact",
-    title="Initial gap of {assembly}",
-    caption="Form error of both surfaces together: their distance as they touch, before the bolts "
-    "are tightened.",
-    shows_mesh=True,
-)
-def initial_gap(artefact: Artefact, results: "Results") -> "Figure":
-    """The gap of an assembly before its bolts are tightened."""
-    from boltjoint.report.figures.half_lap import plot_initial_gap
-
-    return plot_initial_gap(results.dataset("assembly", **artefact.fields))
-
-
-@figure(
-    "modes",
-    of=_assemblies_in(_free_bases),
-    title="Bending modes of {assembly}",
-    caption="Cut along the middle of the width; displacements are enlarged.",
-    **_MODES,
-)
-def modes(artefact: Artefact, results: "Results") -> "Figure":
-    """The modes of an assembly without contact."""
-    return _draw_modes(artefact, results)
-
-
-@figure(
-    "all_modes",
-    of=_assemblies_in(_bases_of_all_families),
-    title="Modes of {assembly} of all families",
-    caption="Cut along the middle of the width, or, where that moves across itself, along the "
-    "contact and seen from above; displacements are enlarged.",
-    **_MODES,
-)
-def all_modes(artefact: Artefact, results: "Results") -> "Figure":
-    """The modes of an assembly without contact, of all families."""
-    return _draw_modes(artefact, results)
-
-
-_OF_PRELOAD = {
-    "of": _preloads,
-    "reads": (
-        data_of("assembly", by=["assembly"]),
-        data_of("preload", by=["assembly", "preload_N"]),
-    ),
-    "job": "structure_{assembly}",
-    "page": "structure",
-    "section": "contact",
-}
-
-
-@figure(
-    "contact",
-    **_OF_PRELOAD,
-    title=_UNDER_PRELOAD,
+    order=1,
+    title="{assembly} with {preload_N} N per bolt",
     caption="Every pair is drawn as the area that belongs to it. The load of a pair depends on "
     "that area as much as on the pressure: pairs on the edge of a hole have about half the area of "
     "their neighbours, and therefore half the slip force.",
@@ -245,22 +129,6 @@ def contact(artefact: Artefact, results: "Results") -> "Figure":
 
     assembly = results.dataset("assembly", assembly=artefact.assembly)
     return plot_contact(assembly, results.dataset("preload", **artefact.fields))
-
-
-@figure(
-    "deformation",
-    **_OF_PRELOAD,
-    shows_mesh=True,
-    title=f"Shape of {_UNDER_PRELOAD}",
-    caption="Cut along the middle of the width; displacements are enlarged. The overlap at the cut "
-    "through every shank is the shortening by which the bolt is tightened.",
-)
-def deformation(artefact: Artefact, results: "Results") -> "Figure":
-    """The shape of an assembly under preload."""
-    from boltjoint.report.figures.half_lap import plot_deformation
-
-    assembly = results.dataset("assembly", assembly=artefact.assembly)
-    return plot_deformation(assembly, results.dataset("preload", **artefact.fields))
 
 
 @table(

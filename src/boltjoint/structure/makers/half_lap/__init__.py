@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
 
 __all__ = [
+    "DISPLAYS",
     "PAGE",
     "Description",
     "families_of",
@@ -22,9 +23,9 @@ __all__ = [
     "structure_of",
 ]
 
-
-#: module that tells pages of them
+#: modules that tell pages of them, and that declare their figures
 PAGE = f"{__name__}.facts"
+DISPLAYS = f"{__name__}.displays"
 
 
 def make(description: Description, folder: Path) -> "xr.Dataset":

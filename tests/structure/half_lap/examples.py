@@ -75,7 +75,7 @@ def freed(assembly):
 
 def study_assembly(name):
     """An assembly as the configuration of the study describes it."""
-    folder = Path(__file__).parents[2] / "config" / "assemblies"
+    folder = Path(__file__).parents[3] / "config" / "assemblies"
     return Assembly.model_validate(yaml.safe_load((folder / f"{name}.yaml").read_text()))
 
 
