@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint.dynamics.backbone.epmc import ModalState
 from boltjoint.solvers.corrector import Corrector, Predictor, projection
@@ -34,6 +34,9 @@ _REDUCTION = 0.1
 
 #: value of a function over its scale below which only the tolerance of the equations limits it
 _NEAR = 1e-7
+
+#: share of the way from a state within which an interpolation tells whether a function falls there
+_ASIDE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +176,40 @@ def solve_root(
         else:
             between, values = replace(between, second=solution), (values[0], value)
     return last
+
+
+def solve_minimum(
+    function: Callable[[ModalState], float], between: BetweenStates
+) -> ModalState | None:
+    """The mode between two states at which a function of the mode is least.
+
+    Parameters
+    ----------
+    function
+        Function of the mode.
+    between
+        The states.
+
+    Returns
+    -------
+    ModalState
+        None where the function does not fall from both states towards each other, by the tangents
+        of the backbone, or the equations are not solved in between.
+    """
+    at_ends = function(between.first), function(between.second)
+    for share, value in zip((_ASIDE, 1 - _ASIDE), at_ends, strict=True):
+        if not function(between.interpolation(share)) < value:
+            return None
+    solutions: dict[float, ModalState | None] = {}
+
+    def value_at(share: float) -> float:
+        solutions[share] = state = between.state(share)
+        return max(at_ends) if state is None else function(state)
+
+    located = minimize_scalar(
+        value_at, bounds=(0.0, 1.0), method="bounded", options={"xatol": _ASIDE}
+    )
+    return solutions[located.x]
 
 
 def _root_of_interpolation(

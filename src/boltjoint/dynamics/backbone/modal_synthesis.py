@@ -8,7 +8,7 @@ and Vibration 332 (2013) 6798-6814.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 
 from boltjoint import checks
 from boltjoint.dynamics.backbone.backbone import Backbone
+from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_minimum
 from boltjoint.dynamics.backbone.epmc import ModalState
 from boltjoint.dynamics.balance.harmonic_balance import OutputPoint
 
@@ -45,6 +46,8 @@ _NEARLY_HIGHEST = 0.9
 #: what Newton's method leaves where it fails some tenths or more
 _LARGEST_EXCESS = 1e-3
 
+#: relative excess of the force at a state up to which a mode beside it may need more than the force
+_SMALL_EXCESS = 1.0
 
 #: factors by which steps of a backbone are shorter where the mode is not found between two states:
 #: there the backbone has turned, or a contact has changed its state, within one step
@@ -156,8 +159,9 @@ class _ResponseCurve:
     """The response to one force, from below resonance over the peak to above it."""
 
     def __init__(self, backbone: Backbone, force: float) -> None:
-        self.backbone, self.balance = backbone, backbone.equations.balance
+        self.balance = backbone.equations.balance
         self.excitation = self.balance.joint.excitation.modes * force
+        self.backbone = backbone = self._with_unreached(backbone)
         #: states whose amplitude the force exceeds, and at last that of the peak
         self.states = list(backbone.states)
         #: index of the first state whose amplitude the force does not reach
@@ -176,6 +180,25 @@ class _ResponseCurve:
             self.is_solved = abs(self._excess(peak)) <= _LARGEST_EXCESS * peak.least_distance
             self.peak = peak if self.is_solved else None
             self.states[self.unreached :] = [peak] if self.is_solved else []
+
+    def _with_unreached(self, backbone: Backbone) -> Backbone:
+        """The backbone with the first mode between states that the force exceeds and it does not.
+
+        The force at peaks over the amplitude has a maximum there, where the response ends and an
+        isolated branch lies above it: states further apart than both would not tell.
+        """
+        excess = [self._excess(state) for state in backbone.states]
+        for after, (first, second) in enumerate(pairwise(backbone.states), start=1):
+            beside = (first, excess[after - 1]), (second, excess[after])
+            if any(value <= 0 for _, value in beside):
+                break
+            if any(value <= _SMALL_EXCESS * state.least_distance for state, value in beside):
+                between = BetweenStates(first, second, backbone.control)
+                least = solve_minimum(self._excess, between)
+                if least is not None and self._excess(least) <= 0:
+                    states = *backbone.states[:after], least, *backbone.states[after:]
+                    return replace(backbone, states=states)
+        return backbone
 
     def points(self) -> list[_Point]:
         """Points of the response: at states of the backbone, and more near the peak."""
