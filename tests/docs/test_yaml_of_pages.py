@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import yaml
 from matrix_files import write_npz
+from modal_files import write_universal
 from page_blocks import ROOT, blocks
 from scipy import sparse
+from scipy.io import savemat
 
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
@@ -76,6 +78,13 @@ def page_of(block):
     return block.place.partition(":")[0]
 
 
+def name_of(content, otherwise=None):
+    """What the file of an assembly of another program is called."""
+    if "modes" in content and "type" in content:
+        return "tested" if "file" in content["modes"] else "reduced"
+    return NAMES.get(content.get("type"), otherwise)
+
+
 def whole(page, kind, name):
     """The block of a page that is a whole file."""
     (found,) = (
@@ -85,7 +94,7 @@ def whole(page, kind, name):
         and kind_of(content := yaml.safe_load(each.text)) == kind
         and is_whole(content)
         and (kind == "assemblies" or content.get("assembly", name) == name)
-        and NAMES.get(content.get("type"), name) == name
+        and name_of(content, name) == name
     )
     return found
 
@@ -109,12 +118,35 @@ def write_structure(folder, name):
     if name == "beam":
         (folder / "config/beam.inp").write_text(DECK)
         return
+    if name in ("reduced", "tested"):
+        write_modes(folder / "config", name)
+        return
     count = 6000
     side = np.arange(3 * 20).reshape(20, 3)
     each = {"K": sparse.eye(count), "M": sparse.eye(count), "side_a": side, "side_b": side + 100}
     each |= {"area": np.ones(20), "position": np.zeros((20, 3)), "tip": np.zeros(count)}
     (folder / "config/matrices").mkdir()
     write_npz(folder / "config/matrices/joint.npz", each)
+
+
+def write_modes(folder, name):
+    """Three modes at twenty contact points, or at their nodes as of a test."""
+    points = 20
+    load = {"n0": np.ones(points), "area": np.ones(points)}
+    if name == "reduced":
+        rows = {"relative": np.ones((3 * points, 3)), "phi": np.ones((5, 3))}
+        modes = {"f": [60.0, 90, 200], "zeta": [1e-3] * 3, "phi_shaker": np.ones(3)}
+        gap = {"gap": np.zeros(points), "position": np.zeros((points, 3))}
+        savemat(folder / "modes.mat", load | rows | modes | gap)
+        return
+    node = np.arange(101, 101 + 2 * points)
+    test = {
+        **{"node": node, "node_position": np.zeros((2 * points, 3))},
+        **{"mode_shape": np.ones((6 * points, 3)), "modal_mass": np.full(3, 0.5)},
+        "natural_frequency": [60.0, 90, 200],
+    }
+    write_universal(folder / "test.unv", test, ratio=1e-3)
+    write_npz(folder / "contact.npz", load | {"side_a": node[:points], "side_b": node[points:]})
 
 
 def merged(text, part):
@@ -137,12 +169,15 @@ def test_blocks_are_read_as_the_files_that_they_are(block, study):
     if surfaces:
         name = "beam"
     elif "type" in content or "assembly" in content:
-        name = content.get("assembly") or NAMES[content["type"]]
+        name = content.get("assembly") or name_of(content)
     if name != "mine":
         case = whole("docs/structures.md", "cases", "joint")
         if name == "beam":
             # its input is the point that the deck's example names, and its pairs are few
             for old, new in (("joint\n", "beam\n"), ("shaker", "tip"), ("enriched-24", "free-4")):
+                case = case.replace(old, new)
+        elif name != "joint":
+            for old, new in (("joint\n", f"{name}\n"), ("10000", "8000"), ("enriched-24", "all-3")):
                 case = case.replace(old, new)
         write(study, "cases", name, case)
         assembly = whole("docs/structures.md", "assemblies", name)

@@ -7,7 +7,8 @@ from matrix_files import KEYS, described, exported, write_npz, written
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
-from boltjoint.structure.makers.matrices.structure import sizes_of_matrices, structure_of_matrices
+from boltjoint.structure.makers.matrices.source import sizes_of_matrices
+from boltjoint.structure.makers.matrices.structure import structure_of_matrices
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload

@@ -1,5 +1,6 @@
 """What a study asks of an assembly from matrices before any job."""
 
+import modal_files
 import pytest
 from matrix_files import exported, keys, write_npz
 from small_study import ASSEMBLY, CASE, SETTINGS, mesh_of, write
@@ -7,8 +8,11 @@ from small_study import ASSEMBLY, CASE, SETTINGS, mesh_of, write
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.config.varied_keys import keys_that_vary
+from boltjoint.damping import LossFactor, ModalDamping
 from boltjoint.names import JointName
 from boltjoint.structure.makers.registry import structure_of
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
 from boltjoint.study import estimate
 
 OF_CASE = {"excitation": {"kind": "inputs", "inputs": [{"name": "shaker"}]}, "outputs": ["sensor"]}
@@ -55,6 +59,57 @@ def test_numbers_that_name_something_do_not_vary(study):
     )
     assert "assembly.contact.penalty_N_per_m3" in varied
     assert not [key for key in varied if key.endswith(("locked", "numbered_from", "dof"))]
+
+
+@pytest.fixture
+def modal_study(made, tmp_path):
+    """The same of its modes, with other keys of its case, sweeps and damping ratios."""
+    basis, preload = find_modes(made, "free-2"), apply_preload(made, 10000)
+    ratios = {"zeta": [1e-3, 3e-3]}
+    write_npz(tmp_path / "joint.npz", modal_files.variables(basis, preload) | ratios)
+
+    def read(case, **changes):
+        contact = modal_files.KEYS["contact"] | {"preload_N": 10000}
+        keys = modal_files.KEYS | {"contact": contact} | changes
+        write(tmp_path / "config/assemblies/two_bolt.yaml", keys)
+        solve = [{"resonance": 1, "joints": ["node-to-node"]}]
+        of_case = CASE | OF_CASE | {"solve": solve, "coordinates": ["linear"]} | case
+        of_case = {key: value for key, value in of_case.items() if value is not None}
+        swept = of_case.pop("sweeps", [])
+        write(tmp_path / "config/cases/small.yaml", of_case)
+        sweep = {"case": "small", "vary": {"preload_N": [1e4, 2e4]}, "design": {"kind": "grid"}}
+        of_sweep = sweep | {"basis": "free-2", "joint": "node-to-node"}
+        write(tmp_path / "config/sweeps/loads.yaml", of_sweep)
+        settings = SETTINGS | {"convergence": {}, "sweeps": swept}
+        write(tmp_path / "config/config.yaml", settings)
+        return load_study(tmp_path)
+
+    return read
+
+
+def test_a_case_without_damping_has_the_ratios_of_the_modes(modal_study):
+    modes = {"damping_ratio": "zeta"}
+    undamped = {"loss_factor": None}
+    of_modes = modal_study(undamped, modes=modes).case("small").structural_damping
+    assert of_modes == ModalDamping((1e-3, 3e-3))
+    own = modal_study({}, modes=modes).case("small").structural_damping
+    assert own == LossFactor(CASE["loss_factor"])
+    assert modal_study(undamped).case("small").structural_damping == LossFactor(0.002)
+
+
+@pytest.mark.parametrize(
+    ("case", "line"),
+    [
+        ({"preload_N": 9000}, "preload_N: 9000 must be 10000, that of contact.normal_load of "),
+        ({"modes": ["enriched-4"]}, "must be free-N or all-N: nothing but modes is known of "),
+        ({"sweeps": ["loads"]}, "must not vary with contact.normal_load of two_bolt: loads that "),
+    ],
+)
+def test_what_modal_data_do_not_have_is_said_before_any_job(modal_study, case, line):
+    with pytest.raises(ConfigError, match=r"^config/") as refused:
+        modal_study(case)
+    assert line in str(refused.value)
+    assert len(str(refused.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize(

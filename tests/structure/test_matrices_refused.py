@@ -248,11 +248,18 @@ def test_kinds_of_matlab_that_are_no_matrices_are_told(tmp_path):
         assert sentence in refusal(keys, tmp_path)
 
 
+def modal(modes=None, **contact):
+    """Keys of modal data, with others in their place."""
+    own = {"relative": "C", "normal_load": "n0", "preload_N": 8e3, **contact}
+    own = {key: value for key, value in own.items() if value is not None}
+    return {"modes": modes or {}, "bolts": [], "contact": own}
+
+
 @pytest.mark.parametrize(
     ("path", "sentence", "changes"),
     [
-        ("file", "must be a file .npz, .mat or .mtx", {"file": "joint.csv"}),
-        ("file", "must be a file .npz, .mat or .mtx", {"file": "../joint.npz"}),
+        ("file", "must be a file .npz, .mat, .mtx, .unv or .uff", {"file": "joint.csv"}),
+        ("file", "must be a file .npz, .mat, .mtx, .unv or .uff", {"file": "../joint.npz"}),
         ("file", "is missing", {"file": None}),
         ("stiffness", "has no file", {"file": None, "files": [{"variable": "M", "file": "M.mtx"}]}),
         ("contact", "with relative", with_contact(relative="C")),
@@ -265,12 +272,32 @@ def test_kinds_of_matlab_that_are_no_matrices_are_told(tmp_path):
         ("contact", "two or more surfaces", with_contact(surface="s")),
         ("bolts", "and not both", {"bolts": [{"name": "one", "load": "F", "locked": 3}]}),
         ("bolts", "and not both", {"bolts": [{"name": "one"}]}),
-        ("bolts", "at least 1 entry", {"bolts": []}),
+        ("bolts", "is missing: bolts, or contact.normal_load", {"bolts": []}),
         ("bolts", "twice", {"bolts": 2 * [{"name": "one", "load": "F"}]}),
         ("bolts", "numbered_from: 1",
          {"bolts": [{"name": "one", "locked": 0}], "numbered_from": 1}),
-        ("inputs", "and not both", {"inputs": [{"name": "shaker"}]}),
+        ("inputs", "must be the only one of dof, row and node", {"inputs": [{"name": "shaker"}]}),
         ("mass", "must be a name", {"mass": "M 2"}),
+        ("mass", "with modes, which stand in its place", {**modal(), "mass": "MM"}),
+        ("bolts", "with modes, which have it held",
+         {"modes": {}, "contact": {"relative": "C"}, "bolts": [{"name": "one", "locked": 3}]}),
+        ("bolts", "with contact.normal_load, which they would make",
+         {**modal(), "bolts": [{"name": "one", "load": "F"}]}),
+        ("contact", "preload_N is missing: normal_load goes with it", modal(preload_N=None)),
+        ("contact", "without modes.mode_shape",
+         modal(relative=None, side_a="a", side_b="b")),
+        ("contact", "must not be given with modes.node_position",
+         modal({"file": "test.unv"}, relative=None, side_a="a", side_b="b", position="p")),
+        ("modes", "must not be given with contact.relative", modal({"file": "test.unv"})),
+        ("modes", "must not be given without node",
+         modal({"mode_shape": "phi", "node_position": "p"})),
+        ("modes", "must not be given without mode_shape", modal({"node": "n"})),
+        ("modes", "must not have area, which is a variable of another key too",
+         modal({"file": "joint.mat", "natural_frequency": "area"})),
+        ("inputs", "must not be given without modes.node",
+         {**modal(), "inputs": [{"name": "one", "node": 3, "direction": "z"}]}),
+        ("inputs", "direction is missing: that of the motion of node",
+         {**modal({"mode_shape": "phi", "node": "n"}), "inputs": [{"name": "one", "node": 3}]}),
         ("damping", "not a known key", {"damping": "C"}),
     ],
 )  # fmt: skip
@@ -281,4 +308,5 @@ def test_wrong_keys_are_one_line_each(path, sentence, changes):
     problems = list(explain(refused.value, Matrices, content))
     # that a variable has no file is said of each
     assert len(problems) == 1 or "has no file" in sentence
-    assert problems[0][0][0] == path and sentence in problems[0][1]
+    key, line = problems[0][0], problems[0][1]
+    assert key[0] == path and sentence in f"{key[-1]} {line}"

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import modal_files
 import numpy as np
 import pytest
 import yaml
@@ -13,6 +14,8 @@ from started import run_snakemake
 from boltjoint import dataset
 from boltjoint.config.makers import maker_names
 from boltjoint.structure.makers.registry import structure_of
+from boltjoint.structure.modes import find_modes
+from boltjoint.structure.preload import apply_preload
 
 JOINTS = ["node-to-node", "regions=2/elements=2"]
 OF_CASE = {
@@ -85,6 +88,46 @@ def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finish
     other["M"] = 1.01 * other["M"]
     write_npz(of_matrices / "config/matrices/joint.npz", other)
     assert "build_assembly" in run(of_matrices, "--dry-run")
+
+
+def test_modal_data_give_what_the_mesh_does_that_they_are_from(tmp_path, finished):
+    """Responses, all harmonics, backbone, sweep and pages of modes at contact points alone."""
+    folder = tmp_path / "study"
+    structure = structure_of(mesh_of(ASSEMBLY))
+    preload, modes = apply_preload(structure, 10000), find_modes(structure, "free-2")
+    (folder / "config").mkdir(parents=True)
+    write_npz(folder / "config/modes.npz", modal_files.variables(modes, preload))
+    contact = modal_files.KEYS["contact"] | {"preload_N": 10000}
+    tip = [{"name": "tip", "row": "tip", "direction": "z"}]
+    described = {"file": "config/modes.npz", "contact": contact, "outputs": tip}
+    write(folder / "config/assemblies/two_bolt.yaml", modal_files.KEYS | described)
+    coordinates = {"coordinates": ["linear", "backbone"]}
+    write(folder / "config/cases/small.yaml", {**CASE, **OF_CASE, **coordinates})
+    vary = {"contact.friction_coefficient": [0.1, 0.2]}
+    write(folder / "config/sweeps/friction.yaml", SWEEP | {"vary": vary})
+    used = {"cases": ["small"], "sweeps": ["friction"], "omit": ["timing"]}
+    write(folder / "config/config.yaml", {**SETTINGS, **used, "convergence": {}})
+    for name in ("workflow", "Snakefile"):
+        (folder / name).symlink_to(ROOT / name)
+    assert "small (free-2): Resonance 1 lies at " in run(folder)
+    mine, of_mesh = (
+        dataset.load(each / LINEAR.format(joint="node-to-node")) for each in (folder, finished)
+    )
+    for name in ("peak_frequency", "peak_amplitude", "peak_frequency_converged"):
+        np.testing.assert_allclose(mine[name], of_mesh[name], rtol=1e-9, err_msg=name)
+    backbone = LINEAR.format(joint="node-to-node").replace("linear", "backbone")
+    np.testing.assert_allclose(
+        dataset.load(folder / backbone)["peak_frequency"], mine["peak_frequency"], rtol=1e-3
+    )
+    sweep = dataset.load(folder / "results/sweeps/friction/sweep.nc")
+    assert sweep["complete"].to_numpy().all()
+    page = (folder / "results/report/structure.html").read_text(encoding="utf-8")
+    assert "none, since normal loads are given" in page
+    changed = {**CASE, **OF_CASE, "preload_N": 12000}
+    write(folder / "config/cases/small.yaml", changed)
+    ran = snakemake(folder, "--dry-run")
+    expected = "preload_N: 12000 must be 10000, that of contact.normal_load of two_bolt"
+    assert expected in ran.stdout + ran.stderr
 
 
 @pytest.mark.parametrize(

@@ -104,8 +104,8 @@ class Case(EntryWithLaterKeys):
     """Friction law of the contact pairs, and its coefficients."""
     regions: Regions = Regions()
     loss_factor: Fraction | None = None
-    """Structural loss factor, the same for all motion; 0.002 where no ``damping`` is given, since
-    without damping a peak has no bound where friction sticks."""
+    """Structural loss factor, the same for all motion; 0.002 where no ``damping`` is given, nor by
+    the modes of the assembly, since without damping a peak has no bound where friction sticks."""
     damping: StructuralDamping | None = None
     """Another model of structural damping, in place of ``loss_factor``. Viscous ratios of
     ``model: modal`` are those of the bending modes without contact, in ``enriched-N`` too."""

@@ -34,7 +34,11 @@ def conflicts_of_case(
 
 
 def conflicts_of_preload(case: Case, assembly: Described | None) -> Problems:
-    """Other preloads than bolts."""
+    """Other preloads than bolts, or than the one of loads that are given."""
+    if assembly is not None and (given := assembly.given_loads) is not None:
+        key, preload = given
+        if case.preload_N != preload:
+            yield ("preload_N",), f"must be {preload:g}, that of {key} of {case.assembly}"
     if assembly is not None and case.preload_ratios is not None:
         bolts = assembly.bolt_count
         if len(case.preload_ratios) != bolts:
@@ -146,7 +150,10 @@ def _conflicts_of_bases(
     """Enriched bases of more vectors than are found."""
     for index, block in enumerate(case.blocks):
         for place, basis in enumerate(block.modes):
-            if sentence := _too_large(basis, options, {case.assembly: assembly}):
+            sentence = _too_large(basis, options, {case.assembly: assembly})
+            if assembly is not None and assembly.has_modes_only and basis.is_contact_adapted:
+                sentence = f"must be free-N or all-N: nothing but modes is known of {case.assembly}"
+            if sentence:
                 yield (*case.place_of("modes", index), place), sentence
 
 

@@ -158,11 +158,12 @@ def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems
         if key not in keys:
             yield ("parameters", key), f"is no key that is fitted{choice(key, allowed)}"
             continue
-        if key == "preload_N" and assembly is not None and assembly.has_initial_gap:
+        if key == "preload_N" and assembly is not None and assembly.fixed_loads is not None:
+            fixed, loads = assembly.fixed_loads
             yield (
                 ("parameters", key),
-                f"must not be fitted with {assembly.GAP_KEY} of {case.assembly}: loads of a joint "
-                "with an initial gap do not grow with the preload",
+                f"must not be fitted with {fixed} of {case.assembly}: {loads} do not grow with the "
+                "preload",
             )
         for end in ("low", "high"):
             value = getattr(parameter, end)

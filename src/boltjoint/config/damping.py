@@ -1,6 +1,7 @@
 """Damping of a case: the model of structural damping and its parameters."""
 
 import inspect
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_origin, get_type_hints
 
 import numpy as np
@@ -8,7 +9,7 @@ from pydantic import Field, create_model
 
 from boltjoint.config.entries import Entry
 from boltjoint.config.types import Number, Problems
-from boltjoint.damping import MODELS, Damping, ModalStructure, make_damping
+from boltjoint.damping import MODELS, Damping, ModalDamping, ModalStructure, make_damping
 
 #: what the key of a parameter ends in, by its unit
 _ENDINGS = {"1": "", "s": "_s", "1/s": "_1_per_s"}
@@ -65,8 +66,15 @@ def _entry(model: type[Damping]) -> type[DampingEntry]:
     )
 
 
+def modal_damping(ratios: Sequence[float]) -> DampingEntry:
+    """Modal damping of these ratios, as a case would give it."""
+    content = {"model": ModalDamping.name, "damping_ratios": tuple(ratios)}
+    return _ENTRIES[ModalDamping.name].model_validate(content)
+
+
+_ENTRIES = {name: _entry(model) for name, model in MODELS.items()}
 if TYPE_CHECKING:
     StructuralDamping = DampingEntry
 else:
-    ENTRIES = tuple(map(_entry, MODELS.values()))
+    ENTRIES = tuple(_ENTRIES.values())
     StructuralDamping = Annotated[Union[ENTRIES], Field(discriminator="model")]  # noqa: UP007

@@ -219,6 +219,30 @@ class Described(Entry):
         """Whether the surfaces stand apart before the bolts are tightened."""
 
     @property
+    def given_loads(self) -> tuple[str, float] | None:
+        """Key of normal loads that are given, and not found, and the preload they are of [N]."""
+        return None
+
+    @property
+    def fixed_loads(self) -> tuple[str, str] | None:
+        """Key by which loads do not grow with the preload, and their words; else None."""
+        if self.given_loads is not None:
+            return self.given_loads[0], "loads that are given"
+        return (
+            (self.GAP_KEY, "loads of a joint with an initial gap") if self.has_initial_gap else None
+        )
+
+    @property
+    def has_modes_only(self) -> bool:
+        """Whether nothing but its modes is known, so that no static shapes are found."""
+        return False
+
+    @property
+    def damping_ratios(self) -> tuple[float, ...]:
+        """Of its elastic modes, where they are known."""
+        return ()
+
+    @property
     def closes_contact(self) -> bool:
         """Whether modes have normal springs of the contact, so that laws must not."""
         return False

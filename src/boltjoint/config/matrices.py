@@ -1,6 +1,6 @@
 """A structure from the matrices of another program: files, names of variables, contact, bolts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from math import pi
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -11,6 +11,8 @@ from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Direction, Point
 from boltjoint.config.makers import maker
+from boltjoint.config.matrix_contact import MatrixContact, Vector, repeated
+from boltjoint.config.matrix_modes import MatrixModes
 from boltjoint.config.types import (
     INTEGRAL,
     Description,
@@ -18,8 +20,6 @@ from boltjoint.config.types import (
     KeyPath,
     MatrixFile,
     Name,
-    NotNegative,
-    Number,
     Positive,
     Problems,
     VariableName,
@@ -28,11 +28,6 @@ from boltjoint.config.types import (
 
 #: number of a degree of freedom
 Dof = Annotated[int, Field(strict=True, ge=0), INTEGRAL]
-#: along x, y, z
-Vector = tuple[Number, Number, Number]
-
-#: sine of the angle below which two directions are one
-_PARALLEL = 1e-6
 
 
 class VariableFile(Entry):
@@ -43,111 +38,6 @@ class VariableFile(Entry):
     file: MatrixFile
     """File that holds it: ``.mtx`` (Matrix Market), or ``.npz`` of ``scipy.sparse.save_npz``, which
     hold nothing else; or ``.npz`` or ``.mat`` where it has this name."""
-
-
-class Plane(Entry):
-    """Contact of a surface: directions and static contact."""
-
-    normal: Vector | None = None
-    """Normal from side A into side B, along x, y, z, of any length."""
-    first_tangent: Vector | None = None
-    """First tangent along x, y, z: its part in the plane of the surface counts."""
-    penalty_N_per_m3: Positive | None = None
-    """Static normal contact stiffness for each unit of area."""
-    friction_coefficient: NotNegative | None = None
-    """Coulomb friction during tightening."""
-
-
-class MatrixSurface(Plane):
-    """One of several surfaces in contact; what it does not give is that of all."""
-
-    name: Name
-    """Name of the surface in results."""
-
-
-class MatrixContact(Plane):
-    """Contact points: pairs of nodes, or rows of the relative displacement at quadrature points.
-
-    Displacements of side A minus side B count, so that surfaces close along the normal.
-    """
-
-    normal: Vector | None = None
-    """Normal from side A into side B along x, y, z, of any length; z by default."""
-    first_tangent: Vector | None = None
-    """First tangent along x, y, z: its part in the plane of the surface counts; x by default."""
-    penalty_N_per_m3: Positive = 1e15
-    """Static normal contact stiffness for each unit of area."""
-    friction_coefficient: NotNegative = 0.1
-    """Coulomb friction during tightening."""
-    side_a: VariableName | None = None
-    """Variable of the degrees of freedom along x, y, z of the nodes on side A of pairs, (points,
-    3); with ``side_b``, or else ``relative``."""
-    side_b: VariableName | None = None
-    """The same on side B."""
-    relative: VariableName | None = None
-    """Variable of the rows of the displacement of side A minus side B at each point, of any
-    interpolation, (3 * points, degrees of freedom)."""
-    relative_along: Literal["xyz", "frame"] = "xyz"
-    """Directions of these rows: x, y, z, or the two tangents and the normal."""
-    relative_by: Literal["point", "direction"] = "point"
-    """Order of these rows: the three of one point after another, or all points of one direction
-    after another."""
-    area: VariableName = "area"
-    """Variable of the areas of the points, which are the weights of the quadrature, (points)."""
-    position: VariableName = "position"
-    """Variable of the positions of the points, (points, 3)."""
-    frame: VariableName | None = None
-    """Variable of the directions of first tangent, second tangent and normal in x, y, z of each
-    point, (points, 3, 3) or (points, 9); by default ``normal`` and ``first_tangent`` of its
-    surface."""
-    gap: VariableName | None = None
-    """Variable of the gap of the points before tightening, (points); closed by default."""
-    surface: VariableName | None = None
-    """Variable of the number of each point's surface in ``surfaces``, (points), with two or
-    more."""
-    surfaces: tuple[MatrixSurface, ...] = ()
-    """Surfaces that are told apart; by default one, called contact."""
-
-    def conflicts(self) -> Problems:
-        pairs = [key for key in ("side_a", "side_b") if getattr(self, key) is not None]
-        if self.relative is not None and pairs:
-            yield (pairs[0],), "must not be given with relative: give one of both"
-        elif self.relative is None and len(pairs) < 2:
-            missing = "side_b" if pairs == ["side_a"] else "side_a"
-            yield (missing,), "is missing: give side_a and side_b, or relative"
-        if self.relative is None:
-            for key in ("relative_along", "relative_by"):
-                if getattr(self, key) != type(self).model_fields[key].default:
-                    yield (key,), "must not be given without relative"
-        if len(self.surfaces) > 1 and self.surface is None:
-            yield ("surface",), "is missing: variable of the number of each point's surface"
-        if len(self.surfaces) < 2 and self.surface is not None:
-            yield ("surface",), "must not be given without two or more surfaces"
-        yield from _twice(("surfaces",), "name", self.surfaces)
-        for path, plane in [
-            ((), self),
-            *((("surfaces", i), s) for i, s in enumerate(self.surfaces)),
-        ]:
-            yield from self._conflicts_of_directions(path, plane)
-
-    def _conflicts_of_directions(self, path: KeyPath, plane: Plane) -> Problems:
-        if self.frame is not None:
-            for key in ("normal", "first_tangent"):
-                if getattr(plane, key) is not None:
-                    yield (*path, key), "must not be given with frame, which holds all directions"
-            return
-        normal, tangent = self.directions(plane)
-        for key, vector in (("normal", normal), ("first_tangent", tangent)):
-            if not any(vector):
-                yield (*path, key), "must not be zero"
-                return
-        if _sine(normal, tangent) < _PARALLEL:
-            yield (*path, "first_tangent"), "must not be parallel to the normal"
-
-    def directions(self, plane: Plane) -> tuple[Vector, Vector]:
-        """Normal and first tangent of a surface, of any length."""
-        normal = plane.normal or self.normal or (0.0, 0.0, 1.0)
-        return normal, plane.first_tangent or self.first_tangent or (1.0, 0.0, 0.0)
 
 
 class MatrixBolt(Entry):
@@ -181,12 +71,14 @@ class MatrixBolt(Entry):
 
 
 class MatrixRow(Entry):
-    """A place where a force acts or motion is read: a degree of freedom, or a row of them."""
+    """A place where a force acts or motion is read: a degree of freedom, a row, or a node."""
 
     name: Name
     """Name of the input or output."""
     dof: Dof | None = None
-    """Its degree of freedom; or ``row``."""
+    """Its degree of freedom; or ``row``, or ``node``."""
+    node: Dof | None = None
+    """Number of its node among ``modes.node``, which moves along ``direction``."""
     row: VariableName | None = None
     """Variable of the displacement that a unit of each degree of freedom makes, (degrees of
     freedom)."""
@@ -196,23 +88,29 @@ class MatrixRow(Entry):
     """Direction of the force or of the displacement, for tables and figures."""
 
     def conflicts(self) -> Problems:
-        if (self.row is None) == (self.dof is None):
-            yield ("dof",), "or row must be given, and not both"
+        given = [key for key in ("dof", "row", "node") if getattr(self, key) is not None]
+        if len(given) != 1:
+            yield (given[1] if given else "dof",), "must be the only one of dof, row and node"
+        if self.node is not None and self.direction is None:
+            yield ("direction",), "is missing: that of the motion of node"
         if self.column is not None and self.row is None:
             yield ("column",), "must not be given without row"
 
 
 class Matrices(Described):
-    """A structure from stiffness and mass matrices of another program, free or held.
+    """A structure from stiffness and mass matrices, or modes, of another program, free or held.
 
     Degrees of freedom are those that are left by constraints, of nodes or of a reduced model that
     keeps its contact (Craig-Bampton). Variables lie in ``.npz`` files of NumPy (arrays, sparse
     matrices as ``scipy.sparse.save_npz`` writes them, or ``<name>_data``, ``<name>_indices``,
     ``<name>_indptr``, ``<name>_shape`` by rows, by columns where ``<name>_format`` is ``csc``), in
-    ``.mat`` files of MATLAB, version 5 or 7.3, or in ``.mtx`` files (Matrix Market).
+    ``.mat`` files of MATLAB, version 5 or 7.3, or in ``.mtx`` files (Matrix Market); modes of tests
+    in universal files too.
     """
 
-    NAMING_KEYS: ClassVar[frozenset[str]] = frozenset({"numbered_from", "locked", "dof", "column"})
+    NAMING_KEYS: ClassVar[frozenset[str]] = frozenset(
+        {"numbered_from", "locked", "dof", "node", "column"}
+    )
     GAP_KEY: ClassVar[str] = "contact.gap"
 
     type: Literal["matrices"]
@@ -233,12 +131,14 @@ class Matrices(Described):
     triangles."""
     mass: VariableName = "M"
     """Variable of the mass matrix, alike."""
+    modes: MatrixModes | None = None
+    """Modes in place of stiffness and mass, as of a modal test."""
     support: VariableName | None = None
     """Variable of the inertia forces on the degrees of freedom under a unit acceleration of all
     supports along x, y and z, -M r, (3, degrees of freedom): for shaken supports."""
     contact: MatrixContact
-    bolts: Annotated[tuple[MatrixBolt, ...], Field(min_length=1)]
-    """Bolts, in the order of their preloads."""
+    bolts: tuple[MatrixBolt, ...] = ()
+    """Bolts, in the order of their preloads; none with ``contact.normal_load``."""
     inputs: tuple[MatrixRow, ...] = ()
     """Places where forces may act."""
     outputs: tuple[MatrixRow, ...] = ()
@@ -251,6 +151,7 @@ class Matrices(Described):
     on, where it is installed, else SuperLU."""
     _folder: Path = PrivateAttr(Path())
     _size: MeshSize | None = PrivateAttr(None)
+    _ratios: tuple[float, ...] | None = PrivateAttr(None)
 
     @property
     def bolt_count(self) -> int:
@@ -298,7 +199,27 @@ class Matrices(Described):
     @property
     def has_initial_gap(self) -> bool:
         """Whether the surfaces stand apart before the bolts are tightened."""
-        return self.contact.gap is not None
+        return self.contact.gap is not None and self.contact.normal_load is None
+
+    @property
+    def given_loads(self) -> tuple[str, float] | None:
+        """Key of normal loads that are given, and their preload [N]."""
+        contact = self.contact
+        return None if contact.preload_N is None else ("contact.normal_load", contact.preload_N)
+
+    @property
+    def has_modes_only(self) -> bool:
+        """Whether nothing but its modes is known."""
+        return self.modes is not None
+
+    @property
+    def damping_ratios(self) -> tuple[float, ...]:
+        """Of the elastic modes, where their files hold them; a ``ValueError`` if they do not."""
+        if self.modes is None or self.modes.damping_ratio is None:
+            return ()
+        if self._ratios is None:
+            self._ratios = maker(self.type).damping_ratios_of(self, self._folder)
+        return self._ratios
 
     @property
     def shank(self) -> tuple[float, float] | None:
@@ -313,7 +234,7 @@ class Matrices(Described):
     def conflicts_of_files(self) -> Problems:
         """What the heads of the files do not hold."""
         try:
-            _ = self.size
+            _ = self.size, self.damping_ratios
         except ValueError as error:
             yield (), str(error)
 
@@ -323,16 +244,20 @@ class Matrices(Described):
 
     def conflicts(self) -> Problems:
         yield from conflicts_of_factorisation(self.factorisation)
+        yield from self._conflicts_of_modes()
+        if not self.bolts and self.contact.normal_load is None:
+            yield ("bolts",), "is missing: bolts, or contact.normal_load"
+        elif self.bolts and self.contact.normal_load is not None:
+            yield ("bolts",), "must not be given with contact.normal_load, which they would make"
         if self.file is None and not self.files:
             yield ("file",), "is missing: the file that holds the matrices, or files"
             return
-        yield from _twice(("files",), "variable", self.files)
-        own = {entry.variable for entry in self.files}
-        for path, name in () if self.file is not None else self.variables.items():
-            if name not in own:
+        yield from repeated(("files",), "variable", self.files)
+        for path, name in self.variables.items():
+            if self._file_of(name) is None:
                 yield path, "has no file: add it to files, or give file"
         for key in ("bolts", "inputs", "outputs"):
-            yield from _twice((key,), "name", getattr(self, key))
+            yield from repeated((key,), "name", getattr(self, key))
             for index, entry in enumerate(getattr(self, key)):
                 for number in ("column", "locked", "dof"):
                     if (column := getattr(entry, number, None)) is not None:
@@ -347,37 +272,72 @@ class Matrices(Described):
     @property
     def variables(self) -> Mapping[KeyPath, str]:
         """Names of all variables that are read, by the keys that give them."""
-        keys: list[KeyPath] = [("stiffness",), ("mass",), ("support",)]
-        of_contact = ("side_a", "side_b", "relative", "area", "position", "frame", "gap", "surface")
+        keys: list[KeyPath] = [("support",)]
+        if self.modes is None:
+            keys += [("stiffness",), ("mass",)]
+        of_contact = ["side_a", "side_b", "relative", "area", "frame", "gap", "surface"]
+        of_contact += ["normal_load"] if self.has_own_positions else ["normal_load", "position"]
         keys += [("contact", key) for key in of_contact]
         keys += [("bolts", i, "load") for i in range(len(self.bolts))]
         for rows in ("inputs", "outputs"):
             keys += [(rows, i, "row") for i in range(len(getattr(self, rows)))]
-        return {path: name for path in keys if (name := _value(self, path)) is not None}
+        found = {path: name for path in keys if (name := _value(self, path)) is not None}
+        return found | {("modes", key): name for key, name in self._of_modes}
+
+    @property
+    def has_own_positions(self) -> bool:
+        """Whether contact points lie between the nodes of modes."""
+        return self.modes is not None and self.modes.variable("node_position") is not None
+
+    @property
+    def _of_modes(self) -> Iterator[tuple[str, str]]:
+        """Keys and variables of the modes."""
+        if (modes := self.modes) is not None:
+            for key in MatrixModes.model_fields:
+                if key != "file" and (name := modes.variable(key)) is not None:
+                    yield key, name
 
     def file_of(self, variable: str) -> str:
         """File that holds a variable."""
+        return self._file_of(variable) or str(self.file)
+
+    def _file_of(self, variable: str) -> str | None:
         own = {entry.variable: entry.file for entry in self.files}
-        return own.get(variable) or str(self.file)
+        if self.modes is not None and self.modes.file is not None:
+            own |= {name: self.modes.file for _, name in self._of_modes}
+        return own.get(variable) or self.file
+
+    def _conflicts_of_modes(self) -> Problems:
+        """What modes leave no place for, or would need."""
+        modes = self.modes
+        has_nodes = modes is not None and modes.variable("node") is not None
+        for key in ("inputs", "outputs"):
+            for index, row in enumerate(getattr(self, key)):
+                if row.node is not None and not has_nodes:
+                    yield (key, index, "node"), "must not be given without modes.node"
+        if modes is None:
+            return
+        for key in ("stiffness", "mass"):
+            if getattr(self, key) != type(self).model_fields[key].default:
+                yield (key,), "must not be given with modes, which stand in its place"
+        for index, bolt in enumerate(self.bolts):
+            if bolt.locked is not None:
+                yield ("bolts", index, "locked"), "must not be given with modes, which have it held"
+        if self.contact.relative is None and modes.variable("mode_shape") is None:
+            yield ("contact", "side_a"), "must not be given without modes.mode_shape"
+        default = type(self.contact).model_fields["position"].default
+        if self.has_own_positions and self.contact.relative is not None:
+            yield ("modes", "node_position"), "must not be given with contact.relative"
+        elif self.has_own_positions and self.contact.position != default:
+            yield ("contact", "position"), "must not be given with modes.node_position"
+        names = [name for _, name in self._of_modes]
+        others = {name for path, name in self.variables.items() if path[0] != "modes"}
+        if modes.file is not None:
+            for name in sorted(others & set(names)):
+                yield ("modes",), f"must not have {name}, which is a variable of another key too"
 
 
 def _value(entry: Any, path: KeyPath) -> str | None:  # noqa: ANN401
     for part in path:
         entry = entry[int(part)] if isinstance(entry, tuple) else getattr(entry, str(part))
     return entry
-
-
-def _twice(path: KeyPath, key: str, entries: Sequence[Entry]) -> Problems:
-    seen: set[str] = set()
-    for index, entry in enumerate(entries):
-        value = getattr(entry, key)
-        if value in seen:
-            yield (*path, index, key), "must not appear twice"
-        seen.add(value)
-
-
-def _sine(one: Iterable[float], other: Iterable[float]) -> float:
-    """Sine of the angle between two directions."""
-    (a, b, c), (d, e, f) = one, other
-    product = (b * f - c * e) ** 2 + (c * d - a * f) ** 2 + (a * e - b * d) ** 2
-    return (product / ((a * a + b * b + c * c) * (d * d + e * e + f * f))) ** 0.5

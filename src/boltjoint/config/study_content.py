@@ -19,6 +19,7 @@ from boltjoint.config.conflicts import (
 )
 from boltjoint.config.conflicts_of_measured import conflicts_of_measured, count_points
 from boltjoint.config.csv_table import TableError
+from boltjoint.config.damping import modal_damping
 from boltjoint.config.described import Described
 from boltjoint.config.entries import with_value
 from boltjoint.config.files import Layers, StudyFiles
@@ -113,6 +114,11 @@ class StudyContent:
             content = self.files.find(ASSEMBLY_FOLDER, name, place, path)
             if name not in self.assemblies:
                 self.assemblies[name] = _described(name, content, self.files, before=self.before)
+        for name, case in self.cases.items():
+            assembly = None if case is None else self.assemblies.get(case.assembly)
+            if case is not None and assembly is not None:
+                with self.files.checking(_case_file(name)):
+                    self.cases[name] = _damped(case, assembly)
 
     @cached_property
     def gap_maps(self) -> dict[str, GapMap]:
@@ -254,6 +260,14 @@ class StudyContent:
             and case.measured is not None
             and not self.before
         }
+
+
+def _damped(case: Case, assembly: Described) -> Case:
+    """The case with the damping ratios of its assembly, where it has no damping of its own."""
+    ratios = assembly.damping_ratios
+    if not ratios or case.damping is not None or case.loss_factor is not None:
+        return case
+    return case.model_copy(update={"damping": modal_damping(ratios)})
 
 
 def _case_file(name: str) -> str:

@@ -189,10 +189,11 @@ def conflicts_of_preload_with_gap(
     sweep: Sweep, case: Case, assembly: Described, keys: Collection[str]
 ) -> Problems:
     """A preload that varies, with the keys of all designs, though loads do not grow with it."""
-    if assembly.has_initial_gap and "preload_N" in keys:
+    if assembly.fixed_loads is not None and "preload_N" in keys:
+        key, loads = assembly.fixed_loads
         reason = (
-            f"with {assembly.GAP_KEY} of {case.assembly}: loads of a joint with an initial gap do "
-            "not grow with the preload, and another preload is another case"
+            f"with {key} of {case.assembly}: {loads} do not grow with the preload, and another "
+            "preload is another case"
         )
         if "preload_N" in sweep.vary:
             yield ("vary", "preload_N"), f"must not vary {reason}"

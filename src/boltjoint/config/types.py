@@ -19,10 +19,10 @@ SWEEP_FOLDER = "config/sweeps"
 SCHEMA_FOLDER = "config/schemas"
 
 #: files of matrices of another program, which lie where tables do
-MATRIX_FILE = rf"{names.DATA_FILE.removesuffix('$')}\.(npz|mat|mtx)$"
+MATRIX_FILE = rf"{names.DATA_FILE.removesuffix('$')}\.(npz|mat|mtx|unv|uff)$"
 MATRIX_FILE_MEANING = (
-    "must be a file .npz, .mat or .mtx in the folder that holds config/, as config/joint.npz, "
-    "without { } : \\ and names that begin with a point"
+    "must be a file .npz, .mat, .mtx, .unv or .uff in the folder that holds config/, as "
+    "config/joint.npz, without { } : \\ and names that begin with a point"
 )
 #: decks of other programs
 DECK_FILE = rf"{names.DATA_FILE.removesuffix('$')}\.inp$"

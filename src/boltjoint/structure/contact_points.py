@@ -44,11 +44,14 @@ class ContactPoints:
     surface
         Name of the interface of each point, shape (points,).
     gap
-        By which the sides stand apart before the bolts are tightened [m], shape (points,).
+        By which the sides stand apart before the bolts are tightened [m], shape (points,); under
+        preload where ``normal_load`` is given.
     penalty
         Static contact stiffness per area [N/m3], shape (points,).
     friction_coefficient
         While the bolts are tightened [-], shape (points,).
+    normal_load
+        Under preload [N], 0 where open, shape (points,); None where it is found, not given.
     """
 
     relative: sparse.csr_array
@@ -59,6 +62,7 @@ class ContactPoints:
     gap: Array
     penalty: Array
     friction_coefficient: Array
+    normal_load: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse points that do not fit each other."""
@@ -70,12 +74,16 @@ class ContactPoints:
             name: {"at_least": 0} for name in ("gap", "friction_coefficient")
         }
         limits["penalty"] = {"above": 0}
+        if self.normal_load is not None:
+            limits["normal_load"] = {"at_least": 0}
         for name in ("position", "frame", *limits):
             shape = shapes.get(name, (points,))
             within: checks.Limits = limits.get(name, {})
             what = f"{name} of the contact points"
             values = checks.array(what, getattr(self, name), shape, **within)
             object.__setattr__(self, name, values)
+        if self.normal_load is not None and np.any((self.normal_load > 0) & (self.gap > 0)):
+            raise ValueError("normal_load of the contact points: one with a load has a gap too")
         turned = np.einsum("pij,pkj->pik", self.frame, self.frame)
         if abs(turned - np.eye(3)).max() > _TURNED:
             raise ValueError("frame of the contact points: its directions are not orthonormal")

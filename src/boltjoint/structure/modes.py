@@ -74,8 +74,9 @@ def find_modes(
         solved for, for large N of ``free-N`` symmetric ones only: ``candidate_frequency``
         (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
         decided it, ``energy_share`` (candidate, axis) and ``symmetric_share`` (candidate). With
-        ``enriched-N``, of bending modes without contact, ``free_frequency`` (free_mode) [Hz] and
-        ``free_participation`` (free_mode, mode), phi^T M of them times the vectors [-]. With
+        ``enriched-N`` of bending modes without contact, and where degrees of freedom are modes that
+        were given of these, ``free_frequency`` (free_mode) [Hz] and ``free_participation``
+        (free_mode, mode), phi^T M of them times the vectors [-]. With
         ``enriched-auto``, and where they are known with ``enriched-N``, the attributes
         ``estimated_frequency_error`` and ``estimated_amplitude_error``: largest relative errors of
         peaks that are due to the basis.
@@ -111,7 +112,7 @@ def find_modes(
     sign = _signs(response, q)
     q = q * sign
     if kind in _WITHOUT_CONTACT:
-        of_family = _candidates(modes)
+        of_family = _candidates(modes) | _among_given_modes(structure, q)
     else:
         of_family = _participation(basis, sign)
     logger.info("modes %s: %s Hz", family, ", ".join(f"{f:.6g}" for f in frequency))
@@ -129,6 +130,17 @@ def _axes(structure: Structure) -> dict[str, Any]:
         "input": np.array(list(structure.inputs), dtype=object),
         "output": np.array(list(structure.outputs), dtype=object),
     }
+
+
+def _among_given_modes(structure: Structure, q: Array) -> dict[str, xr.Variable]:
+    """Given modes in the basis, where degrees of freedom are their coordinates; else none."""
+    K, M = structure.stiffness.tocoo(), structure.mass.tocoo()
+    if structure.held.size or any(np.any(matrix.row != matrix.col) for matrix in (K, M)):
+        return {}
+    stiffness, mass = structure.stiffness.diagonal(), structure.mass.diagonal()
+    # what no mass moves in is no mode
+    w, root = np.sqrt(stiffness[mass > 0] / mass[mass > 0]), np.sqrt(mass[mass > 0])
+    return free_mode_quantities(w / (2 * np.pi), root[:, None] * q[mass > 0])
 
 
 def _participation(basis: Basis, sign: Array) -> dict[str, xr.Variable]:

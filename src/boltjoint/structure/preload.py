@@ -22,6 +22,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.bolts import tension_of, yield_warning
 from boltjoint.structure.contact_equilibrium import ContactEquilibrium, solve_contact
@@ -35,6 +36,8 @@ logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
+_SHORTENING = "shortening of the shank by tightening"
+
 
 # one thread: sums in another order would change the last digits from machine to machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
@@ -46,6 +49,9 @@ def apply_preload(
     maximum_iterations: int = 40,
 ) -> xr.Dataset:
     """Contact under the preload of all bolts, as ``preload.nc`` holds it.
+
+    Normal loads that the contact points have already are taken as they are, and tension of bolts
+    and equilibrium are not asked for.
 
     Parameters
     ----------
@@ -78,6 +84,8 @@ def apply_preload(
     """
     structure = structure_of(assembly)
     contact = structure.contact
+    if contact.normal_load is not None:
+        return _as_given(contact, contact.normal_load, checks.number("preload", preload, above=0))
     tension = tension_of(preload, len(structure.bolts))
     if not structure.bolts:
         raise ValueError("the structure has no bolts that could be tightened")
@@ -114,6 +122,47 @@ def apply_preload(
         normal_load.sum(),
     )
     variables = _variables(structure, q, contact_force, opening, equilibrium.residual)
+    return _dataset(variables, preload)
+
+
+def _as_given(contact: ContactPoints, load: Array, preload: float) -> xr.Dataset:
+    """What ``preload.nc`` holds of loads that are given: of no bolts, without friction."""
+    if not load.any():
+        raise ValueError("normal_load of the contact points is zero: nothing is pressed together")
+    logger.info(
+        "%d of %d pairs carry %g N, as given", np.count_nonzero(load), load.size, load.sum()
+    )
+    friction = np.zeros((load.size, 2))
+    variables = {
+        **_of_pairs(contact, load, contact.gap, friction),
+        "shank_shortening": quantity("bolt", np.zeros(0), "m", _SHORTENING),
+        **_newton(np.zeros(0), 0),
+    }
+    return _dataset(variables, preload)
+
+
+def _of_pairs(
+    contact: ContactPoints, normal_load: Array, gap: Array, friction_force: Array
+) -> dict[str, xr.Variable]:
+    """Normal load, gap, friction and places of all pairs."""
+    friction = ("pair", "plane"), friction_force, "N", "friction force on side B"
+    return {
+        "normal_load": quantity("pair", normal_load, "N", "normal load of the contact pair"),
+        "gap": quantity("pair", gap, "m", "opening"),
+        "friction_force": quantity(*friction),
+        **contact.variables(),
+    }
+
+
+def _newton(residual: Array, corrections: int) -> dict[str, xr.Variable]:
+    """How the equilibrium was found; nothing where it was not sought."""
+    return {
+        "residual": quantity("iterate", residual, "1", "largest unbalanced force over preload"),
+        "iterations": quantity((), corrections, "1", "Newton corrections"),
+    }
+
+
+def _dataset(variables: dict[str, xr.Variable], preload: float | Sequence[float]) -> xr.Dataset:
     axes = {"axis": ["x", "y", "z"], "plane": ["x", "y"]}
     return xr.Dataset(variables, coords=axes, attrs={"preload_N": preload})
 
@@ -152,21 +201,15 @@ def _variables(
     """What ``preload.nc`` holds, of unknowns q, and of forces and openings of the pairs."""
     contact = structure.contact
     return {
-        "normal_load": quantity("pair", force[:, 2], "N", "normal load of the contact pair"),
-        "gap": quantity("pair", opening, "m", "opening"),
-        "friction_force": quantity(
-            ("pair", "plane"), force[:, :2], "N", "friction force on side B"
-        ),
-        **contact.variables(),
+        **_of_pairs(contact, force[:, 2], opening, force[:, :2]),
         "shank_shortening": quantity(
             "bolt",
             [np.nan if bolt.locked is None else q[bolt.locked] for bolt in structure.bolts],
             "m",
-            "shortening of the shank by tightening",
+            _SHORTENING,
         ),
         **_displacement(structure, q),
-        "residual": quantity("iterate", residual, "1", "largest unbalanced force over preload"),
-        "iterations": quantity((), len(residual) - 1, "1", "Newton corrections"),
+        **_newton(residual, len(residual) - 1),
         **_initial_gap(contact),
     }
 

@@ -74,6 +74,9 @@ def structure_to_dataset(structure: Structure) -> xr.Dataset:
     }
     for name, (dims, unit, meaning) in _OF_POINTS.items():
         variables[name] = quantity(("point", *dims), getattr(contact, name), unit, meaning)
+    if contact.normal_load is not None:
+        meaning = "normal load under preload, as given"
+        variables["normal_load"] = quantity("point", contact.normal_load, "N", meaning)
     if structure.support is not None:
         meaning = "force of a unit acceleration of the supports"
         variables["support"] = _compressed(("axis", "dof"), structure.support, "kg", meaning)
@@ -132,7 +135,8 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
     upper = {name: _matrix(stored, name) for name in ("stiffness", "mass")}
     whole = {name: mirrored(triangle) for name, triangle in upper.items()}
     dofs = whole["stiffness"].shape[0]
-    points = {name: stored[name].to_numpy() for name in _OF_POINTS}
+    of_points = [*_OF_POINTS, *(["normal_load"] if "normal_load" in stored else [])]
+    points = {name: stored[name].to_numpy() for name in of_points}
     relative = _matrix(stored, "relative", 3 * len(points["area"])).tocsr()
     surface = stored["surface"].to_numpy().astype(str)
     symmetry = geometry = None

@@ -65,7 +65,9 @@ def tabulate_contact(preloads: Mapping[tuple[str, str], xr.Dataset]) -> pd.DataF
     for (assembly, newton), dataset in preloads.items():
         load = dataset["normal_load"].to_numpy()
         of_bolts = Preload(newton).of_bolts
-        bolts = np.broadcast_to(of_bolts, dataset.sizes["bolt"]).sum()
+        # where loads are given, nothing tells bolts
+        count = dataset.sizes["bolt"]
+        bolts = np.broadcast_to(of_bolts, count).sum() if count else np.nan
         pressure = load / dataset["area"].to_numpy()
         rows.append(
             {

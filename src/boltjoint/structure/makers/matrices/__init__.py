@@ -1,4 +1,4 @@
-"""Structures from stiffness and mass matrices of other programs."""
+"""Structures from stiffness and mass matrices, or modes, of other programs."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,7 +9,7 @@ from boltjoint.config.matrices import Matrices as Description
 if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
 
-__all__ = ["PAGE", "Description", "make", "size_of"]
+__all__ = ["PAGE", "Description", "damping_ratios_of", "make", "size_of"]
 
 
 #: module that tells pages of them
@@ -25,7 +25,14 @@ def make(description: Description, folder: Path) -> "Structure":
 
 def size_of(description: Description, folder: Path) -> MeshSize:
     """Size of the structure; as many nodes as have all degrees of freedom."""
-    from boltjoint.structure.makers.matrices.structure import sizes_of_matrices
+    from boltjoint.structure.makers.matrices.source import sizes_of_matrices
 
     sizes = sizes_of_matrices(description, folder)
     return MeshSize(nodes=-(-sizes.dofs // 3), elements=0, pairs=sizes.points)
+
+
+def damping_ratios_of(description: Description, folder: Path) -> tuple[float, ...]:
+    """Viscous damping ratios of its elastic modes, where files hold them."""
+    from boltjoint.structure.makers.matrices.modal_data import damping_ratios
+
+    return damping_ratios(description, folder)

@@ -17,10 +17,12 @@ from scipy.io import mminfo, mmread
 from boltjoint import checks
 from boltjoint.config.entries import choice
 from boltjoint.config.matrices import Matrices
+from boltjoint.config.matrix_modes import UNIVERSAL
 from boltjoint.provenance.environment import machine_memory
 from boltjoint.regular_file import UnsuitableFile, require_regular
 from boltjoint.structure.makers.matrices.matlab_files import matlab_file
 from boltjoint.structure.makers.matrices.numpy_files import NpzFile
+from boltjoint.structure.makers.matrices.universal_file import UniversalFile
 from boltjoint.structure.makers.matrices.variables import (
     Size,
     UnsuitableVariable,
@@ -62,7 +64,12 @@ class MatrixMarketFile:
 
 Array = NDArray[np.float64]
 
-_FILES = {".npz": NpzFile, ".mat": matlab_file, ".mtx": MatrixMarketFile}
+_FILES = {
+    ".npz": NpzFile,
+    ".mat": matlab_file,
+    ".mtx": MatrixMarketFile,
+    **dict.fromkeys(UNIVERSAL, UniversalFile),
+}
 
 #: bytes that one byte of a compressed file may become (deflate)
 _MOST_COMPRESSED = 1032
@@ -170,6 +177,15 @@ class Reader:
             )
         return values.astype(np.int64) - first
 
+    def whole_numbers(self, variable: str, shape: tuple[int, ...]) -> NDArray[np.int64]:
+        """Whole numbers that are not negative, as they are in the file."""
+        values = checks.array(self.place(variable), self._plain(variable, shape), shape, at_least=0)
+        if (wrong := values[values != np.round(values)]).size:
+            raise ValueError(
+                f"{self.place(variable)} holds {wrong.flat[0]:g}: it must hold numbers of nodes"
+            )
+        return values.astype(np.int64)
+
     def column(self, variable: str, length: int, number: int | None) -> Array:
         """A vector, or a column of a matrix, or a row where only its rows have this length."""
         size, place = self.size(variable), self.place(variable)
@@ -207,7 +223,10 @@ class Reader:
         if name not in self._files:
             path = self._path(variable)
             require_regular(path, int(machine_memory()), self._folder)
-            self._files[name] = _FILES[path.suffix](path)
+            file = _FILES[path.suffix](path)
+            if isinstance(file, UniversalFile):
+                file.require_units(self._described.length_unit)
+            self._files[name] = file
         names = self._files[name].names()
         if names and variable not in names:
             raise UnsuitableVariable(f"is not there{choice(variable, names)}")

@@ -1,19 +1,22 @@
-"""The structure of matrices from another program: contact, bolts and rows by variables."""
+"""The structure of matrices or modes from another program: contact, bolts, rows by variables."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from math import pi, prod
+from dataclasses import replace
+from math import pi
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, cholesky
 
-from boltjoint.config.matrices import Matrices, MatrixBolt, MatrixContact, MatrixRow, Plane
+from boltjoint.config.matrices import Matrices, MatrixBolt, MatrixRow
+from boltjoint.config.matrix_contact import MatrixContact, Plane
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, relative_of_pairs
+from boltjoint.structure.makers.matrices.modal_data import read_modal_data
 from boltjoint.structure.makers.matrices.reader import Reader
+from boltjoint.structure.makers.matrices.source import Source, read_sizes
 from boltjoint.structure.model import Bolt, Row, Structure, unit_row
 
 Array = NDArray[np.float64]
@@ -24,61 +27,10 @@ NAME = "matrices"
 _FEW = 3000
 #: eigenvalue of a matrix of unit diagonal that is zero within the rounding of ten digits
 _ROUNDING = 1e-8
-#: bytes of the factors over dofs^(4/3), the fill of a body in space, as measured for half laps
-_FACTORS = 350
-
-
-class Sizes(NamedTuple):
-    """Numbers of degrees of freedom, contact points and bolts."""
-
-    dofs: int
-    points: int
-    bolts: int
-
-
-def sizes_of_matrices(described: Matrices, folder: str | Path) -> Sizes:
-    """Sizes of a structure, of which only the heads of the files are read.
-
-    Parameters
-    ----------
-    described, folder
-        As for ``structure_of_matrices``.
-
-    Raises
-    ------
-    ValueError
-        If a variable is not there, K is not square, M has another size, or a degree of freedom is
-        not there.
-    """
-    return _sizes(described, Reader(described, folder))
-
-
-def _sizes(described: Matrices, reader: Reader) -> Sizes:
-    name = described.stiffness
-    size = reader.size(name)
-    if len(size.shape) != 2 or size.shape[0] != size.shape[1] or not size.shape[0]:
-        raise ValueError(f"{reader.place(name)} has shape {size.shape}: it must be square")
-    points = prod(reader.size(described.contact.area).shape)
-    dofs = size.shape[0]
-    needed = max(_FACTORS * dofs ** (4 / 3), 2 * size.memory)
-    reader.require_memory(name, needed, f"has {dofs} degrees of freedom")
-    mass = reader.size(described.mass)
-    if mass.shape != size.shape:
-        place = reader.place(described.mass)
-        raise ValueError(f"{place} has shape {mass.shape}, expected {size.shape}")
-    for variable in dict.fromkeys(described.variables.values()):
-        reader.size(variable)
-    for bolt in described.bolts:
-        if bolt.locked is not None:
-            _dof(f"locked of bolt {bolt.name}", bolt.locked, described, reader, dofs)
-    for row in (*described.inputs, *described.outputs):
-        if row.dof is not None:
-            _dof(f"dof of {row.name}", row.dof, described, reader, dofs)
-    return Sizes(dofs, points, len(described.bolts))
 
 
 def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
-    """The structure that files describe.
+    """The structure that files describe, by matrices or by modes.
 
     Parameters
     ----------
@@ -95,22 +47,30 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
         variable and problem in one line.
     """
     reader = Reader(described, folder)
-    sizes = _sizes(described, reader)
-    dofs, K_name, M_name = sizes.dofs, described.stiffness, described.mass
+    sizes, source = read_sizes(described, reader)
     # lengths in mm go with N and t, so that q of any kind scales as lengths do
     metre = 1.0 if described.length_unit == "m" else 1e-3
-    K, M = (reader.matrix(name, (dofs, dofs)) / metre for name in (K_name, M_name))
-    bolts = tuple(_bolt(bolt, described, reader, dofs) for bolt in described.bolts)
-    inputs = _rows(described.inputs, described, reader, dofs)
-    outputs = _rows(described.outputs, described, reader, dofs)
+    if described.modes is not None:
+        source = replace(source, modes=read_modal_data(described.modes, reader))
+        K, M = source.of_modes.matrices(1 / metre)
+        places = dict.fromkeys(
+            ("stiffness", "mass"), reader.place(described.modes.natural_frequency)
+        )
+    else:
+        names = {"stiffness": described.stiffness, "mass": described.mass}
+        shape = sizes.dofs, sizes.dofs
+        K, M = (reader.matrix(name, shape) / metre for name in names.values())
+        places = {key: reader.place(name) for key, name in names.items()}
+        _check_diagonals(described, reader, K, M)
+    bolts = tuple(_bolt(bolt, source) for bolt in described.bolts)
+    inputs, outputs = (_rows(rows, source) for rows in (described.inputs, described.outputs))
     support = None
     if described.support is not None:
-        support = reader.matrix(described.support, (DIRECTIONS, dofs)).toarray() / metre
-    contact = _contact(described, reader, sizes, metre)
-    places = {"stiffness": reader.place(K_name), "mass": reader.place(M_name)}
+        given = reader.matrix(described.support, (DIRECTIONS, source.dofs))
+        support = source.rows(given.toarray() / metre)
+    contact = _contact(source, sizes.points, metre)
     places |= {f"load of {bolt.name}": _place_of(bolt, reader) for bolt in described.bolts}
-    _check_diagonals(described, reader, K, M)
-    with _placed(places, reader.place(K_name)):
+    with _placed(places, places["stiffness"]):
         structure = Structure(
             K,
             M,
@@ -127,26 +87,36 @@ def structure_of_matrices(described: Matrices, folder: str | Path) -> Structure:
         return structure.with_rigid_motions()
 
 
-def _contact(described: Matrices, reader: Reader, sizes: Sizes, metre: float) -> ContactPoints:
-    contact, points = described.contact, sizes.points
+def _contact(source: Source, points: int, metre: float) -> ContactPoints:
+    described, reader = source.described, source.reader
+    contact = described.contact
     area = reader.array(contact.area, (points,), above=0)
-    position = reader.array(contact.position, (points, DIRECTIONS))
     number = np.zeros(points, dtype=np.int64)
     if contact.surface is not None:
         number = reader.numbers(contact.surface, (points,), len(contact.surfaces))
     planes = contact.surfaces or (contact,)
     frame = _frames(described, reader, number)
-    gap = np.zeros(points)
+    gap, normal_load = np.zeros(points), None
     if contact.gap is not None:
         gap = reader.array(contact.gap, (points,), at_least=0)
+    if contact.normal_load is not None:
+        normal_load = _normal_load(contact.normal_load, gap, source)
     penalty, friction_coefficient = (
         np.array([_first_given(plane, contact, key) for plane in planes])[number]
         for key in ("penalty_N_per_m3", "friction_coefficient")
     )
     surface = np.array(described.surface_names)[number]
-    rows = _relative if contact.relative is not None else _relative_of_nodes
+    if contact.relative is not None:
+        relative, sides = _relative(source, frame), None
+    else:
+        side_a, side_b = sides = _sides(source, points)
+        relative = relative_of_pairs(side_a, side_b, source.dofs, frame)
+    if sides is None or (data := source.modes) is None or data.position is None:
+        position = reader.array(contact.position, (points, DIRECTIONS))
+    else:
+        position = np.mean([data.position[side[:, 0] // DIRECTIONS] for side in sides], axis=0)
     return ContactPoints(
-        rows(described, reader, frame, sizes.dofs),
+        sparse.csr_array(source.rows(relative)),
         position=metre * position,
         area=metre**2 * area,
         frame=frame,
@@ -154,7 +124,20 @@ def _contact(described: Matrices, reader: Reader, sizes: Sizes, metre: float) ->
         surface=surface,
         penalty=penalty,
         friction_coefficient=friction_coefficient,
+        normal_load=normal_load,
     )
+
+
+def _normal_load(name: str, gap: Array, source: Source) -> Array:
+    """Normal loads of the points [N], of which none has a gap too."""
+    reader, first = source.reader, source.described.numbered_from
+    load = reader.array(name, gap.shape, at_least=0)
+    if not load.any():
+        raise ValueError(f"{reader.place(name)} is zero: nothing is pressed together")
+    if (both := np.flatnonzero((load > 0) & (gap > 0))).size:
+        where = f"point {both[0] + first}"
+        raise ValueError(f"{reader.place(name)}: {where} has a load of {load[both[0]]:g} and a gap")
+    return load
 
 
 def _first_given(plane: Plane, contact: MatrixContact, key: str) -> float:
@@ -192,51 +175,55 @@ def _frames(described: Matrices, reader: Reader, number: NDArray[np.int64]) -> A
     return np.array(frames)[number]
 
 
-def _relative(described: Matrices, reader: Reader, frame: Array, dofs: int) -> sparse.csr_array:
+def _relative(source: Source, frame: Array) -> sparse.csr_array:
     """Rows of relative displacements along the frames, point by point."""
+    described, reader = source.described, source.reader
     contact, points = described.contact, len(frame)
-    relative = reader.matrix(contact.relative or "", (DIRECTIONS * points, dofs)).tocsr()
+    name = contact.relative or ""
+    relative = reader.matrix(name, (DIRECTIONS * points, source.dofs)).tocsr()
     if contact.relative_by == "direction":
         relative = relative[np.arange(DIRECTIONS * points).reshape(DIRECTIONS, points).T.ravel()]
     if contact.relative_along == "xyz":
         blocks = frame, np.arange(points), np.arange(points + 1)
         relative = sparse.bsr_array(blocks, shape=2 * (DIRECTIONS * points,)).tocsr() @ relative
-    if (empty := np.flatnonzero(abs(relative).sum(axis=1) == 0)).size:
+    empty = np.flatnonzero(abs(relative).sum(axis=1) == 0)
+    # modes may all leave a point at rest
+    if empty.size and described.modes is None:
         point = int(empty[0]) // DIRECTIONS + described.numbered_from
         raise ValueError(
-            f"{reader.place(contact.relative or '')}: point {point} has a direction in which no "
-            "degree of freedom moves it"
+            f"{reader.place(name)}: point {point} has a direction in which no degree of freedom "
+            "moves it"
         )
     return sparse.csr_array(relative)
 
 
-def _relative_of_nodes(
-    described: Matrices, reader: Reader, frame: Array, dofs: int
-) -> sparse.csr_array:
-    """Rows of relative displacements of pairs of nodes along the frames, point by point."""
-    contact, points = described.contact, len(frame)
-    sides = [
-        reader.numbers(side, (points, DIRECTIONS), dofs)
-        for side in (contact.side_a, contact.side_b)
-        if side is not None
-    ]
+def _sides(source: Source, points: int) -> list[NDArray[np.int64]]:
+    """Degrees of freedom of the nodes on both sides of pairs, (points, 3)."""
+    described, reader = source.described, source.reader
+    contact, sides = described.contact, []
+    for side in (contact.side_a, contact.side_b):
+        if side is not None and source.of_nodes:
+            numbers = reader.whole_numbers(side, (points,))
+            sides.append(source.dofs_of_nodes(f"{reader.place(side)}: one of them", numbers))
+        elif side is not None:
+            sides.append(reader.numbers(side, (points, DIRECTIONS), source.dofs))
     if same := np.flatnonzero(np.any(sides[0] == sides[1], axis=1)).tolist():
         raise ValueError(
             f"{reader.place(str(contact.side_b))}: pair {same[0] + described.numbered_from} has a "
             f"degree of freedom that {contact.side_a} has too: a node cannot meet itself"
         )
-    return relative_of_pairs(sides[0], sides[1], dofs, frame)
+    return sides
 
 
-def _bolt(bolt: MatrixBolt, described: Matrices, reader: Reader, dofs: int) -> Bolt:
-    locked = None
+def _bolt(bolt: MatrixBolt, source: Source) -> Bolt:
+    locked, reader = None, source.reader
     if bolt.load is not None:
-        load = reader.column(bolt.load, dofs, bolt.column)
+        load = source.rows(reader.column(bolt.load, source.dofs, bolt.column))
         if not load.any():
             raise ValueError(f"{reader.place(bolt.load)} is zero: a tension of 1 N has forces")
     else:
-        locked = _dof(f"locked of bolt {bolt.name}", bolt.locked, described, reader, dofs)
-        load = unit_row(locked, dofs)
+        locked = source.dof(f"locked of bolt {bolt.name}", bolt.locked)
+        load = unit_row(locked, source.dofs)
     diameter, modulus = bolt.shank_diameter_mm, bolt.youngs_modulus_GPa
     axis = None if bolt.axis is None else np.array(bolt.axis, dtype=float)
     return Bolt(
@@ -250,30 +237,26 @@ def _bolt(bolt: MatrixBolt, described: Matrices, reader: Reader, dofs: int) -> B
     )
 
 
-def _rows(
-    points: Iterable[MatrixRow], described: Matrices, reader: Reader, dofs: int
-) -> dict[str, Row]:
+def _rows(points: Iterable[MatrixRow], source: Source) -> dict[str, Row]:
     rows = {}
     for point in points:
         if point.row is not None:
-            row = reader.column(point.row, dofs, point.column)
-            if not row.any():
-                raise ValueError(f"{reader.place(point.row)} is zero: nothing moves there")
+            row, place = source.reader.column(point.row, source.dofs, point.column), point.row
         else:
-            row = unit_row(_dof(f"dof of {point.name}", point.dof, described, reader, dofs), dofs)
+            row, place = unit_row(_dof_of(point, source), source.dofs), source.holder
+        row = source.rows(row)
+        if not row.any():
+            raise ValueError(f"{source.reader.place(place)} is zero: nothing moves at {point.name}")
         rows[point.name] = Row(row, point.direction or "")
     return rows
 
 
-def _dof(what: str, number: int | None, described: Matrices, reader: Reader, dofs: int) -> int:
-    """A degree of freedom from 0, of its number."""
-    first = described.numbered_from
-    if number is None or not first <= number < first + dofs:
-        raise ValueError(
-            f"{reader.place(described.stiffness)} has degrees of freedom from {first} to "
-            f"{first + dofs - 1}: {what} is {number}"
-        )
-    return number - first
+def _dof_of(point: MatrixRow, source: Source) -> int:
+    """The degree of freedom that is a place, or that of a node along its direction."""
+    if point.node is None:
+        return source.dof(f"dof of {point.name}", point.dof)
+    (dofs,) = source.dofs_of_nodes(f"node of {point.name}", np.array([point.node]))
+    return int(dofs["xyz".index(point.direction or "x")])
 
 
 def _place_of(bolt: MatrixBolt, reader: Reader) -> str:
