@@ -1,4 +1,4 @@
-"""Contact-adapted bases for friction along both tangents of the contact."""
+"""Friction along both tangents of the contact: contact-adapted bases, and planes of symmetry."""
 
 from dataclasses import replace
 
@@ -13,9 +13,11 @@ from boltjoint import solve_branch
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.friction.registry import LAWS
+from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.makers.registry import structure_of
-from boltjoint.structure.model import Structure
+from boltjoint.structure.model import Row, Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 
@@ -122,3 +124,64 @@ def test_peaks_in_the_basis_are_those_of_all_modes_within_its_estimate(block, la
             # the estimate is of the first order
             assert abs(both / whole - 1) < 1.5 * estimate
             assert abs(first / whole - 1) > 0.05
+
+
+@pytest.fixture(scope="module")
+def halves_and_whole(tiny):
+    """A lap that is driven across its plane of symmetry as well as in it, and its preload.
+
+    Twice: its symmetry used, and forgotten.
+    """
+    structure = structure_of(tiny)
+    geometry = structure.geometry
+    corner = int(np.argmax(geometry.node.sum(axis=1)))
+    row = Row(geometry.displacement[[3 * corner + 1, 3 * corner + 2]].sum(axis=0))
+    used = replace(structure, inputs={"shaker": row}, outputs={"sensor": row})
+    assert used.symmetry is not None
+    return [(each, apply_preload(each, 8e3)) for each in (used, used.without_symmetry())]
+
+
+def sampled(joint, samples=64):
+    """The joint with its friction followed at samples, where it has no closed form."""
+    if joint.law.closed_form is not None:
+        return joint
+    return replace(joint, law=AlternatingFrequencyTime(joint.law, samples=samples))
+
+
+def peaks_under(joint):
+    """Peaks [Hz, m] at forces that let little and much of the contact slip, shape (2, 2)."""
+    branches = [solve_branch(sampled(joint), force, damping=5e-3) for force in (1.0, 20.0)]
+    assert all(each.complete for each in branches)
+    return np.array([[each.peak_frequency, each.peak_amplitude] for each in branches])
+
+
+@pytest.mark.parametrize("law", ["uncoupled-constant", "coupled-constant"])
+def test_peaks_with_both_tangents_are_the_same_with_and_without_the_symmetry(halves_and_whole, law):
+    keys = {"tangential_stiffness": 2e7, "friction_coefficient": 0.1}
+    found, along_one = [], []
+    for structure, preload in halves_and_whole:
+        modes = find_modes(structure, "all-8")
+        # of both halves of the motion, and all of them driven
+        assert {"bending", "lateral"} <= set(modes["candidate_family"].to_numpy())
+        assert np.all(abs(modes["excitation_mode"]) > 0.1)
+        found.append(peaks_under(connect_pairs(modes, preload, LAWS[law], **keys)))
+        along_one.append(peaks_under(connect_pairs(modes, preload, LAWS["constant"], **keys)))
+    # loads are those of one solution to 1e-10 of the preload
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
+    np.testing.assert_allclose(along_one[1], along_one[0], rtol=1e-9)
+    assert np.max(abs(found[0] / along_one[0] - 1)) > 0.01
+
+
+def test_a_basis_for_both_tangents_is_the_same_with_and_without_the_symmetry(halves_and_whole):
+    contact = {"law": "uncoupled-constant", **CONTACT, "tangential_stiffness_N_per_m": 2e7}
+    condition = ContactCondition.of(contact, 5e-3)
+    options = OPTIONS.model_copy(update={"free_modes": 8, "states": 8, "adaptations": 2})
+    found, estimates = [], []
+    for structure, preload in halves_and_whole:
+        pod_modes = find_pod_modes(structure, preload, [condition], options)
+        basis = find_modes(structure, "enriched-12", pod_modes)
+        estimates.append([basis.attrs[f"estimated_{n}_error"] for n in ("frequency", "amplitude")])
+        found.append(peaks_under(condition.connect(preload, basis)))
+    # of mirror images rounding tells which slips first
+    assert np.all(abs(found[1] / found[0] - 1) < 0.01 * np.array(estimates[0]))
+    np.testing.assert_allclose(estimates[1], estimates[0], rtol=0.02)
