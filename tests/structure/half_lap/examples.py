@@ -11,10 +11,10 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
-from boltjoint.structure.makers.half_lap.blocks import extrude
+from boltjoint.structure.extrusion.blocks import extrude
+from boltjoint.structure.extrusion.plan import Plan, rectangle_plan, tributary_area
 from boltjoint.structure.makers.half_lap.calculix import faces_among_nodes
-from boltjoint.structure.makers.half_lap.mesh import build_assembly, tributary_area
-from boltjoint.structure.makers.half_lap.plan import Plan, rectangle_plan
+from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.makers.half_lap.structure import (
     assemble_assembly,
     free_displacements,

@@ -10,8 +10,10 @@ from scipy.spatial import KDTree
 
 from boltjoint.dataset import save
 from boltjoint.structure.elasticity import smallest_jacobian
-from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT, build_assembly, tributary_area
-from boltjoint.structure.makers.half_lap.plan import BoltRadii, CellDivisions, lap_plan
+from boltjoint.structure.extrusion.cell import BoltRadii, CellDivisions
+from boltjoint.structure.extrusion.plan import tributary_area
+from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT, build_assembly
+from boltjoint.structure.makers.half_lap.plan import lap_plan
 
 
 def volume(assembly):

@@ -13,20 +13,14 @@ from scipy import sparse
 from boltjoint.structure import contact_equilibrium, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
 from boltjoint.structure.basis.pod import basis_of_pod_modes
+from boltjoint.structure.extrusion.blocks import extrude
+from boltjoint.structure.extrusion.bolt_plan import bolt_plan
+from boltjoint.structure.extrusion.cell import BoltRadii, CellDivisions
+from boltjoint.structure.extrusion.plan import Plan, glue, rectangle_plan, tributary_area
 from boltjoint.structure.makers.half_lap import structure
-from boltjoint.structure.makers.half_lap.blocks import extrude
 from boltjoint.structure.makers.half_lap.calculix import write_modes_deck, write_preload_deck
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
-from boltjoint.structure.makers.half_lap.mesh import tributary_area
-from boltjoint.structure.makers.half_lap.plan import (
-    BoltRadii,
-    CellDivisions,
-    Plan,
-    bolt_plan,
-    glue,
-    lap_plan,
-    rectangle_plan,
-)
+from boltjoint.structure.makers.half_lap.plan import lap_plan
 from boltjoint.structure.makers.half_lap.structure import structure_of
 from boltjoint.structure.modes import find_modes
 

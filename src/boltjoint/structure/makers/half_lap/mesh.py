@@ -20,8 +20,16 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.makers.half_lap.blocks import Blocks
-from boltjoint.structure.makers.half_lap.bolts import add_bolt, divisions_of, levels_of, radii_of
+from boltjoint.structure.extrusion.blocks import Blocks
+from boltjoint.structure.extrusion.bolt_plan import bolt_plan
+from boltjoint.structure.extrusion.bolts import add_bolt
+from boltjoint.structure.extrusion.plan import Labels, rectangle_plan, tributary_area
+from boltjoint.structure.makers.half_lap.bolts import (
+    bolt_levels,
+    divisions_of,
+    levels_of,
+    radii_of,
+)
 from boltjoint.structure.makers.half_lap.parts import (
     BAR_A,
     BAR_B,
@@ -30,7 +38,7 @@ from boltjoint.structure.makers.half_lap.parts import (
     material_variables,
     part_variable,
 )
-from boltjoint.structure.makers.half_lap.plan import Labels, LapPlan, Plan, lap_plan, rectangle_plan
+from boltjoint.structure.makers.half_lap.plan import LapPlan, lap_plan
 
 if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly
@@ -141,11 +149,12 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
     lap = _plan_of(assembly)
     blocks = Blocks()
     bars = _add_bars(blocks, assembly, lap)
+    bolt, levels = bolt_plan(radii_of(assembly), divisions_of(assembly)), bolt_levels(assembly)
     sections = []
     for b, axis in enumerate(_MM * bar.free_length_mm[0] + axes):
         on_bars = bars.lap_a[0, lap.seat[b]], bars.lap_b[-1, lap.seat[b]]
         parts = FIRST_BOLT + b, first_washer(len(axes)) + b
-        sections.append(add_bolt(blocks, assembly, on_bars, axis, parts))
+        sections.append(add_bolt(blocks, bolt.moved(axis), levels, on_bars, parts))
     coordinate, hexahedron, part, label = blocks.joined()
 
     pair = label[np.stack([bars.lap_a[-1], bars.lap_b[0]], axis=-1)]
@@ -231,28 +240,6 @@ def _bolts(section: NDArray[np.int64], axis: Array) -> dict[str, xr.Variable]:
             ("bolt", "axis"), bolt_position, "m", "where the bolt's axis crosses the contact"
         ),
     }
-
-
-def tributary_area(plan: Plan) -> Array:
-    """Area of each node [m2], shape (points,): its shape function integrated over the plan.
-
-    A uniform pressure times these areas is its consistent nodal force.
-
-    Raises
-    ------
-    ValueError
-        If ``plan`` is not a ``Plan``.
-    """
-    checks.instance("plan", plan, Plan)
-    corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    area = np.zeros(len(plan.point))
-    for gauss in corner / np.sqrt(3):
-        factor = 1 + corner * gauss
-        slope = corner * factor[:, ::-1] / 4
-        jacobian = np.linalg.det(np.einsum("qci,cj->qij", plan.point[plan.quad], slope))
-        share = np.outer(jacobian, factor.prod(axis=1) / 4)
-        area += np.bincount(plan.quad.ravel(), share.ravel(), minlength=len(area))
-    return area
 
 
 @dataclass(frozen=True)

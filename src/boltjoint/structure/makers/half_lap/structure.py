@@ -8,12 +8,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import ConvexHull
 
 from boltjoint import checks
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble, check_mesh
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
+from boltjoint.structure.extrusion.motion import bodies_of_nodes, dofs, free_motion, reflection
 from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT, element_materials
 from boltjoint.structure.model import (
     Bolt,
@@ -25,8 +26,6 @@ from boltjoint.structure.model import (
 )
 
 Array = NDArray[np.float64]
-
-_AXES = np.arange(3)
 
 
 def free_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_array:
@@ -55,26 +54,10 @@ def free_displacements(assembly: xr.Dataset, *, tightened: bool) -> sparse.csc_a
         If the assembly has no clamp or sections, or a node of them does not exist.
     """
     nodes = len(checks.variable("assembly", assembly, "coordinate", ("node", "axis")))
-    dims = ("section_pair", "section_side")
-    nut_side, head_side = _nodes(assembly, "section_node", dims).T
-    leader = np.arange(nodes)
-    leader[head_side] = nut_side
-    is_free = np.ones(nodes, dtype=bool)
-    is_free[head_side] = False
-    is_free[_nodes(assembly, "clamped_node", ("clamped",))] = False
-
-    column = np.cumsum(is_free) - 1
-    moving = np.flatnonzero(is_free[leader])
-    row = dofs(moving)
-    unknown = dofs(column[leader[moving]])
-    value = np.ones(row.size)
-    size = 3 * np.count_nonzero(is_free)
-    if tightened:
-        row = np.concatenate([row, 3 * head_side + 2])
-        unknown = np.concatenate([unknown, size + assembly["section_bolt"].to_numpy()])
-        value = np.concatenate([value, np.full(head_side.size, -1.0)])
-        size += assembly.sizes["bolt"]
-    return sparse.csc_array((value, (row, unknown)), shape=(3 * nodes, size))
+    section = _nodes(assembly, "section_node", ("section_pair", "section_side"))
+    held = _nodes(assembly, "clamped_node", ("clamped",))
+    bolts = assembly.sizes["bolt"] if tightened else 0
+    return free_motion(nodes, section, assembly["section_bolt"].to_numpy(), held, bolts)
 
 
 def relative_displacements(assembly: xr.Dataset) -> sparse.csr_array:
@@ -104,11 +87,6 @@ def relative_displacements(assembly: xr.Dataset) -> sparse.csr_array:
         ),
         shape=(row.size, 3 * assembly.sizes["node"]),
     )
-
-
-def dofs(node: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Displacements of nodes along x, y, z, one node after another, shape (3 * nodes,)."""
-    return (3 * np.asarray(node)[:, None] + _AXES).ravel()
 
 
 def assemble_assembly(assembly: xr.Dataset) -> tuple[sparse.csc_array, sparse.csc_array]:
@@ -146,8 +124,6 @@ def _nodes(assembly: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[np
 
 #: of the maker
 NAME = "half_lap"
-#: mirror images apart by more than this share of the width are none
-_APART = 1e-9
 
 
 def structure_of(assembly: xr.Dataset) -> Structure:
@@ -262,43 +238,15 @@ def _row(assembly: xr.Dataset, point: str, T: sparse.csc_array) -> Row:
 
 def _reflection(assembly: xr.Dataset, T: sparse.csc_array) -> Reflection | None:
     """The reflection at y = 0, None where the mesh is not symmetric."""
-    mirrored = _mirrored_nodes(assembly)
-    if mirrored is None:
-        return None
-    bolts = assembly.sizes["bolt"]
-    moving = T.shape[1] - bolts
-    # every free displacement follows one unknown; held displacements are not used
-    displacement = T.indices[T.indptr[:moving]]
-    node, axis = np.divmod(displacement, 3)
-    follows = np.zeros(T.shape[0], dtype=np.int64)
-    of_moving = T[:, :moving]
-    follows[of_moving.indices] = np.repeat(np.arange(moving), np.diff(of_moving.indptr))
-    # the bolts lie on the plane
-    image = np.append(follows[3 * mirrored[node] + axis], np.arange(moving, T.shape[1]))
-    sign = np.append(np.where(axis == 1, -1.0, 1.0), np.ones(bolts))
-    pair_node = assembly["pair_node"].transpose("pair", "side").to_numpy()
-    pair_of_node = np.zeros(len(mirrored), dtype=np.int64)
-    pair_of_node[pair_node[:, 0]] = np.arange(len(pair_node))
-    return Reflection(image, sign, pair_of_node[mirrored[pair_node[:, 0]]])
-
-
-def _mirrored_nodes(assembly: xr.Dataset) -> NDArray[np.int64] | None:
-    """The node on the other side of y = 0 of every node, None where one has none."""
     coordinate = assembly["coordinate"].to_numpy()
-    part = assembly["part"].to_numpy().astype(np.int64)
-    connectivity = assembly["connectivity"].to_numpy()
-    # nodes at one place belong to different bodies, or to the two sides of a pretension section
-    body = np.full(len(coordinate), part.max() + 1)
-    np.minimum.at(body, connectivity, part[:, None])
-    body[assembly["section_node"].to_numpy()[:, 1]] += part.max() + 1
-    mirrored = np.empty(len(coordinate), dtype=np.int64)
-    for number in np.unique(body):
-        node = np.flatnonzero(body == number)
-        distance, nearest = cKDTree(coordinate[node]).query(coordinate[node] * [1, -1, 1])
-        if distance.max() > _APART * np.ptp(coordinate[:, 1]):
-            return None
-        mirrored[node] = node[nearest]
-    return mirrored
+    body = bodies_of_nodes(
+        len(coordinate),
+        assembly["connectivity"].transpose("element", "corner").to_numpy(),
+        assembly["part"].to_numpy().astype(np.int64),
+        assembly["section_node"].to_numpy()[:, 1],
+    )
+    side_a = assembly["pair_node"].transpose("pair", "side").to_numpy()[:, 0]
+    return reflection(coordinate, body, T, assembly["bolt_position"].to_numpy(), side_a)
 
 
 #: outer surfaces of the bars: axis along which they lie at the end, and which end

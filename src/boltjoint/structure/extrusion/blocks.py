@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.structure.makers.half_lap.plan import Labels, Plan, glue
+from boltjoint.structure.extrusion.plan import Labels, Plan, glue
 
 Array = NDArray[np.float64]
 
