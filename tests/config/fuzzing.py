@@ -47,6 +47,23 @@ BOLTS = ASSEMBLY["bolts"] | {
 }
 GAP = {"flatness_um": 5, "waviness_um": 1, "wavelength_mm": 60}
 
+PLATES = {
+    "type": "plates",
+    "plates": {
+        "width_mm": 70,
+        "thickness_mm": [5, 6],
+        "free_length_mm": [50, 60],
+        "lap_mm": 90,
+    },
+    "pattern": {"rows": 3, "columns": 2, "pitch_mm": 20, "gauge_mm": 36, "staggered": True},
+    "material": dict(ASSEMBLY["material"]),
+    "bolts": {key: BOLTS[key] for key in list(BOLTS)[1:]},
+    "mesh": {"element_length_mm": 10, "layers": [1, 2]},
+    "points": [{"name": "tip", "near_mm": [200, 0, 6], "direction": "z"}],
+    "symmetry": "xz",
+    "preload_N": 1000,
+}
+
 #: content of the YAML files, by kind
 CONTENTS = {
     "config": {
@@ -54,7 +71,7 @@ CONTENTS = {
         | {
             "cases": ["small", "shaped"],
             "sweeps": ["grid", "samples", "table"],
-            "assemblies": ["two_bolt", "mapped"],
+            "assemblies": ["two_bolt", "mapped", "plates"],
             "omit": ["timing"],
             "solver": {"friction_force": "aft", "harmonics": 3, "time_samples": 64},
             "hyper_reduction": {"frequency_tolerance": 0.001},
@@ -65,6 +82,7 @@ CONTENTS = {
         "config/assemblies/mapped.yaml": ASSEMBLY
         | {"contact": {"gap_um": "config/map.csv"}, "preload_N": 1000, "bolts": BOLTS},
         "config/assemblies/shaped.yaml": ASSEMBLY | {"contact": {"gap_um": GAP}},
+        "config/assemblies/plates.yaml": PLATES,
     },
     "case": {
         "config/cases/small.yaml": CASE | POINTS | {"solve": CASE["solve"][:2]},

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field
 
-from boltjoint.config.bolts import Bolts, Material
+from boltjoint.config.bolts import (
+    Bolts,
+    Material,
+    TighteningContact,
+    layers_of_washer,
+    rings_of_rim,
+)
 from boltjoint.config.described import (
     Described,
     MeshSize,
@@ -23,7 +29,6 @@ from boltjoint.config.types import (
     Count,
     Description,
     KeyPath,
-    NotNegative,
     Positive,
     Problems,
 )
@@ -92,15 +97,11 @@ class Mesh(EntryWithLaterKeys):
     head."""
 
 
-class StaticContact(EntryWithLaterKeys):
+class StaticContact(EntryWithLaterKeys, TighteningContact):
     """Contact between the bars during tightening of the bolts."""
 
     LATER_KEYS = frozenset({"gap_um"})
 
-    penalty_N_per_m3: Positive = 1e15
-    """Normal contact stiffness for each unit of area."""
-    friction_coefficient: NotNegative = 0.1
-    """Coulomb friction between the bars during tightening."""
     gap_um: Gap | None = None
     """Gap between the surfaces as they touch before the bolts are tightened: its shape, or a CSV
     file of it, seen from the folder of ``config/``; flat by default. See *Form error*."""
@@ -222,26 +223,19 @@ class Assembly(Described):
     @property
     def rings_head_to_washer_edge(self) -> int:
         """Rings of elements under the washers beyond the heads; 0 where washers are not wider."""
-        if not self.bolts.has_wide_washers:
-            return 0
-        if self.mesh.rings_head_to_washer_edge is not None:
-            return self.mesh.rings_head_to_washer_edge
-        head, rings = self.bolts.head_diameter_mm, self.mesh.rings_head_to_cell_edge
-        to_edge = min(self.mesh.bolt_cell_length_mm, self.bar.width_mm) - head
-        share = min(max((self.bolts.seat_diameter_mm - head) / max(to_edge, 1e-6), 0.0), 1.0)
-        return max(1, min(round(share * rings), rings - 1))
+        given = self.mesh.rings_head_to_washer_edge
+        if self.bolts.has_wide_washers and given is not None:
+            return given
+        cell = min(self.mesh.bolt_cell_length_mm, self.bar.width_mm)
+        return rings_of_rim(self.bolts, self.mesh, cell)
 
     @property
     def layers_in_washer(self) -> float:
         """Elements through the thickness of a washer; 0 without any."""
-        washer, mesh = self.bolts.washer, self.mesh
-        if washer is None:
-            return 0
-        if mesh.layers_in_washer is not None:
-            return mesh.layers_in_washer
-        # whole, but no int: the quotient of what is allowed may be infinite
-        as_head = washer.thickness_mm * mesh.layers_in_head / self.bolts.head_height_mm
-        return max(1.0, round(as_head, 0))
+        given = self.mesh.layers_in_washer
+        if self.bolts.washer is not None and given is not None:
+            return given
+        return layers_of_washer(self.bolts, self.mesh)
 
     @property
     def pairs_of_one_side(self) -> int:

@@ -1,11 +1,18 @@
-"""Bolts and washers of an assembly, and their materials."""
+"""Bolts and washers of an assembly, their materials, and the contact while they are tightened."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple, Protocol
 
 from pydantic import Field
 
 from boltjoint.config.entries import Entry, EntryWithLaterKeys
-from boltjoint.config.types import INTEGRAL, Number, Positive, Problems, Several
+from boltjoint.config.types import (
+    INTEGRAL,
+    NotNegative,
+    Number,
+    Positive,
+    Problems,
+    Several,
+)
 
 #: what the keys of a material are called
 MATERIAL_WORDS = {
@@ -27,68 +34,60 @@ class Material(Entry):
 
 
 class Washer(EntryWithLaterKeys):
-    """Equal washers of all bolts, tied to the bars, and to head or nut."""
+    """Equal washers of all bolts, tied to the bodies, and to head or nut."""
 
     LATER_KEYS = frozenset({"hole_diameter_mm", "material"})
 
     thickness_mm: Positive
     """Thickness of a washer; the shanks are longer by that of their washers."""
     diameter_mm: Positive
-    """Outer diameter: at least that of the head, less than the width of the bar and the length of a
-    bolt cell."""
+    """Outer diameter: at least that of the head, less than both sides of a bolt cell, one of which
+    may be the width of the bar."""
     hole_diameter_mm: Positive | None = None
     """Diameter of the washer's hole, greater than that of the shank and at most that of the hole in
-    the bars, which it is by default."""
+    the bodies, which it is by default."""
     under: Several[Literal["head", "nut"]] = ("head", "nut")
     """Where washers lie."""
     material: Material | None = None
     """Linear elastic material of the washers; by default that of the bolts."""
 
 
-class Bolts(EntryWithLaterKeys):
-    """Row of equal bolts on the centre line of the lap."""
+class BoltDimensions(EntryWithLaterKeys):
+    """Dimensions of equal bolts."""
 
     LATER_KEYS = frozenset({"material", "washer"})
 
-    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
-    """Bolt axes, ascending, measured along the bar from the end of the lap that is nearer to the
-    support. The bolt cells lie inside the lap and apart from each other. Or give ``number`` and
-    ``pitch_mm``."""
-    number: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] | None = None
-    """Number of bolts, in place of their positions: they are centred in the lap."""
-    pitch_mm: Positive | None = None
-    """Distance between the axes of two bolts, with ``number``; of one bolt there is none."""
     shank_diameter_mm: Positive
     """Diameter of the shank."""
     hole_diameter_mm: Positive
     """Diameter of the clearance hole, greater than that of the shank."""
     head_diameter_mm: Positive
     """Outer diameter of head and nut, both modelled round: greater than that of the hole, less than
-    the width of the bar and the length of a bolt cell."""
+    both sides of a bolt cell, one of which may be the width of the bar."""
     head_height_mm: Positive
     """Height of the head."""
     nut_height_mm: Positive
     """Height of the nut."""
     material: Material | None = None
-    """Linear elastic material of the bolts; by default that of the bars."""
+    """Linear elastic material of the bolts; by default that of the assembly."""
     washer: Washer | None = None
     """Washers under heads and nuts; none by default."""
 
     @property
     def narrow_hole_mm(self) -> float | None:
-        """Diameter of the hole of washers that is narrower than that in the bars, if any."""
+        """Diameter of the hole of washers that is narrower than that in the bodies, if any."""
         own = None if self.washer is None else self.washer.hole_diameter_mm
         # to a nanometre: less is a rounding error
         return own if own is not None and round(self.hole_diameter_mm - own, 6) > 0 else None
 
     @property
     def has_narrow_washers(self) -> bool:
-        """Whether there are washers with a hole narrower than that in the bars."""
+        """Whether there are washers with a hole narrower than that in the bodies."""
         return self.narrow_hole_mm is not None
 
     @property
     def seat_diameter_mm(self) -> float:
-        """Outer diameter of what is tied to the bars: of the washers, or of the heads."""
+        """Outer diameter of what is tied to the bodies: of the washers, or of the heads."""
         return self.head_diameter_mm if self.washer is None else self.washer.diameter_mm
 
     @property
@@ -97,17 +96,6 @@ class Bolts(EntryWithLaterKeys):
         return round(self.seat_diameter_mm - self.head_diameter_mm, 6) > 0
 
     def conflicts(self) -> Problems:
-        positions, row = self.positions_from_lap_start_mm, (self.number, self.pitch_mm)
-        if positions is not None:
-            for key, value in zip(("number", "pitch_mm"), row, strict=True):
-                if value is not None:
-                    yield (key,), "must not stand beside positions_from_lap_start_mm"
-        elif self.number is None:
-            yield ("positions_from_lap_start_mm",), "is missing: or give number and pitch_mm"
-        elif self.number > 1 and self.pitch_mm is None:
-            yield ("pitch_mm",), "is missing: distance between the axes of two bolts"
-        elif self.number == 1 and self.pitch_mm is not None:
-            yield ("pitch_mm",), "must not be given with one bolt"
         for outer, inner in (("hole", "shank"), ("head", "hole")):
             least = getattr(self, f"{inner}_diameter_mm")
             if getattr(self, key := f"{outer}_diameter_mm") <= least:
@@ -129,5 +117,145 @@ class Bolts(EntryWithLaterKeys):
             yield (
                 ("washer", "hole_diameter_mm"),
                 f"must be greater than the shank's diameter of {shank:g} mm, and at most that of "
-                f"the hole in the bars of {hole:g} mm",
+                f"the hole in the bodies of {hole:g} mm",
             )
+
+
+class RowOfBolts(Entry):
+    """Places of bolts on the centre line of the lap."""
+
+    positions_from_lap_start_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] | None = None
+    """Bolt axes, ascending, measured along the bar from the end of the lap that is nearer to the
+    support. The bolt cells lie inside the lap and apart from each other. Or give ``number`` and
+    ``pitch_mm``."""
+    number: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] | None = None
+    """Number of bolts, in place of their positions: they are centred in the lap."""
+    pitch_mm: Positive | None = None
+    """Distance between the axes of two bolts, with ``number``; of one bolt there is none."""
+
+    def conflicts(self) -> Problems:
+        positions, row = self.positions_from_lap_start_mm, (self.number, self.pitch_mm)
+        if positions is not None:
+            for key, value in zip(("number", "pitch_mm"), row, strict=True):
+                if value is not None:
+                    yield (key,), "must not stand beside positions_from_lap_start_mm"
+        elif self.number is None:
+            yield ("positions_from_lap_start_mm",), "is missing: or give number and pitch_mm"
+        elif self.number > 1 and self.pitch_mm is None:
+            yield ("pitch_mm",), "is missing: distance between the axes of two bolts"
+        elif self.number == 1 and self.pitch_mm is not None:
+            yield ("pitch_mm",), "must not be given with one bolt"
+
+
+class Bolts(BoltDimensions, RowOfBolts):
+    """Row of equal bolts on the centre line of the lap."""
+
+    def conflicts(self) -> Problems:
+        yield from RowOfBolts.conflicts(self)
+        yield from BoltDimensions.conflicts(self)
+
+
+class BoltMesh(Protocol):
+    """Divisions of bolts that all meshes have."""
+
+    @property
+    def rings_in_shank(self) -> int:
+        """Rings of elements in the shank of a bolt."""
+
+    @property
+    def rings_under_head(self) -> int:
+        """Rings of elements between the edges of hole and head."""
+
+    @property
+    def rings_head_to_cell_edge(self) -> int:
+        """Rings of elements between the edges of head and cell."""
+
+    @property
+    def layers_in_head(self) -> int:
+        """Elements through the height of a head, and of a nut."""
+
+
+class BoltSize(NamedTuple):
+    """Nodes of a bolt that the plates do not have, and its elements."""
+
+    nodes: int
+    elements: int
+
+
+def bolt_size(
+    bolts: BoltDimensions,
+    mesh: BoltMesh,
+    sides: tuple[int, int],
+    layers_of_plates: int,
+    rings_of_rim: int,
+    layers_of_washer: int,
+) -> BoltSize:
+    """Size of a bolt with its washers.
+
+    Parameters
+    ----------
+    bolts, mesh
+        Dimensions and divisions.
+    sides
+        Elements along both sides of its cell.
+    layers_of_plates
+        Elements along the shank, in both plates together.
+    rings_of_rim
+        Rings of elements under a washer beyond the head.
+    layers_of_washer
+        Elements through the thickness of a washer; 0 without any.
+    """
+    across, along = sides
+    around = 2 * (across + along)
+    shank_points = (across + 1) * (along + 1) + mesh.rings_in_shank * around
+    # a ring more where the hole of the washers is narrower than that of the plates
+    over_hole = int(bolts.has_narrow_washers)
+    head_points = shank_points + (mesh.rings_under_head + 1 + over_hole) * around
+    shank_quads = across * along + mesh.rings_in_shank * around
+    head_quads = shank_quads + (mesh.rings_under_head + 1 + over_hole) * around
+    in_heads = 2 * mesh.layers_in_head
+    washer_quads = (mesh.rings_under_head + rings_of_rim + over_hole) * around
+    washers = 0 if bolts.washer is None else len(bolts.washer.under)
+    in_washers = washers * layers_of_washer
+    # nodes are shared where a head meets its shank and its plate, and a washer both; of a ring over
+    # the hole one side is tied to nothing
+    shank_nodes = shank_points * (layers_of_plates + 2 + in_washers)
+    head_nodes = in_heads * head_points + 2 * over_hole * around
+    washer_nodes = in_washers * (washer_quads + around)
+    return BoltSize(
+        shank_nodes + head_nodes + washer_nodes,
+        (layers_of_plates + in_washers) * shank_quads
+        + in_heads * head_quads
+        + in_washers * washer_quads,
+    )
+
+
+def rings_of_rim(bolts: BoltDimensions, mesh: BoltMesh, cell_mm: float) -> int:
+    """Rings under washers beyond the heads, 0 where washers are not wider.
+
+    By the washer's share of the way from the head to the nearest edge of the cell, which is as
+    wide as ``cell_mm``.
+    """
+    if not bolts.has_wide_washers:
+        return 0
+    head, rings = bolts.head_diameter_mm, mesh.rings_head_to_cell_edge
+    share = min(max((bolts.seat_diameter_mm - head) / max(cell_mm - head, 1e-6), 0.0), 1.0)
+    return max(1, min(round(share * rings), rings - 1))
+
+
+def layers_of_washer(bolts: BoltDimensions, mesh: BoltMesh) -> float:
+    """Elements through the thickness of a washer, about as thick as those of a head; 0 without."""
+    if bolts.washer is None:
+        return 0
+    # whole, but no int: the quotient of what is allowed may be infinite
+    as_head = bolts.washer.thickness_mm * mesh.layers_in_head / bolts.head_height_mm
+    return max(1.0, round(as_head, 0))
+
+
+class TighteningContact(Entry):
+    """Contact between two bodies during tightening of the bolts."""
+
+    penalty_N_per_m3: Positive = 1e15
+    """Normal contact stiffness for each unit of area."""
+    friction_coefficient: NotNegative = 0.1
+    """Coulomb friction during tightening."""

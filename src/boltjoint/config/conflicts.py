@@ -44,6 +44,9 @@ def conflicts_of_preload(case: Case, assembly: Described | None) -> Problems:
         if len(case.preload_ratios) != bolts:
             sentence = f"must have {bolts} ratios, one for each bolt of {case.assembly}"
             yield ("preload_ratios",), sentence
+            return
+        for path, sentence in assembly.conflicts_of_ratios(case.preload_ratios):
+            yield ("preload_ratios", *path), sentence
 
 
 def conflicts_of_surfaces(case: Case, assembly: Described | None) -> Problems:

@@ -8,7 +8,7 @@ from pydantic import Field, PrivateAttr
 
 from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.entries import Entry
-from boltjoint.config.excitation import Direction, Point
+from boltjoint.config.excitation import NamedPoint, Point, Vector
 from boltjoint.config.makers import maker
 from boltjoint.config.types import (
     DeckFile,
@@ -24,9 +24,6 @@ from boltjoint.config.types import (
     Problems,
     conflicts_of_factorisation,
 )
-
-#: along x, y, z
-Vector = tuple[Number, Number, Number]
 
 #: of one unit in m, kg and s
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
@@ -156,17 +153,6 @@ class Ties(Entry):
     adjust: Literal["near", "all", "none"] = "near"
     """Nodes that are moved onto the faces: those within a tenth of the size of a face, so that the
     others keep their place and offset; all, as Abaqus and CalculiX do; or none."""
-
-
-class NamedPoint(Entry):
-    """A node where a force may act and motion be read."""
-
-    name: Name
-    """Name of the input and output."""
-    near_mm: Vector
-    """Place, of which the nearest node is taken."""
-    direction: Direction
-    """Direction of the force or of the displacement."""
 
 
 class Deck(Described):

@@ -6,6 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
+from boltjoint.config.bolts import bolt_size
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Point
 from boltjoint.config.types import Positive, Problems
@@ -75,30 +76,16 @@ def mesh_size(assembly: Divisions) -> MeshSize:
     columns = (bolts - 1) * mesh.columns_between_bolt_cells + 2 * mesh.columns_at_each_lap_end
     rings = mesh.rings_under_head + mesh.rings_head_to_cell_edge
 
-    shank_points = (across + 1) * (along + 1) + mesh.rings_in_shank * around
-    # a ring more where the hole of the washers is narrower than that of the bars
-    over_hole = int(assembly.bolts.has_narrow_washers)
-    head_points = shank_points + (mesh.rings_under_head + 1 + over_hole) * around
-    shank_quads = across * along + mesh.rings_in_shank * around
-    head_quads = shank_quads + (mesh.rings_under_head + 1 + over_hole) * around
-    in_heads = 2 * mesh.layers_in_head
-    washer_quads = (mesh.rings_under_head + assembly.rings_head_to_washer_edge + over_hole) * around
-    washers = 0 if assembly.bolts.washer is None else len(assembly.bolts.washer.under)
-    in_washers = washers * int(min(assembly.layers_in_washer, COUNTLESS))
-
-    # nodes are shared where a free bar meets its half of the lap, a head its shank and its bar, and
-    # a washer both; of a ring over the hole one side is tied to nothing
+    in_washer = int(min(assembly.layers_in_washer, COUNTLESS))
+    rim = assembly.rings_head_to_washer_edge
+    of_bolt = bolt_size(assembly.bolts, mesh, (across, along), 2 * layers, rim, in_washer)
+    # nodes are shared where a free bar meets its half of the lap
     free_nodes = (free + 2) * (across + 1) * (2 * layers + 1) - 2 * (across + 1) * (layers + 1)
-    shank_nodes = shank_points * (2 * (layers + 1) + in_washers)
-    head_nodes = in_heads * head_points + 2 * over_hole * around
-    washer_nodes = in_washers * (washer_quads + around)
-    of_bolt = shank_nodes + head_nodes + washer_nodes
     return MeshSize(
-        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * of_bolt,
+        nodes=2 * pairs * (layers + 1) + free_nodes + bolts * of_bolt.nodes,
         elements=2 * layers * (bolts * around * rings + columns * across)
         + 2 * layers * across * free
-        + bolts * ((2 * layers + in_washers) * shank_quads + in_heads * head_quads)
-        + bolts * in_washers * washer_quads,
+        + bolts * of_bolt.elements,
         pairs=pairs,
     )
 
@@ -264,6 +251,10 @@ class Described(Entry):
 
     def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:
         """What is wrong with the map of the initial gap; ``gap_maps`` by their files."""
+        yield from ()
+
+    def conflicts_of_ratios(self, ratios: Sequence[float]) -> Problems:
+        """What is wrong with the preloads of the bolts over that of the case."""
         yield from ()
 
     @abstractmethod

@@ -8,6 +8,8 @@ from boltjoint.config.entries import Entry
 from boltjoint.config.types import Name, Number, Positive
 
 Direction = Literal["x", "y", "z"]
+#: along x, y, z
+Vector = tuple[Number, Number, Number]
 
 
 class Point(Entry):
@@ -42,6 +44,17 @@ class Sensor(Point):
 
     name: Name
     """Name of the sensor in results."""
+
+
+class NamedPoint(Entry):
+    """A node where a force may act and motion be read."""
+
+    name: Name
+    """Name of the input and output."""
+    near_mm: Vector
+    """Place, of which the nearest node is taken."""
+    direction: Direction
+    """Direction of the force or of the displacement."""
 
 
 Surface = Literal["top", "bottom", "free-end", "left", "right"]

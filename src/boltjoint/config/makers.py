@@ -39,6 +39,7 @@ _MODULES = {
     "half_lap": "boltjoint.structure.makers.half_lap",
     "matrices": "boltjoint.structure.makers.matrices",
     "deck": "boltjoint.structure.makers.deck",
+    "plates": "boltjoint.structure.makers.plates",
 }
 #: entry points by which other packages have makers
 GROUP = "boltjoint.makers"

@@ -9,9 +9,9 @@ from pydantic import Field, PrivateAttr
 
 from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.entries import Entry
-from boltjoint.config.excitation import Direction, Point
+from boltjoint.config.excitation import Direction, Point, Vector
 from boltjoint.config.makers import maker
-from boltjoint.config.matrix_contact import MatrixContact, Vector, repeated
+from boltjoint.config.matrix_contact import MatrixContact, repeated
 from boltjoint.config.matrix_modes import MatrixModes
 from boltjoint.config.types import (
     INTEGRAL,

@@ -4,18 +4,15 @@ from collections.abc import Iterable, Sequence
 from typing import Literal
 
 from boltjoint.config.entries import Entry
+from boltjoint.config.excitation import Vector
 from boltjoint.config.types import (
     KeyPath,
     Name,
     NotNegative,
-    Number,
     Positive,
     Problems,
     VariableName,
 )
-
-#: along x, y, z
-Vector = tuple[Number, Number, Number]
 
 #: sine of the angle below which two directions are one
 _PARALLEL = 1e-6

@@ -11,6 +11,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.deck import Deck
 from boltjoint.config.entries import Entry
 from boltjoint.config.matrices import Matrices
+from boltjoint.config.plates import Plates
 from boltjoint.config.settings import Settings
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, PATTERNS, SCHEMA_FOLDER
@@ -24,6 +25,7 @@ SCHEMAS: dict[str, type[Entry]] = {
     "assembly": Assembly,
     "matrices": Matrices,
     "deck": Deck,
+    "plates": Plates,
     "case": Case,
     "sweep": Sweep,
 }
@@ -36,6 +38,7 @@ _FILES = {
     "assembly": "assemblies/*.yaml",
     "matrices": "assemblies/*.yaml, type: matrices",
     "deck": "assemblies/*.yaml, type: deck",
+    "plates": "assemblies/*.yaml, type: plates",
     "case": "cases/*.yaml",
     "sweep": "sweeps/*.yaml",
 }

@@ -1,6 +1,7 @@
 """A half lap as a deck in the manner of Abaqus/CAE: parts, instances, sets in pieces, ties."""
 
 import numpy as np
+import xarray as xr
 
 from boltjoint.structure.elements.kinds import KINDS
 
@@ -150,3 +151,24 @@ class _Writer:
             yield "".join(f"_cut{bolt}_S{number}, S{number}\n" for number in below)
             yield f"*Node, nset=length-{bolt}\n{1000 + bolt}, 0., 0., 0.\n"
             yield f"*Pre-tension Section, surface=cut-{bolt}, node={1000 + bolt}\n0., 0., 1.\n"
+
+
+def deck_of_bodies(mesh, material, preload):
+    """The deck of two bodies and their bolts, by a mesh of ``extrusion.bodies``."""
+    dims = ("section_pair", "section_side")
+    assembly = xr.Dataset(
+        {
+            "coordinate": (("node", "axis"), mesh.coordinate),
+            "connectivity": (("element", "corner"), mesh.hexahedron),
+            "part": ("element", mesh.part),
+            "pair_node": (("pair", "side"), mesh.pair),
+            "section_node": (dims, mesh.section),
+            "section_bolt": ("section_pair", mesh.bolt_of_pair),
+            "bolt_position": (("bolt", "axis"), mesh.bolt_position),
+            "clamped_node": ("clamped", mesh.held),
+            "density": 1.0 * material["density_kg_per_m3"],
+            "youngs_modulus": 1e9 * material["youngs_modulus_GPa"],
+            "poissons_ratio": material["poissons_ratio"],
+        }
+    )
+    return deck_of(assembly, preload)

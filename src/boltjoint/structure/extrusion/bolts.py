@@ -6,15 +6,22 @@ section, the nodes are double.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.structure.extrusion.blocks import Blocks
 from boltjoint.structure.extrusion.bolt_plan import BoltPlan
+from boltjoint.structure.extrusion.cell import BoltRadii
 from boltjoint.structure.extrusion.plan import Labels
 
+if TYPE_CHECKING:
+    from boltjoint.config.bolts import BoltDimensions
+
 Array = NDArray[np.float64]
+
+_MM = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +79,28 @@ class BoltLevels:
             np.linspace(below[0] - nut, below[0], layers + 1),
             np.linspace(above[-1], above[-1] + head, layers + 1),
         )
+
+
+def radii_of(bolts: "BoltDimensions") -> BoltRadii:
+    """Radii of a bolt and its washers [m]."""
+    washer, hole = bolts.washer, bolts.narrow_hole_mm
+    return BoltRadii(
+        shank=_MM * bolts.shank_diameter_mm / 2,
+        hole=_MM * bolts.hole_diameter_mm / 2,
+        head=_MM * bolts.head_diameter_mm / 2,
+        washer_hole=None if hole is None else _MM * hole / 2,
+        washer=None
+        if washer is None or not bolts.has_wide_washers
+        else _MM * washer.diameter_mm / 2,
+    )
+
+
+def washer_levels(bolts: "BoltDimensions", end: str, layers: int) -> Array:
+    """Levels of the washer under head or nut, from its body on [m]; 0 alone where there is none."""
+    washer = bolts.washer
+    if washer is None or end not in washer.under:
+        return np.zeros(1)
+    return np.linspace(0.0, _MM * washer.thickness_mm, layers + 1)
 
 
 def add_bolt(

@@ -1,12 +1,12 @@
-"""Radii, divisions and levels of the bolts and washers of a half-lap assembly."""
+"""Divisions and levels of the bolts and washers of a half-lap assembly."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.structure.extrusion.bolts import BoltLevels
-from boltjoint.structure.extrusion.cell import BoltRadii, CellDivisions
+from boltjoint.structure.extrusion.bolts import BoltLevels, washer_levels
+from boltjoint.structure.extrusion.cell import CellDivisions
 
 if TYPE_CHECKING:
     from boltjoint.config.assembly import Assembly
@@ -14,21 +14,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _MM = 1e-3
-
-
-def radii_of(assembly: "Assembly") -> BoltRadii:
-    """Radii of a bolt and its washers [m]."""
-    bolts = assembly.bolts
-    washer, hole = bolts.washer, bolts.narrow_hole_mm
-    return BoltRadii(
-        shank=_MM * bolts.shank_diameter_mm / 2,
-        hole=_MM * bolts.hole_diameter_mm / 2,
-        head=_MM * bolts.head_diameter_mm / 2,
-        washer_hole=None if hole is None else _MM * hole / 2,
-        washer=None
-        if washer is None or not bolts.has_wide_washers
-        else _MM * washer.diameter_mm / 2,
-    )
 
 
 def divisions_of(assembly: "Assembly") -> CellDivisions:
@@ -52,19 +37,10 @@ def levels_of(assembly: "Assembly") -> tuple[Array, Array]:
 
 def bolt_levels(assembly: "Assembly") -> BoltLevels:
     """Levels of nodes along the axis of a bolt [m]."""
-    bolts = assembly.bolts
-    under_nut, under_head = (_washer_levels(assembly, end) for end in ("nut", "head"))
+    bolts, layers = assembly.bolts, int(assembly.layers_in_washer)
     return BoltLevels.of_stack(
         levels_of(assembly),
-        (under_nut, under_head),
+        (washer_levels(bolts, "nut", layers), washer_levels(bolts, "head", layers)),
         (_MM * bolts.nut_height_mm, _MM * bolts.head_height_mm),
         assembly.mesh.layers_in_head,
     )
-
-
-def _washer_levels(assembly: "Assembly", end: str) -> Array:
-    """Levels of the washer under head or nut, from the bar on [m]; 0 alone where there is none."""
-    washer = assembly.bolts.washer
-    if washer is None or end not in washer.under:
-        return np.zeros(1)
-    return np.linspace(0.0, _MM * washer.thickness_mm, int(assembly.layers_in_washer) + 1)

@@ -22,13 +22,12 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.extrusion.blocks import Blocks
 from boltjoint.structure.extrusion.bolt_plan import bolt_plan
-from boltjoint.structure.extrusion.bolts import add_bolt
+from boltjoint.structure.extrusion.bolts import add_bolt, radii_of
 from boltjoint.structure.extrusion.plan import Labels, rectangle_plan, tributary_area
 from boltjoint.structure.makers.half_lap.bolts import (
     bolt_levels,
     divisions_of,
     levels_of,
-    radii_of,
 )
 from boltjoint.structure.makers.half_lap.parts import (
     BAR_A,
@@ -149,7 +148,10 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
     lap = _plan_of(assembly)
     blocks = Blocks()
     bars = _add_bars(blocks, assembly, lap)
-    bolt, levels = bolt_plan(radii_of(assembly), divisions_of(assembly)), bolt_levels(assembly)
+    bolt, levels = (
+        bolt_plan(radii_of(assembly.bolts), divisions_of(assembly)),
+        bolt_levels(assembly),
+    )
     sections = []
     for b, axis in enumerate(_MM * bar.free_length_mm[0] + axes):
         on_bars = bars.lap_a[0, lap.seat[b]], bars.lap_b[-1, lap.seat[b]]
@@ -199,7 +201,7 @@ def _plan_of(assembly: "Assembly") -> LapPlan:
         length=_MM * bar.lap_mm,
         width=_MM * bar.width_mm,
         cell_length=_MM * mesh.bolt_cell_length_mm,
-        radii=radii_of(assembly),
+        radii=radii_of(assembly.bolts),
         divisions=divisions_of(assembly),
         columns_between=mesh.columns_between_bolt_cells,
         columns_at_ends=mesh.columns_at_each_lap_end,
