@@ -3,10 +3,10 @@
 import ast
 import os
 import shutil
-import site
 import stat
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from pathlib import Path
 
@@ -51,8 +51,7 @@ def test_type_checkers_know_every_public_name():
 def environment(tmp_path):
     """The library and its dependencies in folders that are read-only, and no home."""
     (tmp_path / "dependencies").mkdir()
-    (installed,) = {Path(each) for each in site.getsitepackages()}
-    for path in installed.iterdir():
+    for path in Path(sysconfig.get_path("purelib")).iterdir():
         if "boltjoint" not in path.name:
             (tmp_path / "dependencies" / path.name).symlink_to(path)
     copy = tmp_path / "library/boltjoint"

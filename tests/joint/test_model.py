@@ -14,6 +14,9 @@ def test_parts_that_do_not_fit_are_refused(joint):
         replace(joint, tangential_mode=joint.tangential_mode[:-1])
     with pytest.raises(ValueError, match="elements must sit on points"):
         replace(joint, law=replace(joint.law, point_of_element=joint.law.point_of_element + 1))
+    for nothing in ((), np.empty(0)):
+        with pytest.raises(ValueError, match="places is of type"):
+            replace(joint, places=nothing)
 
 
 def test_a_law_has_the_normal_rows_it_needs_and_no_others(joint):

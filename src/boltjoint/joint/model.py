@@ -193,7 +193,9 @@ class Joint:
     @property
     def surface_places(self) -> SurfacePlaces:
         """``places``, or their default."""
-        return self.places or SurfacePlaces(np.full(self.points, SURFACE), self.position[:, :2])
+        if self.places is not None:
+            return self.places
+        return SurfacePlaces(np.full(self.points, SURFACE), self.position[:, :2])
 
     @property
     def rows(self) -> tuple[Array, ...]:
