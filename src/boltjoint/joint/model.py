@@ -193,9 +193,7 @@ class Joint:
     @property
     def surface_places(self) -> SurfacePlaces:
         """``places``, or their default."""
-        if self.places is not None:
-            return self.places
-        return SurfacePlaces(np.full(self.points, SURFACE), self.position[:, :2])
+        return _in_one_plane(self.position) if self.places is None else self.places
 
     @property
     def rows(self) -> tuple[Array, ...]:
@@ -292,6 +290,11 @@ class Joint:
                 "the output point does not move in the selected modes: response_mode is at "
                 f"most {abs(self.response_mode).max():.1g} kg^-1/2"
             )
+
+
+def _in_one_plane(position: Array) -> SurfacePlaces:
+    """Places of points (points, 3) that lie on one surface, along x and y."""
+    return SurfacePlaces(np.full(len(position), SURFACE), position[:, :2])
 
 
 def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:
