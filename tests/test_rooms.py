@@ -105,8 +105,6 @@ OF_HALF_LAP = re.compile(r"half_lap|FIRST_BOLT|bar_A|BAR_A|\bclamp|\by = 0(?![.\
 ROOM_OF_HALF_LAP = (
     *("src/boltjoint/structure/makers/half_lap/", "src/boltjoint/config/makers.py"),
     "src/boltjoint/config/assembly.py",
-    # CalculiX gets its decks from the mesh
-    *(f"workflow/scripts/{name}.py" for name in ("write_decks", "compare_calculix")),
 )
 TESTS_OF_HALF_LAP = (
     *("tests/structure/half_lap/", "tests/report/test_figures_half_lap", "tests/test_rooms.py"),

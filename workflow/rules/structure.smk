@@ -16,7 +16,7 @@ rule build_assembly:
         runtime=lambda w: resources_of("build", w.assembly)["runtime"],
     params:
         library=lambda w: library("build_assembly.py", [maker_of(w.assembly)]),
-        assembly=lambda w: study.assembly(w.assembly).model_dump(exclude={"preload_N"}),
+        assembly=content_of,
         files=lambda w: [
             study.hashes[file] for file in study.assembly(w.assembly).named_files
         ],

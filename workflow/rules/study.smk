@@ -3,6 +3,7 @@
 # The library reads its files: Snakemake's own reader (configfile:, --configfile) is a template engine,
 # which runs the code in a file that asks for it.
 
+import importlib
 import os
 import sys
 from functools import cache
@@ -133,6 +134,26 @@ def files_of_module(name):
 def maker_of(assembly):
     """Module of the maker of an assembly, whose code no script names."""
     return makers.maker(study.assembly(assembly).type).__name__
+
+
+def calculix_of(assembly):
+    """Modules of the maker of an assembly, and of what compares it with CalculiX."""
+    own = maker_of(assembly)
+    return [
+        own,
+        importlib.import_module(getattr(sys.modules[own], "CALCULIX", own)).__name__,
+    ]
+
+
+def preload_of_assembly(assembly):
+    """The contact of an assembly under its first preload, or 10 kN where it has none."""
+    unknown = layout.path("preload", assembly=assembly, preload_N=10000)
+    return [*data("preload", assembly=assembly), unknown][0]
+
+
+def content_of(wildcards):
+    """The description of an assembly."""
+    return study.assembly(wildcards.assembly).model_dump(exclude={"preload_N"})
 
 
 def table_of(sweep):

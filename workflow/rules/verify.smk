@@ -1,28 +1,21 @@
 # What CalculiX finds in an assembly, beside the library's own: made by `make verify`, not by `all`.
 
-#: those that the study has, with 10 kN in each bolt
-VERIFIED = [
-    name for name in ("three_bolt", "three_bolt_aluminium") if name in study.assemblies
-] or ["three_bolt"]
+DECKS = ("modes", "preload", "prestressed")
+CALCULIX = "results/verification/{assembly}/"
 OURS = {
     "assembly": layout.PATHS["assembly"],
+    "structure": layout.PATHS["structure"],
     "modes": layout.path("modes", assembly="{assembly}", basis="free-4"),
-    "preload": layout.path("preload", assembly="{assembly}", preload_N=10000),
-}
-DECKS = {
-    name: f"results/verification/{{assembly}}/{name}/calculix.inp"
-    for name in ("modes", "preload")
-}
-PRINTED = {
-    f"printed_{name}": path.replace(".inp", ".dat") for name, path in DECKS.items()
+    "preload": lambda w: preload_of_assembly(w.assembly),
 }
 
 
 rule write_decks:
     input:
         **OURS,
+        files=lambda w: study.assembly(w.assembly).named_files,
     output:
-        **DECKS,
+        **{deck: f"{CALCULIX}{deck}/calculix.inp" for deck in DECKS},
     log:
         "results/logs/write_decks/{assembly}.log",
     conda:
@@ -30,7 +23,8 @@ rule write_decks:
     resources:
         **SMALL,
     params:
-        library=library("write_decks.py"),
+        library=lambda w: library("write_decks.py", calculix_of(w.assembly)),
+        assembly=content_of,
     script:
         "../scripts/write_decks.py"
 
@@ -46,7 +40,7 @@ rule run_calculix:
     benchmark:
         "results/benchmarks/run_calculix/{assembly}_{deck}.tsv"
     wildcard_constraints:
-        deck="modes|preload",
+        deck="|".join(DECKS),
     conda:
         "../envs/boltjoint.yaml"
     resources:
@@ -60,22 +54,23 @@ rule run_calculix:
 
 rule compare_calculix:
     input:
-        **{
-            name: expand(path, assembly=VERIFIED)
-            for name, path in (OURS | PRINTED).items()
-        },
+        **OURS,
+        **{f"printed_{deck}": f"{CALCULIX}{deck}/calculix.dat" for deck in DECKS},
+        files=lambda w: study.assembly(w.assembly).named_files,
     output:
-        csv="results/verification/calculix.csv",
-        html="results/verification/calculix.html",
-        checksum=layout.beside("results/verification/calculix.csv"),
+        csv=f"{CALCULIX}calculix.csv",
+        html=f"{CALCULIX}calculix.html",
+        checksum=layout.beside(f"{CALCULIX}calculix.csv"),
     log:
-        "results/logs/compare_calculix.log",
+        "results/logs/compare_calculix/{assembly}.log",
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        **SMALL,
+        mem_mb=lambda w: resources_of("preload", w.assembly)["mem_mb"],
+        runtime=lambda w: resources_of("preload", w.assembly)["runtime"],
     params:
-        library=library("compare_calculix.py"),
-        assemblies=VERIFIED,
+        library=lambda w: library("compare_calculix.py", calculix_of(w.assembly)),
+        assembly=content_of,
+        decks=DECKS,
     script:
         "../scripts/compare_calculix.py"

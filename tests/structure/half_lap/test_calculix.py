@@ -415,16 +415,22 @@ def test_workflow_asks_runs_and_compares(tmp_path):
     write(tmp_path / "config/assemblies/three_bolt.yaml", COARSE)
     write(tmp_path / "config/cases/small.yaml", CASE | {"assembly": "three_bolt"})
     write(tmp_path / "config/config.yaml", SETTINGS)
-    done = snakemake(tmp_path, "results/verification/calculix.csv")
+    done = snakemake(tmp_path, "results/verification/three_bolt/calculix.csv")
     assert done.returncode == 0, done.stderr
     table = pd.read_csv(
-        tmp_path / "results/verification/calculix.csv", index_col="quantity", dtype={"holds": str}
+        tmp_path / "results/verification/three_bolt/calculix.csv",
+        index_col="quantity",
+        dtype={"holds": str},
     )
     assert table.loc["normal load of all pairs", "boltjoint"] == pytest.approx(2e4)
     assert table.loc["normal load of all pairs", "holds"] == "True"
     assert sum(table.index.str.startswith("natural frequency")) == 4
+    under = table.index.str.startswith("frequency under preload")
+    assert sum(under) == 6
+    # bricks are distorted
+    assert abs(table.loc[under, "difference_percent"]).max() < 1
     assert "correlation of the pairs" in (
-        tmp_path / "results/verification/calculix.html"
+        tmp_path / "results/verification/three_bolt/calculix.html"
     ).read_text(encoding="utf-8")
 
 

@@ -10,11 +10,13 @@ if TYPE_CHECKING:
     from boltjoint.config.described import MeshSize
     from boltjoint.structure.model import Structure
 
-__all__ = ["PAGE", "Description", "check", "files_of", "make", "size_of", "summary_of"]
+__all__ = ["CALCULIX", "PAGE", "Description", "check", "files_of", "make", "size_of", "summary_of"]
 
 
 #: module that tells pages of them
 PAGE = f"{__name__}.model_check"
+#: module that writes decks for CalculiX and compares what it finds
+CALCULIX = f"{__name__}.calculix"
 
 
 def make(description: Description, folder: Path) -> "Structure":

@@ -152,7 +152,7 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
         node, weight = constraints.coupled_nodes(mesh, coupling)
         if not coupling.of_surface:
             # CalculiX: the node of the element DCOUP3D, lines of one block together
-            reference = int(_node_of_element(deck, coupling))
+            reference = node_of_element(deck, coupling)
             nodes, weights, _ = joined.setdefault(reference, ([], [], name))
             nodes.append(node)
             weights.append(weight)
@@ -186,7 +186,8 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
     return rows
 
 
-def _node_of_element(deck: Deck, coupling: Coupling) -> int:
+def node_of_element(deck: Deck, coupling: Coupling) -> int:
+    """The node of the element DCOUP3D of a coupling; a ``ValueError`` without one."""
     place = deck.elements_of(coupling.reference)
     for elements in deck.elements:
         if elements.kind == "DCOUP3D":

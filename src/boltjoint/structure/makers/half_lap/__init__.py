@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
 
 __all__ = [
+    "CALCULIX",
     "DISPLAYS",
     "PAGE",
     "Description",
@@ -26,6 +27,8 @@ __all__ = [
 #: modules that tell pages of them, and that declare their figures
 PAGE = f"{__name__}.facts"
 DISPLAYS = f"{__name__}.displays"
+#: module that writes decks for CalculiX and compares what it finds
+CALCULIX = f"{__name__}.comparison_with_calculix"
 
 
 def make(description: Description, folder: Path) -> "xr.Dataset":

@@ -10,9 +10,7 @@ References
 G. Dhondt: CalculiX CrunchiX user's manual, version 2.20.
 """
 
-import re
-from collections.abc import Iterable, Iterator
-from itertools import groupby, pairwise
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +19,8 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
+from boltjoint.structure.bolts import tension_of
+from boltjoint.structure.calculix_program import fields, paragraphs, required_tables
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 from boltjoint.structure.makers.half_lap.parts import element_materials
 from boltjoint.structure.makers.half_lap.structure import mesh_of
@@ -51,17 +51,27 @@ def write_modes_deck(assembly: xr.Dataset, number: int, path: str | Path) -> Non
     _write(path, [*_structure(assembly), *step])
 
 
-def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -> None:
+def write_preload_deck(
+    assembly: xr.Dataset,
+    preload: float | Sequence[float],
+    path: str | Path,
+    *,
+    modes: int = 0,
+) -> None:
     """Write the deck for the preload of all bolts, with frictional contact between the bars.
+
+    With a number of modes there is no friction, and these are found under the preload.
 
     Parameters
     ----------
     assembly
         As from ``build_assembly``.
     preload
-        Tension of each bolt [N].
+        Tension of the bolts [N]: a number for all, or one for each.
     path
         The file to write, ending in ``.inp``; its folder is made.
+    modes
+        Number of modes under the preload.
 
     Raises
     ------
@@ -73,10 +83,10 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         raise ValueError(
             "assembly has an initial gap, which decks do not hold: must have flat surfaces"
         )
-    preload = checks.number("preload", preload, above=0)
+    tension = tension_of(preload, assembly.sizes["bolt"])
     side_a, side_b = assembly["pair_node"].to_numpy().T
     penalty = assembly["contact_penalty"].item()
-    friction = assembly["friction_coefficient"].item()
+    friction = 0.0 if modes else assembly["friction_coefficient"].item()
     # the nodes of the surface that is named first meet faces of the second
     contact = [
         *_set("SIDE_A", side_a),
@@ -85,8 +95,8 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         *_surface("BAR_B", faces_among_nodes(assembly, side_b)),
         "*SURFACE INTERACTION, NAME=CONTACT",
         "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
-        _fields(penalty, _TENSION),
-        *(["*FRICTION", _fields(friction, penalty)] if friction > 0 else []),
+        fields(penalty, _TENSION),
+        *(["*FRICTION", fields(friction, penalty)] if friction > 0 else []),
         "*CONTACT PAIR, INTERACTION=CONTACT, TYPE=NODE TO SURFACE, SMALL SLIDING",
         "BAR_A, BAR_B",
     ]
@@ -96,7 +106,10 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         "*STATIC",
         "1., 1.",
         "*CLOAD",
-        *(f"{node}, 1, {preload:.12e}" for node in _tightening_nodes(assembly)),
+        *(
+            f"{node}, 1, {force:.12e}"
+            for node, force in zip(_tightening_nodes(assembly), tension.tolist(), strict=True)
+        ),
         *(
             line
             for name in ("SIDE_A", "SIDE_B", "TIGHTENING")
@@ -106,6 +119,9 @@ def write_preload_deck(assembly: xr.Dataset, preload: float, path: str | Path) -
         "CSTR",
         "*END STEP",
     ]
+    if modes:
+        held = (f"{node}, 1, 1" for node in _tightening_nodes(assembly))
+        step += ["*STEP, PERTURBATION", "*BOUNDARY", *held, "*FREQUENCY", f"{modes}", "*END STEP"]
     _write(path, [*_structure(assembly), *_sections(assembly), *contact, *step])
 
 
@@ -129,7 +145,7 @@ def _structure(assembly: xr.Dataset) -> list[str]:
     return [
         "*NODE, NSET=ALL",
         *(
-            f"{label}, {_fields(*point)}"
+            f"{label}, {fields(*point)}"
             for label, point in zip(_labels(used), coordinate, strict=True)
         ),
         # its corners are in the order of VTK
@@ -150,8 +166,8 @@ def _materials(assembly: xr.Dataset) -> Iterator[str]:
     of_elements = np.column_stack(element_materials(assembly))
     materials, number = np.unique(of_elements, axis=0, return_inverse=True)
     for m, (modulus, ratio, density) in enumerate(materials, start=1):
-        yield from (f"*MATERIAL, NAME=MATERIAL_{m}", "*ELASTIC", _fields(modulus, ratio))
-        yield from ("*DENSITY", _fields(density))
+        yield from (f"*MATERIAL, NAME=MATERIAL_{m}", "*ELASTIC", fields(modulus, ratio))
+        yield from ("*DENSITY", fields(density))
         element = np.flatnonzero(number.ravel() == m - 1)
         yield from _set(f"OF_MATERIAL_{m}", element, "EL")
         yield f"*SOLID SECTION, ELSET=OF_MATERIAL_{m}, MATERIAL=MATERIAL_{m}"
@@ -166,7 +182,7 @@ def _sections(assembly: xr.Dataset) -> Iterator[str]:
     nut_side = assembly["section_node"].sel(section_side="nut").to_numpy()
     bolt = assembly["section_bolt"].to_numpy()
     for b, label in enumerate(_tightening_nodes(assembly)):
-        position = _fields(*assembly["bolt_position"].to_numpy()[b])
+        position = fields(*assembly["bolt_position"].to_numpy()[b])
         yield from ("*NODE, NSET=TIGHTENING", f"{label}, {position}")
         # in the mesh of the assembly the sections are open, so only one side has these nodes
         yield from _surface(f"SECTION_{b + 1}", faces_among_nodes(assembly, nut_side[bolt == b]))
@@ -194,20 +210,12 @@ def _labels(node: NDArray[np.integer]) -> list[int]:
     return (np.asarray(node) + 1).tolist()
 
 
-def _fields(*number: float) -> str:
-    # CalculiX reads twenty characters of a number and ignores the rest silently
-    return ", ".join(f"{value:.12e}" for value in number)
-
-
 def _write(path: str | Path, lines: Iterable[str]) -> None:
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
 Array = NDArray[np.float64]
-
-#: where Fortran leaves out the E, before an exponent of three digits
-_LEFT_OUT = re.compile(r"(?<=\d)(?=[+-]\d{3})")
 
 
 def read_modes(assembly: xr.Dataset, path: str | Path) -> xr.Dataset:
@@ -231,9 +239,9 @@ def read_modes(assembly: xr.Dataset, path: str | Path) -> xr.Dataset:
     ValueError
         If the file does not hold them.
     """
-    paragraphs = _paragraphs(path)
-    (table,) = _after("CYCLES/TIME", paragraphs, path)
-    shapes = [_of_nodes(assembly, printed) for printed in _after("set ALL", paragraphs, path)]
+    printed = paragraphs(path)
+    (table,) = required_tables("CYCLES/TIME", printed, path)
+    shapes = [_of_nodes(assembly, each) for each in required_tables("set ALL", printed, path)]
     # the nodes across a closed section were one node
     nut_side, head_side = assembly["section_node"].to_numpy().T
     shape = np.stack(shapes, axis=-1)
@@ -271,11 +279,11 @@ def read_preload(assembly: xr.Dataset, path: str | Path) -> xr.Dataset:
     ValueError
         If the file does not hold them.
     """
-    paragraphs = _paragraphs(path)
-    (on_a,) = _after("set SIDE_A", paragraphs, path)
-    (on_b,) = _after("set SIDE_B", paragraphs, path)
-    (bolts,) = _after("set TIGHTENING", paragraphs, path)
-    (stress,) = _after("contact stress", paragraphs, path)
+    printed = paragraphs(path)
+    (on_a,) = required_tables("set SIDE_A", printed, path)
+    (on_b,) = required_tables("set SIDE_B", printed, path)
+    (bolts,) = required_tables("set TIGHTENING", printed, path)
+    (stress,) = required_tables("contact stress", printed, path)
 
     side_a, side_b = assembly["pair_node"].to_numpy().T
     opening = _of_nodes(assembly, on_b)[side_b, 2] - _of_nodes(assembly, on_a)[side_a, 2]
@@ -307,26 +315,6 @@ def _slave_area(assembly: xr.Dataset) -> Array:
     quarter = np.linalg.norm(np.cross(*diagonals), axis=1) / 2 / 4
     area = np.bincount(corners.ravel(), np.repeat(quarter, 4), minlength=assembly.sizes["node"])
     return area[side_a]
-
-
-def _paragraphs(path: str | Path) -> list[list[str]]:
-    """Lines of a printed file between empty ones: a table is the paragraph after its title."""
-    with Path(path).open(encoding="ascii") as lines:
-        return [
-            list(group) for filled, group in groupby(lines, lambda x: not x.isspace()) if filled
-        ]
-
-
-def _after(title: str, paragraphs: list[list[str]], path: str | Path) -> list[Array]:
-    """The tables after the paragraphs whose last line holds a title."""
-    tables = [
-        np.array([_LEFT_OUT.sub("E", line).split() for line in table], dtype=float)
-        for head, table in pairwise(paragraphs)
-        if title in head[-1]
-    ]
-    if not tables:
-        raise ValueError(f"{path}: CalculiX printed no {title!r}")
-    return tables
 
 
 def _of_nodes(assembly: xr.Dataset, printed: Array) -> Array:

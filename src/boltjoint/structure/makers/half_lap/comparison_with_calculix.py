@@ -5,27 +5,104 @@ within the bounds below verifies all of them.
 """
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint.structure.calculix_comparison import (
+    PRESTRESSED_MODES,
+    Agreement,
+    Verified,
+    compare_frequencies,
+    elastic,
+    prestressed_frequencies,
+    row,
+)
+from boltjoint.structure.calculix_program import paragraphs, required_tables
+from boltjoint.structure.makers.half_lap.calculix import (
+    read_modes,
+    read_preload,
+    write_modes_deck,
+    write_preload_deck,
+)
 from boltjoint.structure.makers.half_lap.structure import assemble_assembly
 
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-#: agreement of two fields: its value, what measures it, and its lower bound if there is one
-Agreement = tuple[float | None, str, float | None]
-
 #: largest relative differences of frequencies and loads
 FREQUENCY_BOUND, LOAD_BOUND = 3e-3, 1e-3
 
 #: smallest modal assurance criterion of mode shapes, and correlation of fields of the contact
 SHAPE_BOUND, CORRELATION_BOUND = 0.99, 0.999
+
+
+def write_decks(
+    model: Verified,
+    modes: xr.Dataset,
+    preload: float | tuple[float, ...],
+    paths: Mapping[str, str | Path],
+) -> None:
+    """Write the decks of modes without contact, of the preload, and of modes under it.
+
+    Parameters
+    ----------
+    model
+        The assembly.
+    modes
+        As from ``find_modes``: as many are asked for.
+    preload
+        Tension of each bolt [N].
+    paths
+        ``modes``, ``preload`` and ``prestressed``: files ending in ``.inp``, whose folders are
+        made.
+
+    Raises
+    ------
+    ValueError
+        As for ``write_preload_deck``.
+    """
+    write_modes_deck(model.assembly, modes.sizes["candidate"], paths["modes"])
+    write_preload_deck(model.assembly, preload, paths["preload"])
+    write_preload_deck(model.assembly, preload, paths["prestressed"], modes=PRESTRESSED_MODES)
+
+
+def compare(
+    model: Verified, modes: xr.Dataset, preload: xr.Dataset, printed: Mapping[str, str | Path]
+) -> pd.DataFrame:
+    """What both programs find.
+
+    Parameters
+    ----------
+    model, modes, preload
+        As for ``compare_with_calculix``, with the assembly in ``model``.
+    printed
+        ``modes``, ``preload`` and ``prestressed``: files ending in ``.dat``.
+
+    Raises
+    ------
+    ValueError
+        If CalculiX did not solve one of the decks.
+    """
+    assembly = model.assembly
+    other_modes = read_modes(assembly, printed["modes"])
+    other_preload = read_preload(assembly, printed["preload"])
+    table = compare_with_calculix(assembly, modes, preload, other_modes, other_preload)
+    under = printed["prestressed"]
+    (frequencies,) = required_tables("CYCLES/TIME", paragraphs(under), under)
+    ours = prestressed_frequencies(model.structure, preload.attrs["preload_N"])
+    rows = compare_frequencies(
+        "frequency under preload",
+        ours,
+        elastic(frequencies[:, 3]),
+        FREQUENCY_BOUND,
+    )
+    return pd.concat([table, pd.DataFrame(rows)], ignore_index=True)
 
 
 def compare_with_calculix(
@@ -74,7 +151,7 @@ def _compare_modes(
     own, others = (np.einsum("im,im->m", mode, M @ mode) for mode in (ours, theirs))
     assurance = (ours.T @ M @ theirs) ** 2 / np.outer(own, others)
     for mode, match in enumerate(np.argmax(assurance, axis=1)):
-        yield _row(
+        yield row(
             f"natural frequency of bending mode {mode + 1}",
             "Hz",
             float(modes["natural_frequency"][mode]),
@@ -92,16 +169,16 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
     )
     closed, other_closed = load > 0, other_load > 0
     same_state = np.mean(closed == other_closed), "share of pairs in the same state", None
-    yield _row("normal load of all pairs", "N", load.sum(), other_load.sum(), LOAD_BOUND)
-    yield _row(
+    yield row("normal load of all pairs", "N", load.sum(), other_load.sum(), LOAD_BOUND)
+    yield row(
         "largest normal load of a pair",
         "N",
         load.max(),
         other_load.max(),
         agreement=_correlation(load, other_load, CORRELATION_BOUND),
     )
-    yield _row("pairs in contact", "", closed.sum(), other_closed.sum(), agreement=same_state)
-    yield _row(
+    yield row("pairs in contact", "", closed.sum(), other_closed.sum(), agreement=same_state)
+    yield row(
         "largest gap of a pair",
         "µm",
         1e6 * gap.max(),
@@ -109,7 +186,7 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
         agreement=_correlation(gap, other_gap),
     )
     if friction.any():
-        yield _row(
+        yield row(
             "friction force of all pairs, without direction",
             "N",
             np.linalg.norm(friction, axis=1).sum(),
@@ -119,38 +196,7 @@ def _compare_contact(preload: xr.Dataset, other: xr.Dataset) -> Iterator[dict[st
     shortening, other_shortening = (
         float(1e6 * model["shank_shortening"].mean()) for model in (preload, other)
     )
-    yield _row("mean shortening of the shanks", "µm", shortening, other_shortening)
-
-
-def _row(
-    name: str,
-    unit: str,
-    ours: float,
-    theirs: float,
-    maximum_difference: float | None = None,
-    agreement: Agreement = (None, "", None),
-) -> dict[str, object]:
-    ours, theirs = float(ours), float(theirs)
-    likeness, measure, minimum = agreement
-    difference = theirs / ours - 1
-    bounds, holds = [], True
-    if maximum_difference is not None:
-        bounds.append(f"difference within {100 * maximum_difference:g} %")
-        holds &= abs(difference) <= maximum_difference
-    if minimum is not None and likeness is not None:
-        bounds.append(f"likeness above {minimum:g}")
-        holds &= float(likeness) > minimum
-    return {
-        "quantity": name,
-        "unit": unit,
-        "boltjoint": ours,
-        "calculix": theirs,
-        "difference_percent": 100 * difference,
-        "likeness": None if likeness is None else float(likeness),
-        "measured_by": measure,
-        "bound": ", ".join(bounds),
-        "holds": bool(holds) if bounds else None,
-    }
+    yield row("mean shortening of the shanks", "µm", shortening, other_shortening)
 
 
 def _correlation(ours: Array, theirs: Array, bound: float | None = None) -> Agreement:
