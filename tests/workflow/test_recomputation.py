@@ -6,6 +6,7 @@ Changes of different cases share a run: a result lies in the folder of its case.
 import os
 import re
 import shutil
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -279,10 +280,18 @@ def test_figures_and_tables_use_no_more_of_the_library_than_they_need(module, us
     assert not not_used_by & users
 
 
+@pytest.mark.parametrize("name", makers.maker_names())
+def test_figures_and_decks_of_a_maker_are_no_code_of_its_structures(name):
+    """Modules that a maker names are loaded by those who ask for them."""
+    maker = makers.maker(name)
+    named = {getattr(maker, door, None) for door in ("DISPLAYS", "CALCULIX")} - {None}
+    files = {import_module(each).__file__ for each in named}
+    assert not files & set(SOURCES.used_by(maker.__file__))
+
+
 def test_figures_of_a_maker_are_code_of_the_jobs_that_draw_them():
     assert str(DRAWN) in SOURCES.used_by(DECLARED)
-    others = [*ROOT.glob("workflow/scripts/*.py"), makers.maker(makers.DEFAULT).__file__]
-    for path in others:
+    for path in ROOT.glob("workflow/scripts/*.py"):
         assert not {str(DECLARED), str(DRAWN)} & set(SOURCES.used_by(path)), path
     jobs = DISPLAYS.jobs(Contents(load_study(ROOT), DISPLAYS), "figure")
     drawing = [job for job in jobs if DECLARING.__name__ in job.modules]
