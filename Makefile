@@ -60,7 +60,7 @@ benchmark: .venv/ready
 	$(BIN)/python docs/benchmarks.py
 
 # modes and contact found by CalculiX too, another finite-element program: of two shipped assemblies,
-# or of one of your own, with a mesh: make verify MODEL=beam
+# or of a half lap or a deck of your own: make verify MODEL=beam
 MODEL ?=
 VERIFIED = $(or $(MODEL),three_bolt three_bolt_aluminium)
 COMPARED = $(VERIFIED:%=results/verification/%/calculix.csv)

@@ -96,7 +96,9 @@ def test_masses_are_refused_with_their_line(text, tmp_path):
 def test_matrices_have_no_mesh_for_calculix(tmp_path):
     content = {"type": "matrices", "file": "a.npz", "contact": {"side_a": "a", "side_b": "b"}}
     described = description_of(content | {"bolts": [{"name": "one", "load": "F"}]})
-    with pytest.raises(ValueError, match="assembly of type matrices has no mesh that CalculiX"):
+    with pytest.raises(
+        ValueError, match="no decks for CalculiX are written of an assembly of type matrices"
+    ):
         _ = Verified(described, tmp_path, None, None).calculix
 
 

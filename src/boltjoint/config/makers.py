@@ -15,7 +15,10 @@ and may have
 
 - ``DISPLAYS``, the name of the module that declares figures and tables of its structures, as those
   of ``report.displays`` do;
+- ``CALCULIX``, the name of the module that ``make verify`` asks: ``write_decks`` and ``compare`` as
+  of ``makers.deck.calculix``;
 - ``size_of(description, folder)``, its ``MeshSize`` where files tell it;
+- ``damping_ratios_of(description, folder)``, of its elastic modes where files tell them;
 - ``check(description, folder)``, what its files are, by words, and lines on what to look at, for
   ``boltjoint check``;
 - ``families_of(structure, q)``, ``Families`` of elastic modes q, shape (dofs, modes);

@@ -61,7 +61,7 @@ class Verified(NamedTuple):
         kind = self.described.type
         name = getattr(maker(kind), "CALCULIX", None)
         if name is None:
-            raise ValueError(f"an assembly of type {kind} has no mesh that CalculiX could be given")
+            raise ValueError(f"no decks for CalculiX are written of an assembly of type {kind}")
         return import_module(name)
 
 

@@ -77,13 +77,16 @@ def write_decks(
     rigid = model.structure.rigid_body_motions.shape[1]
     count = modes.sizes.get("candidate", modes.sizes["mode"]) + rigid
     frequency = ["*FREQUENCY", f"{count}"]
-    _write(paths["modes"], [*writer.model, *_step("", frequency)])
+    held = ["*BOUNDARY", *(f"{label}, 1, 1" for label in writer.section_labels)]
+    held = held if writer.section_labels else []
+    # round beams of two nodes are allowed with a section alone
+    closed = [*writer.sections, *held] if writer.has_beams else writer.model
+    _write(paths["modes"], [*closed, *_step("", frequency)])
     contact = writer.contact()
     tight = ["*STATIC", "1., 1.", *writer.tightening(preload)]
     step = _step(", INC=1000", [*tight, *writer.prints])
     _write(paths["preload"], [*writer.sections, *contact, *step])
-    held = ["*BOUNDARY", *(f"{label}, 1, 1" for label in writer.section_labels)]
-    under = [*(held if writer.section_labels else []), "*FREQUENCY", f"{PRESTRESSED_MODES + rigid}"]
+    under = [*held, "*FREQUENCY", f"{PRESTRESSED_MODES + rigid}"]
     _write(
         paths["prestressed"],
         [
@@ -161,6 +164,7 @@ class _Writer:
         self.section_labels: list[int] = []
         self.prints: list[str] = []
         bodies = [*self._nodes(), *self._solids(), *self._beams(), *self._weighted_couplings()]
+        self.has_beams = bool(self._beam_numbers)
         self.model = [*bodies, *self._ties(), *self._constraints()]
         #: the same with bolts that can be tightened
         self.sections = [*self.model, *self._sections()]
