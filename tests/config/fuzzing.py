@@ -64,6 +64,14 @@ PLATES = {
     "preload_N": 1000,
 }
 
+FLANGE = {key: PLATES[key] for key in ("material", "bolts", "mesh", "symmetry", "preload_N")} | {
+    "type": "flange",
+    "tubes": {"inner_diameter_mm": 30, "outer_diameter_mm": 40, "length_mm": [90, 80]},
+    "flange": {"outer_diameter_mm": 90, "thickness_mm": [8, 9]},
+    "bolt_circle": {"diameter_mm": 64, "number": 4, "first_angle_deg": 45},
+    "points": [{"name": "tip", "near_mm": [20, 0, 89], "direction": "x"}],
+}
+
 #: content of the YAML files, by kind
 CONTENTS = {
     "config": {
@@ -71,7 +79,7 @@ CONTENTS = {
         | {
             "cases": ["small", "shaped"],
             "sweeps": ["grid", "samples", "table"],
-            "assemblies": ["two_bolt", "mapped", "plates"],
+            "assemblies": ["two_bolt", "mapped", "plates", "flange"],
             "omit": ["timing"],
             "solver": {"friction_force": "aft", "harmonics": 3, "time_samples": 64},
             "hyper_reduction": {"frequency_tolerance": 0.001},
@@ -83,6 +91,7 @@ CONTENTS = {
         | {"contact": {"gap_um": "config/map.csv"}, "preload_N": 1000, "bolts": BOLTS},
         "config/assemblies/shaped.yaml": ASSEMBLY | {"contact": {"gap_um": GAP}},
         "config/assemblies/plates.yaml": PLATES,
+        "config/assemblies/flange.yaml": FLANGE,
     },
     "case": {
         "config/cases/small.yaml": CASE | POINTS | {"solve": CASE["solve"][:2]},

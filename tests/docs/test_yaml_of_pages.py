@@ -16,7 +16,7 @@ from boltjoint.config.types import ConfigError
 
 BLOCKS = blocks("yaml")
 #: what the files of a page's own joint are called, where its assembly is of another type
-NAMES = {"matrices": "joint", "deck": "beam", "plates": "lap"}
+NAMES = {"matrices": "joint", "deck": "beam", "plates": "lap", "flange": "tubes"}
 #: two bricks upon each other, with the names of the example, and a bolt between them
 DECK = """\
 *NODE, NSET=ALL
@@ -117,7 +117,7 @@ def write_structure(folder, name):
     """What another program would have written: matrices, or a deck."""
     if name == "beam":
         (folder / "config/beam.inp").write_text(DECK)
-    if name in ("beam", "lap"):
+    if name in ("beam", "lap", "tubes"):
         return
     if name in ("reduced", "tested"):
         write_modes(folder / "config", name)
@@ -173,7 +173,7 @@ def test_blocks_are_read_as_the_files_that_they_are(block, study):
         name = content.get("assembly") or name_of(content)
     if name != "mine":
         case = whole("docs/structures.md", "cases", "joint")
-        if name in ("beam", "lap"):
+        if name in ("beam", "lap", "tubes"):
             # its input is the point that its example names, and its pairs are few
             of_joint = "joint\n", "shaker", "enriched-24"
             for old, new in zip(of_joint, (f"{name}\n", "tip", "free-4"), strict=True):

@@ -36,6 +36,17 @@ PLATES = {
     "points": [{"name": "tip", "near_mm": [160, 0, 5], "direction": "z"}],
     "symmetry": "xz",
 }
+FLANGE = {
+    "type": "flange",
+    "tubes": {"inner_diameter_mm": 30, "outer_diameter_mm": 40, "length_mm": [90, 90]},
+    "flange": {"outer_diameter_mm": 90, "thickness_mm": [8, 8]},
+    "bolt_circle": {"diameter_mm": 64, "number": 4},
+    "material": STEEL,
+    "bolts": BOLTS,
+    "mesh": {"element_length_mm": 15},
+    "points": [{"name": "tip", "near_mm": [20, 0, 98], "direction": "x"}],
+    "symmetry": "xz",
+}
 WHOLE = {"symmetry": "none"}
 LOSS_FACTOR = 2e-3
 CONDITION = ContactCondition.of(
@@ -64,6 +75,16 @@ def built(content, **changes):
     """Description and structure."""
     description = description_of(changed(content, **changes))
     return description, make(description, None)[1]
+
+
+def refined(content, factor):
+    """The mesh of content with elements smaller by a factor, but for those in bolts."""
+    return {
+        "element_length_mm": content["mesh"]["element_length_mm"] / factor,
+        "elements_along_cell": round(4 * factor),
+        "rings_head_to_cell_edge": round(2 * factor),
+        "layers": [round(2 * factor)] * 2,
+    }
 
 
 def mass_of(structure):

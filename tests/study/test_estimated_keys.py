@@ -142,6 +142,7 @@ WITHOUT = {
     "matrices": {"": "sizes are those of the files, which are counted"},
     "deck": {"": "sizes are those of the files, which are counted"},
     "plates": {"": "sizes are those of the mesh: tests/structure/test_plates.py counts it"},
+    "flange": {"": "sizes are those of the mesh: tests/structure/test_flange.py counts it"},
     "case": {
         "accelerations_m_per_s2": "as forces_N, with another excitation",
         "contact": _OF_MATERIAL,

@@ -121,11 +121,6 @@ class BoltedBodies(Described):
         return min(MOST_CELL * self.bolts.seat_diameter_mm, self.widest_cell_mm)
 
     @property
-    def least_cell_mm(self) -> float:
-        """Side that cells must have at least [mm]."""
-        return LEAST_CELL * self.bolts.seat_diameter_mm
-
-    @property
     def fine_mm(self) -> float:
         """Length of elements along the sides of cells [mm]."""
         return self.cell_mm / self.mesh.elements_along_cell
@@ -223,7 +218,7 @@ class BoltedBodies(Described):
                 ("mesh", "rings_head_to_cell_edge"),
                 "must be at least 2 with a washer that is wider than the head",
             )
-        least, most = self.least_cell_mm, self.widest_cell_mm
+        least, most = LEAST_CELL * self.bolts.seat_diameter_mm, self.widest_cell_mm
         if given is not None and not least <= given <= round(most, 6):
             sentence = (
                 f"must be at least {least:.5g} mm, {LEAST_CELL} times the diameter of head or "
@@ -282,12 +277,11 @@ def _places(positions: Sequence[tuple[float, float]]) -> list[tuple[float, float
     return [(round(x, 6) + 0.0, round(y, 6) + 0.0) for x, y in positions]
 
 
-def too_near(key: KeyPath, what: str, distance: float, least: float) -> Problems:
-    """A problem where bolts are nearer to something than cells allow."""
-    if round(distance - least, 6) < 0:
+def too_near(key: KeyPath, what: str, distance: float, share: float, seat: float) -> Problems:
+    """A problem where bolts are nearer to something than a share of the diameter of their seats."""
+    if round(distance - share * seat, 6) < 0:
         yield (
             key,
-            f"leaves {max(distance, 0.0):.5g} mm {what}: must leave at least {least:.5g} mm, "
-            f"{LEAST_CELL if 'bolts' in what else LEAST_CELL / 2} times the diameter of head or "
-            "washer",
+            f"leaves {max(distance, 0.0):.5g} mm {what}: must leave at least {share * seat:.5g} "
+            f"mm, {share:g} times the diameter of head or washer",
         )

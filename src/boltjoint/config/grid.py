@@ -6,6 +6,7 @@ elements are to be long. A cell takes the lines that cross it as nodes on its ed
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
+from sys import float_info
 from typing import NamedTuple
 
 from boltjoint.config.described import COUNTLESS
@@ -13,7 +14,7 @@ from boltjoint.config.described import COUNTLESS
 Span = tuple[float, float]
 
 #: decimals of mm, or of rad, to which places that differ by rounding are one
-DIGITS = 9
+DIGITS = 10
 
 
 class Interval(NamedTuple):
@@ -50,7 +51,7 @@ class Lines(NamedTuple):
         intervals = []
         for begin, end in pairwise(sorted(places)):
             is_fine = any(low <= begin and end <= high for low, high in spans)
-            length = (end - begin) / (fine if is_fine else coarse)
+            length = (end - begin) / max(fine if is_fine else coarse, float_info.min)
             # whole, but the quotient of what is allowed may be infinite
             intervals.append(Interval(begin, end, max(1, round(min(length, COUNTLESS)))))
         return cls(tuple(intervals))
@@ -67,15 +68,14 @@ class Lines(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A bolt and its cell: the axis, and edges along both directions of the grid."""
+    """Edges of the cell of a bolt along both directions of the grid."""
 
-    axis: tuple[float, float]
     first: Span
     second: Span
 
 
 class Grid(NamedTuple):
-    """Lines of a grid along two directions, and cells in it.
+    """Lines of a grid along two directions, and cells in it, in the order of the bolts.
 
     Of a ring, ``is_closed``, the last line along the second direction is the first.
     """

@@ -43,6 +43,7 @@ _MODULES = {
     "matrices": "boltjoint.structure.makers.matrices",
     "deck": "boltjoint.structure.makers.deck",
     "plates": "boltjoint.structure.makers.plates",
+    "flange": "boltjoint.structure.makers.flange",
 }
 #: entry points by which other packages have makers
 GROUP = "boltjoint.makers"

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from boltjoint.config.bolted_bodies import MOST_BOLTS, BoltedBodies, too_near
+from boltjoint.config.bolted_bodies import LEAST_CELL, MOST_BOLTS, BoltedBodies, too_near
 from boltjoint.config.entries import Entry
 from boltjoint.config.grid import Cell, Grid
 from boltjoint.config.types import INTEGRAL, KeyPath, Number, Positive, Problems
@@ -146,8 +146,7 @@ class Plates(BoltedBodies):
         # a centred pattern has nodes on the plane of symmetry
         middle = () if self.pattern.offset_mm[1] else (0.0,)
         cells = tuple(
-            Cell((x, y), (x - half, x + half), (y - half, y + half))
-            for x, y in self.bolt_positions_mm
+            Cell((x - half, x + half), (y - half, y + half)) for x, y in self.bolt_positions_mm
         )
         return Grid(
             self._lines(self.lap_mm, [cell.first for cell in cells]),
@@ -170,7 +169,7 @@ class Plates(BoltedBodies):
         return nodes, sum(along * across * layers for along, layers in counts)
 
     def conflicts(self) -> Problems:
-        least = self.least_cell_mm
+        seat = self.bolts.seat_diameter_mm
         of_edges = (
             (("pattern", "pitch_mm"), ("plates", "lap_mm"), "the ends of the lap"),
             (("pattern", "gauge_mm"), ("plates", "width_mm"), "the sides of the plates"),
@@ -181,11 +180,15 @@ class Plates(BoltedBodies):
                 of_edges, self.edge_distances_mm, self.pattern.steps_mm, strict=True
             )
             for problem in too_near(
-                of_pattern if step else of_plates, f"from bolts to {where}", distance, least / 2
+                of_pattern if step else of_plates,
+                f"from bolts to {where}",
+                distance,
+                LEAST_CELL / 2,
+                seat,
             )
         ]
         for key, distance in self.pattern.nearest_mm:
-            problems += too_near(key, "between bolts", distance, least)
+            problems += too_near(key, "between bolts", distance, LEAST_CELL, seat)
         yield from problems
         if not problems:
             yield from super().conflicts()

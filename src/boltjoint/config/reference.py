@@ -10,6 +10,7 @@ from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.deck import Deck
 from boltjoint.config.entries import Entry
+from boltjoint.config.flange import Flange
 from boltjoint.config.matrices import Matrices
 from boltjoint.config.plates import Plates
 from boltjoint.config.settings import Settings
@@ -26,6 +27,7 @@ SCHEMAS: dict[str, type[Entry]] = {
     "matrices": Matrices,
     "deck": Deck,
     "plates": Plates,
+    "flange": Flange,
     "case": Case,
     "sweep": Sweep,
 }
@@ -39,6 +41,7 @@ _FILES = {
     "matrices": "assemblies/*.yaml, type: matrices",
     "deck": "assemblies/*.yaml, type: deck",
     "plates": "assemblies/*.yaml, type: plates",
+    "flange": "assemblies/*.yaml, type: flange",
     "case": "cases/*.yaml",
     "sweep": "sweeps/*.yaml",
 }

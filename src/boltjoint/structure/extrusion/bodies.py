@@ -16,9 +16,9 @@ from boltjoint.structure.elements.matrices import IsotropicMaterial
 from boltjoint.structure.extrusion.blocks import Blocks
 from boltjoint.structure.extrusion.bolt_plan import bolt_plan
 from boltjoint.structure.extrusion.bolts import BoltLevels, add_bolt, radii_of, washer_levels
-from boltjoint.structure.extrusion.grid_plan import BoltPlace
+from boltjoint.structure.extrusion.grid_plan import BoltPlace, GridPlan
 from boltjoint.structure.extrusion.motion import bodies_of_nodes, dofs, free_motion, reflection
-from boltjoint.structure.extrusion.plan import Labels
+from boltjoint.structure.extrusion.plan import Labels, tributary_area
 from boltjoint.structure.model import Bolt, Geometry, Reflection, Row, Structure, unit_row
 
 if TYPE_CHECKING:
@@ -121,6 +121,48 @@ def add_bolts(
         seats = faces[0][bolt.seat], faces[1][bolt.seat]
         sections.append(add_bolt(blocks, plan, along, seats, parts))
     return sections
+
+
+def joined_mesh(
+    blocks: Blocks,
+    plan: GridPlan,
+    faces: tuple[Labels, Labels],
+    sections: list[Labels],
+    held: Labels,
+) -> BoltedMesh:
+    """The mesh of what was added to blocks.
+
+    Pairs are ordered by x, then y.
+
+    Parameters
+    ----------
+    blocks
+        Bodies and bolts.
+    plan
+        Of both bodies where they meet.
+    faces
+        Nodes of the lower and of the upper body there, shape (points,).
+    sections
+        As from ``add_bolts``.
+    held
+        Nodes that do not move.
+    """
+    coordinate, hexahedron, part, label = blocks.joined()
+    pair = label[np.stack(faces, axis=-1)]
+    # to a picometre: nodes on one line have the same x but for rounding
+    along, across, _ = np.round(coordinate[pair[:, 0]], 12).T
+    order = np.lexsort([across, along])
+    return BoltedMesh(
+        coordinate=coordinate,
+        hexahedron=hexahedron,
+        part=part,
+        pair=pair[order],
+        area=tributary_area(plan.plan)[order],
+        section=label[np.concatenate(sections)],
+        bolt_of_pair=np.repeat(np.arange(len(sections)), [len(section) for section in sections]),
+        bolt_position=np.array([[*bolt.axis, 0.0] for bolt in plan.bolts]),
+        held=np.unique(label[held]),
+    )
 
 
 def structure_of_bodies(described: "BoltedBodies", mesh: BoltedMesh) -> Structure:

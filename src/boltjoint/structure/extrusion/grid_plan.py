@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from boltjoint.structure.extrusion.bolt_plan import CellEdge, cell_rings
 from boltjoint.structure.extrusion.cell import BoltRadii, CellDivisions
@@ -57,7 +57,11 @@ def places_of(lines: "Lines") -> Array:
 
 
 def grid_plan(
-    grid: "Grid", radii: BoltRadii, rings: tuple[int, int, int, int], place: Map
+    grid: "Grid",
+    axes: ArrayLike,
+    radii: BoltRadii,
+    rings: tuple[int, int, int, int],
+    place: Map,
 ) -> GridPlan:
     """The plan of a grid, whose cells have holes.
 
@@ -65,6 +69,8 @@ def grid_plan(
     ----------
     grid
         Lines and cells.
+    axes
+        Axes of the bolts [m], shape (cells, 2).
     radii
         Circles of all bolts [m].
     rings
@@ -94,9 +100,8 @@ def grid_plan(
     quads = [quads_of(label)[is_quad.ravel()]]
     bolts, nodes = [], len(points[0])
     shank, under_head, to_edge, rim = rings
-    for cell, ((i, j), (k, m)) in zip(grid.cells, spans, strict=True):
+    for axis, ((i, j), (k, m)) in zip(np.asarray(axes), spans, strict=True):
         on_edge = np.concatenate([label[j, k:m], label[j:i:-1, m], label[i, m:k:-1], label[i:j, k]])
-        axis = place(*(np.array(value) for value in cell.axis))
         line = points[0][on_edge] - axis
         edge = CellEdge.of_points(line)
         divisions = CellDivisions(m - k, j - i, shank, under_head, to_edge, rim)

@@ -11,11 +11,12 @@ from boltjoint.structure.extrusion.bodies import (
     UPPER,
     BoltedMesh,
     add_bolts,
-    radii_of,
+    joined_mesh,
     rings_of,
 )
+from boltjoint.structure.extrusion.bolts import radii_of
 from boltjoint.structure.extrusion.grid_plan import grid_plan, places_of
-from boltjoint.structure.extrusion.plan import rectangle_plan, tributary_area
+from boltjoint.structure.extrusion.plan import rectangle_plan
 
 if TYPE_CHECKING:
     from boltjoint.config.plates import Plates
@@ -28,15 +29,14 @@ _MM = 1e-3
 def mesh_of(described: "Plates") -> BoltedMesh:
     """The mesh of two plates and their bolts.
 
-    Pairs are ordered by x, then y.
-
     Parameters
     ----------
     described
         Dimensions and divisions.
     """
     grid = described.grid_mm
-    lap = grid_plan(grid, radii_of(described.bolts), rings_of(described), _in_metres)
+    axes = _MM * np.array(described.bolt_positions_mm)
+    lap = grid_plan(grid, axes, radii_of(described.bolts), rings_of(described), _in_metres)
     y = _MM * places_of(grid.second)
     (low, high), (under, above) = described.plates.thickness_mm, described.mesh.layers
     levels = np.linspace(-_MM * low, 0.0, under + 1), np.linspace(0.0, _MM * high, above + 1)
@@ -54,23 +54,8 @@ def mesh_of(described: "Plates") -> BoltedMesh:
     blocks.join(lower[:, lap.label[0]], free_lower[:, -len(y) :])
     blocks.join(upper[:, lap.label[-1]], free_upper[:, : len(y)])
     sections = add_bolts(blocks, described, lap.bolts, levels, (lower[0], upper[-1]))
-    coordinate, hexahedron, part, label = blocks.joined()
-
-    pair = label[np.stack([lower[-1], upper[0]], axis=-1)]
-    # to a picometre: nodes on one line have the same x but for rounding
-    along, across, _ = np.round(coordinate[pair[:, 0]], 12).T
-    order = np.lexsort([across, along])
-    return BoltedMesh(
-        coordinate=coordinate,
-        hexahedron=hexahedron,
-        part=part,
-        pair=pair[order],
-        area=tributary_area(lap.plan)[order],
-        section=label[np.concatenate(sections)],
-        bolt_of_pair=np.repeat(np.arange(len(sections)), [len(section) for section in sections]),
-        bolt_position=np.array([[*bolt.axis, 0.0] for bolt in lap.bolts]),
-        held=np.unique(label[free_lower[:, : len(y)]]),
-    )
+    held = free_lower[:, : len(y)]
+    return joined_mesh(blocks, lap, (lower[-1], upper[0]), sections, held)
 
 
 def _in_metres(x: Array, y: Array) -> Array:
