@@ -94,7 +94,14 @@ def test_a_case_without_damping_has_the_ratios_of_the_modes(modal_study):
     assert of_modes == ModalDamping((1e-3, 3e-3))
     own = modal_study({}, modes=modes).case("small").structural_damping
     assert own == LossFactor(CASE["loss_factor"])
-    assert modal_study(undamped).case("small").structural_damping == LossFactor(0.002)
+    study = modal_study(undamped)
+    assert study.case("small").structural_damping == LossFactor(0.002)
+    # the preload of given loads says what they are
+    varied = keys_that_vary(
+        study.cases["small"], study.assemblies["two_bolt"], JointName("node-to-node")
+    )
+    assert "assembly.contact.friction_coefficient" in varied
+    assert not [key for key in varied if key.startswith("assembly.") and "preload" in key]
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ class Matrices(Described):
     """
 
     NAMING_KEYS: ClassVar[frozenset[str]] = frozenset(
-        {"numbered_from", "locked", "dof", "node", "column"}
+        {"numbered_from", "locked", "dof", "node", "column", "preload_N"}
     )
     GAP_KEY: ClassVar[str] = "contact.gap"
 
