@@ -197,8 +197,14 @@ def main() -> None:
     parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--csv", help="file for a row of each branch")
     args = parser.parse_args()
+    rows: list[dict[str, object]] = []
     with ProcessPoolExecutor(args.cores) as pool:
-        table = pd.DataFrame(pool.map(_solve, _tasks(args), chunksize=4))
+        for row in pool.map(_solve, _tasks(args), chunksize=4):
+            rows.append(row)
+            # what is solved is kept where a run is ended
+            if args.csv and len(rows) % 20 == 0:
+                pd.DataFrame(rows).to_csv(args.csv, index=False)
+    table = pd.DataFrame(rows)
     if args.csv:
         table.to_csv(args.csv, index=False)
     for (law, coordinates), some in table.groupby(["law", "coordinates"], sort=False):
