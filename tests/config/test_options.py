@@ -6,7 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from boltjoint.config.settings import Fitting, Solver
-from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, LeftOutHarmonics
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
+from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.equations import StepControl

@@ -14,11 +14,10 @@ from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response import frequency_response
 from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.harmonic_convergence import (
-    HarmonicConvergence,
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, converge_peak
+from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     change_by_left_out_harmonics,
-    converge_peak,
 )
 from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.dynamics.response.response_file import to_dataset

@@ -26,10 +26,12 @@ from boltjoint.dynamics.balance.periodic_motion import (
 from boltjoint.dynamics.response.frequency_response import as_method, solve_response
 from boltjoint.dynamics.response.harmonic_convergence import (
     HarmonicConvergence,
-    LeftOutHarmonics,
     PeakSequence,
-    change_by_left_out_harmonics,
     converge_peak,
+)
+from boltjoint.dynamics.response.left_out_harmonics import (
+    LeftOutHarmonics,
+    change_by_left_out_harmonics,
 )
 from boltjoint.dynamics.response.methods import LinearModes, Method
 from boltjoint.dynamics.response.phase_resonance import PeakSearch
@@ -173,8 +175,10 @@ def _judge(
     balance = replace(balance, joint=replace(balance.joint, law=law))
     change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
     frequency, amplitude = left_out.safety * change + sequence.extrapolated_change
-    # changes of amplitudes at phases near each other are less apart than they are large
-    frequency += located.frequency_error(left_out.safety / 2 * change[1])
+    # changes of amplitudes at phases near each other are less apart than they are large, and vary
+    # as the last change does
+    variation = min(1.0, left_out.safety * sequence.variation)
+    frequency += located.frequency_error(left_out.safety / 2 * change[1], variation)
     amplitude += located.amplitude_error + PeakSearch().tolerance
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()

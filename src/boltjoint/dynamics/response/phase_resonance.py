@@ -24,6 +24,11 @@ from boltjoint.damping import Damping
 from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response.amplitude_by_phase import (
+    Parabola,
+    deviation_from_cubic,
+    rise_within,
+)
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -79,29 +84,31 @@ class PeakSearch(Options):
 class LocatedPeak(NamedTuple):
     """A peak of the first harmonic.
 
-    ``frequency`` [Hz] and ``motion``; ``frequency_by_phase``, the largest change of ln w by the
-    phase; ``sharpness``, minus the second derivative of the logarithm of the amplitude by the
-    phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
-    its phase may be off [rad]; ``spread`` of the phases whose amplitudes tell it [rad];
-    ``amplitude_error``, relative: by the distance, and by roughness.
+    ``frequency`` [Hz], ``motion`` and its ``phase`` [rad]; ``frequency_by_phase``, the largest
+    change of ln w by the phase; ``sharpness``, minus the second derivative of the logarithm of the
+    amplitude by the phase: 1 at a linear resonance, less where friction makes the peak flat;
+    ``distance`` by which its phase may be off [rad]; ``spread`` of the phases whose amplitudes tell
+    it [rad]; ``amplitude_error``, relative: by the distance, and by roughness.
     """
 
     frequency: float
     motion: PeriodicMotion
+    phase: float
     frequency_by_phase: float
     sharpness: float
     distance: float
     spread: float
     amplitude_error: float
 
-    def frequency_error(self, amplitude_error: float) -> float:
+    def frequency_error(self, amplitude_error: float, variation: float = 1.0) -> float:
         """Relative error of the frequency by that of the amplitude, e.
 
         Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. Errors e of amplitudes that
-        vary over the spread move it by ``e / (spread sharpness)``. Its distance counts twice: that
-        is of vertices which converge with the spread, and those of rough amplitudes do not.
+        vary over the spread, by ``variation`` of e, move it by ``variation e / (spread
+        sharpness)``. Its distance counts twice: that is of vertices which converge with the spread,
+        and those of rough amplitudes do not.
         """
-        moved = amplitude_error / (self.spread * self.sharpness)
+        moved = variation * amplitude_error / (self.spread * self.sharpness)
         phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + 2 * self.distance
         return float(self.frequency_by_phase * phase)
 
@@ -153,20 +160,6 @@ def find_peak(
     law = AlternatingFrequencyTime(joint.contact.element_law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
     return PhaseResonance(balance, frequency, start, search=search).peak()
-
-
-class _Parabola(NamedTuple):
-    """Of the logarithm of the amplitude through three phases ``spread`` apart, the middle highest.
-
-    ``vertex``, ``highest`` there; ``distance`` by which the vertex may be off.
-    """
-
-    spread: float
-    vertex: float
-    highest: float
-    sharpness: float
-    frequency_by_phase: float
-    distance: float
 
 
 class PhaseResonance:
@@ -228,18 +221,39 @@ class PhaseResonance:
         moved = np.sqrt(2) * self._roughness(parabola.vertex) / (parabola.spread * sharpness)
         distance = parabola.distance + min(moved, parabola.spread)
         off = abs(np.log(self._equations.output.value(q)) - parabola.highest)
+        phases = np.array(sorted(self._solutions))
+        values = np.array([self._log_amplitude(one) for one in phases])
+        rise = rise_within(distance, parabola.vertex, phases, values)
         return LocatedPeak(
             frequency=w / (2 * np.pi),
             motion=PeriodicMotion(components, components.rows(q)),
+            phase=parabola.vertex,
             frequency_by_phase=parabola.frequency_by_phase,
             sharpness=sharpness,
             distance=distance,
             spread=self._search.spread,
-            amplitude_error=2 * off
-            + max(self._rise(parabola.vertex, distance), sharpness * distance**2 / 2),
+            amplitude_error=2 * off + max(rise, sharpness * distance**2 / 2),
         )
 
-    def _locate(self, width: float) -> _Parabola | None:
+    def variation_of_change(self, fewer: "PhaseResonance", phase: float) -> float:
+        """How much the change of amplitudes by harmonics varies with the phase, near one.
+
+        Its range within one and a half spreads, over the largest change; at most 1.
+
+        Parameters
+        ----------
+        fewer
+            Motions with fewer harmonics.
+        phase
+            That of the peak [rad].
+        """
+        phases = [one for one in self._near(phase) if fewer._spans(one)]
+        changes = [self._log_amplitude(one) - fewer._log_amplitude_near(one) for one in phases]
+        if len(changes) < 3 or not any(changes):
+            return 1.0
+        return min(1.0, float(np.ptp(changes) / np.max(np.abs(changes))))
+
+    def _locate(self, width: float) -> Parabola | None:
         """The parabola of the peak, its vertex within a width where it can be; None without one."""
         spread = self._search.spread
         try:
@@ -267,7 +281,7 @@ class PhaseResonance:
             )
         return best
 
-    def _around_peak(self, first: float, spread: float) -> _Parabola | None:
+    def _around_peak(self, first: float, spread: float) -> Parabola | None:
         """The parabola uphill from a phase whose middle is the highest of its phases, or None."""
         moved = 0
         # the start is nearest to it
@@ -276,59 +290,32 @@ class PhaseResonance:
             phases = first + spread * np.arange(moved - 1.0, moved + 2.0)
             below, at, above = (self._log_amplitude(phase) for phase in phases)
             if at >= max(below, above):
-                return self._parabola(phases, np.array([below, at, above]))
+                w = [self._equations.log_frequency(self._solutions[phase]) for phase in phases]
+                return Parabola.through(phases, np.array([below, at, above]), np.array(w))
             moved += 1 if above > below else -1
         return None
 
-    def _parabola(self, phases: Array, values: Array) -> _Parabola:
-        spread = phases[1] - phases[0]
-        by_value = np.polyfit([-1.0, 0.0, 1.0], values, 2)
-        w = [self._equations.log_frequency(self._solutions[phase]) for phase in phases]
-        vertex = -by_value[1] / (2 * by_value[0]) if by_value[0] < 0 else 0.0
-        return _Parabola(
-            spread=spread,
-            vertex=phases[1] + spread * vertex,
-            highest=float(np.polyval(by_value, vertex)),
-            sharpness=-2 * by_value[0] / spread**2,
-            frequency_by_phase=max(abs(np.diff(w))) / spread,
-            distance=spread,
-        )
-
     def _roughness(self, phase: float) -> float:
         """Deviation of the logarithms of amplitudes near a phase from a cubic polynomial."""
-        near = [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
-        if len(near) <= 4:
-            return 0.0
+        near = self._near(phase)
         at = (np.array(near) - phase) / self._search.spread
-        values = np.array([self._log_amplitude(x) for x in near])
-        left = values - np.polyval(np.polyfit(at, values, 3), at)
-        return float(np.linalg.norm(left) / np.sqrt(len(near) - 4))
+        return deviation_from_cubic(at, np.array([self._log_amplitude(x) for x in near]))
 
-    def _rise(self, phase: float, distance: float) -> float:
-        """By how much the logarithm of the amplitude may be higher within a distance of a phase.
-
-        Amplitudes that are concave lie below their chords: where a peak is a corner, two chords
-        meet above it.
-        """
-        phases = np.array(sorted(self._solutions))
-        values = np.array([self._log_amplitude(one) for one in phases])
-        slopes = np.diff(values) / np.diff(phases)
-        at = int(np.searchsorted(phases, phase))
-        near = slopes[max(at - 1, 0) : at + 1]
-        rises = [0.0]
-        # between the phase and its neighbour on either side
-        for own, beyond, other in ((at - 1, at + 1, at + 1), (at, at - 2, at - 1)):
-            if min(own, beyond) < 0 or max(own, beyond) >= slopes.size:
-                continue
-            turn = slopes[own] - slopes[beyond]
-            if turn:
-                missing = values[other] - slopes[beyond] * (phases[other] - phase) - values[at]
-                rises.append(slopes[own] * missing / turn)
-        return float(min(max(rises), abs(near).max(initial=0.0) * distance))
+    def _near(self, phase: float) -> list[float]:
+        """The known phases within one and a half spreads of one."""
+        return [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
 
     def _log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
-        q, _ = self._equations.solution(self._solution(phase))
+        return self._log_amplitude_of(self._solution(phase))
+
+    def _log_amplitude_near(self, phase: float) -> float:
+        """The same, between known solutions where the phase is none of theirs."""
+        known = self._solutions.get(phase)
+        return self._log_amplitude_of(self._between(phase) if known is None else known)
+
+    def _log_amplitude_of(self, y: Array) -> float:
+        q, _ = self._equations.solution(y)
         return float(np.log(self._equations.output.value(q)))
 
     def _solution(self, phase: float) -> Array:
