@@ -162,6 +162,11 @@ class CornerTracer(Tracer):
         self._predictor = self._at_end(step)
         self.corrector.equations.accept(step.solution.x)
 
+    def enter(self, step: Step, length: float) -> None:
+        """Continue a branch whose steps before were found otherwise, with a step length."""
+        self.step_length, self._secant, self._orientation = length, None, 0.0
+        self.resume(step)
+
     def next_step(self) -> tuple[Step | None, str]:
         """The next step, unless the branch is closed by it; else the reason why none is."""
         step = self._next()

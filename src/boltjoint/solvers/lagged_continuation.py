@@ -21,7 +21,7 @@ from boltjoint.solvers.equations import (
     Vector,
 )
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin
-from boltjoint.solvers.maxima import Maxima
+from boltjoint.solvers.maxima import Correction, Maxima
 from boltjoint.solvers.newton import newton
 from boltjoint.solvers.tracer import Tracer
 
@@ -54,14 +54,16 @@ def trace(
     """
     scale_at = scale if callable(scale) else lambda _: scale
     corrector = LaggedCorrector(equations, control, scale_at)
-    branch, maxima = SolutionBranch(), None
+    branch, maxima, correction = SolutionBranch(), None, None
+    if corrector.full is not None:
+        correction = partial(_corrected, equations=corrector.full.equations, control=control)
     if maximise is not None:
         arc = partial(corrector.arc_between, maximise)
-        maxima = Maxima(branch, maximise, arc, control.peak_tolerance)
+        maxima = Maxima(branch, maximise, arc, control.peak_tolerance, correction)
     tracer = LaggedTracer(corrector, window, branch, maxima)
     tracer.follow(start, window[0] if begin is None else begin)
-    if corrector.full is not None and maximise is not None:
-        _polish_maxima(branch, maximise, corrector.full.equations, control)
+    if correction is not None and maximise is not None:
+        _polish_maxima(branch, maximise, correction)
     return branch
 
 
@@ -91,6 +93,8 @@ class LaggedTracer(Tracer):
         self.secant: Vector | None = None
         #: from the farthest solution back to the last one
         self.backtracking_distance = 0.0
+        #: of all steps in the full equations, so that it knows the corners that were passed
+        self._full_tracer: CornerTracer | None = None
 
     @property
     def count(self) -> int:
@@ -172,9 +176,10 @@ class LaggedTracer(Tracer):
         projected = projection(full, predictor)
         if projected is None:
             return self.stop("no solution found near the last one")
-        tracer = CornerTracer(full, self.window, self.branch, self.maxima)
-        tracer.step_length = self.step_length
-        tracer.resume(Step(*projected, origin.direction))
+        if self._full_tracer is None:
+            self._full_tracer = CornerTracer(full, self.window, self.branch, self.maxima)
+        tracer = self._full_tracer
+        tracer.enter(Step(*projected, origin.direction), self.step_length)
         for _ in range(self.full_steps):
             before = tracer.predictor
             if not tracer.advance():
@@ -202,9 +207,19 @@ class LaggedTracer(Tracer):
             self.maxima.sample(self.corrector.origin, length)
 
 
-def _polish_maxima(
-    branch: SolutionBranch, quantity: Quantity, equations: Equations, control: StepControl
-) -> None:
+def _corrected(solution: Solution, equations: Equations, control: StepControl) -> Solution | None:
+    """Solution of the full equations at the parameter of one in a lagged basis, near it."""
+    if solution.located or not solution.reduced:
+        return solution
+    corrected, _ = newton(equations, solution.x, solution.p, control)
+    change = np.linalg.norm(corrected.x - solution.x)
+    if not corrected.converged:
+        return None
+    limit = control.lagged.largest_correction * np.linalg.norm(solution.x)
+    return corrected._replace(iterations=solution.iterations) if change <= limit else None
+
+
+def _polish_maxima(branch: SolutionBranch, quantity: Quantity, correction: Correction) -> None:
     """Solve the full equations at the solutions around each maximum in a lagged basis.
 
     The error of a solution must not make it higher than the maximum located beside it. What is
@@ -222,13 +237,6 @@ def _polish_maxima(
             break
         polished |= near
         for i in near:
-            solution = solutions[i]
-            if solution.located or not solution.reduced:
-                continue
-            corrected, _ = newton(equations, solution.x, solution.p, control)
-            change = np.linalg.norm(corrected.x - solution.x)
-            limit = control.lagged.largest_correction * np.linalg.norm(solution.x)
-            if corrected.converged and change <= limit:
-                solutions[i] = corrected._replace(iterations=solution.iterations)
+            solutions[i] = correction(solutions[i]) or solutions[i]
     for i in highs:
         solutions[i] = solutions[i]._replace(located=True)
