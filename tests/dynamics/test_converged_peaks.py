@@ -19,7 +19,7 @@ from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     change_by_left_out_harmonics,
 )
-from boltjoint.dynamics.response.phase_resonance import find_peak
+from boltjoint.dynamics.response.phase_resonance import PhaseResonance, find_peak
 from boltjoint.dynamics.response.response_file import to_dataset
 from boltjoint.dynamics.response.stability import StabilityOptions
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -267,6 +267,18 @@ def test_an_error_bar_sees_a_mode_of_the_contact_beyond_twice_the_harmonics():
     response = solve_response(joint, [force], damping=loss_factor)
     twice = converge_peaks(joint, response, left_out=LeftOutHarmonics(times=2))
     assert twice["peak_amplitude_truncation_error"][0] < 0.2 * amplitude["error"]
+
+
+@pytest.mark.usefixtures("stability_of_one_harmonic")
+def test_changes_that_hardly_vary_with_the_phase_move_a_peak_less(monkeypatch):
+    joint, force, loss_factor = error_bars.small_joint("coupled-constant", 18, seed=161803)
+    rows = error_bars.check("", "", joint, [force], loss_factor)
+    bars, errors = ([row[name] for row in rows] for name in ("bar", "error"))
+    monkeypatch.setattr(PhaseResonance, "variation_of_change", lambda *_: 1.0)
+    response = solve_response(joint, [force], damping=loss_factor)
+    varying = converge_peaks(joint, response).isel(force=0)
+    assert errors[0] < bars[0] < 0.8 * varying["peak_frequency_truncation_error"]
+    assert errors[1] < bars[1] == varying["peak_amplitude_truncation_error"]
 
 
 @pytest.mark.usefixtures("stability_of_one_harmonic")

@@ -7,6 +7,7 @@ from random_joints import LAWS, random_joint, solve
 from boltjoint import frequency_window, solve_branch
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
+from boltjoint.solvers import lagged_continuation
 
 #: joints of each law; a complex mode costs more
 COUNT = {"linear": 25, "complex-rdnm-1": 5, "backbone": 25}
@@ -72,3 +73,31 @@ def test_the_peak_of_a_backbone_does_not_depend_on_its_steps(index):
         response = synthesise_response(backbone.with_shorter_steps(factor), force, window)
         frequency.append(response.frequency[response.peak])
     assert frequency == pytest.approx([frequency[0]] * 3, rel=1e-9)
+
+
+def test_no_maxima_are_sought_on_the_rough_flanks_of_a_lagged_basis():
+    joint, force, loss_factor = random_joint("variable", 97, seed=777013)
+    branch, linear = (
+        solve_branch(joint, force, method=coordinates, damping=loss_factor)
+        for coordinates in ("complex-rdnm-1", "linear")
+    )
+    # of every third solution before
+    assert 1 <= branch.located.sum() <= 10
+    # located by value, in a lagged basis
+    assert branch.peak_amplitude == pytest.approx(linear.peak_amplitude, rel=1e-5)
+
+
+def test_a_loop_between_two_corners_ends_when_it_closes(monkeypatch):
+    """The full equations are followed at the corners alone, and know of those before."""
+    branches, trace = [], lagged_continuation.trace
+
+    def of_lower_end(*arguments, **options):
+        branches.append(trace(*arguments, **options))
+        raise StopIteration
+
+    monkeypatch.setattr(lagged_continuation, "trace", of_lower_end)
+    joint, force, loss_factor = random_joint("variable", 58, seed=777013)
+    with pytest.raises(StopIteration):
+        solve_branch(joint, force, method="complex-rdnm-1", damping=loss_factor)
+    assert branches[0].reason == "the branch closes before the end of the window"
+    assert len(branches[0].solutions) < 300

@@ -175,10 +175,12 @@ def _judge(
     balance = replace(balance, joint=replace(balance.joint, law=law))
     change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
     frequency, amplitude = left_out.safety * change + sequence.extrapolated_change
-    # changes of amplitudes at phases near each other are less apart than they are large, and vary
-    # as the last change does
+    # changes of amplitudes at phases near each other are less apart than they are large; what is
+    # foreseen of them varies as the last change does
+    error = left_out.safety / 2 * change[1]
+    foreseen = min(error, sequence.extrapolated_change[1])
     variation = min(1.0, left_out.safety * sequence.variation)
-    frequency += located.frequency_error(left_out.safety / 2 * change[1], variation)
+    frequency += located.frequency_error(error, error - (1 - variation) * foreseen)
     amplitude += located.amplitude_error + PeakSearch().tolerance
     q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()

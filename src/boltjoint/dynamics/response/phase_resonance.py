@@ -100,15 +100,14 @@ class LocatedPeak(NamedTuple):
     spread: float
     amplitude_error: float
 
-    def frequency_error(self, amplitude_error: float, variation: float = 1.0) -> float:
+    def frequency_error(self, amplitude_error: float, varying: float) -> float:
         """Relative error of the frequency by that of the amplitude, e.
 
-        Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. Errors e of amplitudes that
-        vary over the spread, by ``variation`` of e, move it by ``variation e / (spread
-        sharpness)``. Its distance counts twice: that is of vertices which converge with the spread,
-        and those of rough amplitudes do not.
+        Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. What of e varies over the
+        spread moves it by ``varying / (spread sharpness)``. Its distance counts twice: that is of
+        vertices which converge with the spread, and those of rough amplitudes do not.
         """
-        moved = variation * amplitude_error / (self.spread * self.sharpness)
+        moved = varying / (self.spread * self.sharpness)
         phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + 2 * self.distance
         return float(self.frequency_by_phase * phase)
 
