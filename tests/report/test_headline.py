@@ -4,7 +4,13 @@ import pandas as pd
 import pytest
 
 from boltjoint.names import Basis
-from boltjoint.report.pages.headline import ALL, NOT_TESTED, peak_in_words, peaks_of_coordinates
+from boltjoint.report.pages.headline import (
+    ALL,
+    NOT_TESTED,
+    peak_in_words,
+    peaks_of_coordinates,
+    statement_of,
+)
 from boltjoint.study.response_list import by_trust
 
 ROWS = pd.DataFrame(
@@ -44,9 +50,13 @@ def test_bars_are_numbers_and_only_one_that_is_not_known_is_told_in_words():
         assert [bar == NOT_TESTED for bar in bars] == [False, True]
         untested = both_known.assign(basis_amplitude_error_percent=None)
         assert peaks_of_coordinates(untested)[column].tolist() == [NOT_TESTED] * 2
-    assert (
-        peak_in_words(peaks_of_coordinates(one_unknown).iloc[1]) == "75.2 Hz and 0.928 mm/N at 10 N"
-    )
+    # told once of all, where no error of the basis is known
+    sentence = statement_of(untested).replace("\u00a0", " ")
+    assert sentence.endswith("0.928 mm/N at 10 N, in a basis whose error is not tested.")
+    assert sentence.count("not tested") == 1
+    of_one = "75.2 Hz and 0.928 mm/N at 10 N, whose error is not tested"
+    assert peak_in_words(peaks_of_coordinates(one_unknown).iloc[1]) == of_one
+    assert statement_of(one_unknown).replace("\u00a0", " ").count(of_one) == 1
 
 
 def test_a_window_without_a_peak_is_no_branch_that_broke_off():

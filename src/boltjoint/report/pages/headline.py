@@ -185,10 +185,13 @@ def _or_not_tested(errors: pd.Series, response: pd.Series) -> pd.Series:
     return errors.astype(object).mask(missing, NOT_TESTED) if missing.any() else errors
 
 
-def peak_in_words(row: pd.Series, unit: str = "N", *, is_complete: bool = True) -> str:
+def peak_in_words(
+    row: pd.Series, unit: str = "N", *, is_complete: bool = True, lacks_basis_error: bool = False
+) -> str:
     """A peak of ``peaks_of_reference`` in a sentence, with its error bar or the lack of one.
 
-    ``unit`` is that of the excitation; ``is_complete`` where the branch crosses its window.
+    ``unit`` is that of the excitation; ``is_complete`` where the branch crosses its window;
+    ``lacks_basis_error`` where the sentence says of all peaks that their basis has no error bar.
     """
     force = f"at {row['', 'force_N']:g} {unit}"
     per_level = "mm/N" if unit == "N" else f"mm/({unit})"
@@ -204,7 +207,8 @@ def peak_in_words(row: pd.Series, unit: str = "N", *, is_complete: bool = True) 
         )
     bars = [of_peak[name] for name in ("frequency_±_percent", "response_±_percent")]
     if NOT_TESTED in bars:
-        return f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force}"
+        lack = "" if lacks_basis_error else ", whose error is not tested"
+        return f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force}{lack}"
     # no line breaks within a bar
     of_frequency, of_response = (f"(±\N{NO-BREAK SPACE}{number(bar, 2)} %)" for bar in bars)
     amplitude = f"{number(response, 3)} {per_level} {of_response}"
@@ -287,9 +291,15 @@ def _in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N") -> s
     response = peaks[ALL if ALL in peaks else ONE, "response_mm_per_N"]
     known = response.reset_index(drop=True).dropna()
     places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
-    rows = [peaks.iloc[place] for place in sorted(places)]
+    lacks = _is_untested(peaks)
     return "; ".join(
-        peak_in_words(row, unit, is_complete=bool(is_complete[row.name])) for row in rows
+        peak_in_words(
+            peaks.iloc[place],
+            unit,
+            is_complete=bool(is_complete.loc[peaks.index[place]]),
+            lacks_basis_error=lacks,
+        )
+        for place in sorted(places)
     )
 
 
