@@ -164,21 +164,20 @@ def stability(names):
 
 
 def isola(names):
-    assert 14.0 < names["low"] < 14.3 < names["high"] < 14.4
+    assert 14.1 < names["low"] < 14.3 < names["high"] < 14.5
     assert names["peak"] == pytest.approx(0.340, abs=1e-3)
-    assert names["peak"] < names["appears"] == pytest.approx(0.606, abs=1e-3)
+    assert names["peak"] < names["appears"] == pytest.approx(0.603, abs=1e-3)
     # the same from samples of the hysteresis, at each state of the backbone
     shown, expected = names["amplitude"].to_numpy(), names["force"].to_numpy()
     states = (shown > 0.15) & (shown < 1.5)
     force = force_at_peaks(1e-3 * shown[states] / 1.5, names["joint"], 0.001)
     np.testing.assert_allclose(force, expected[states], rtol=2e-3)
-    # and between them, where the range of an isolated branch ends at extremes of the force:
-    # that of the library ends at the nearest states, which are some tenth in amplitude apart
+    # and between them, where the range of an isolated branch ends at extremes of the force
     amplitude = np.geomspace(0.15, 1.5, 40)
     force = force_at_peaks(1e-3 * amplitude / 1.5, names["joint"], 0.001)
     highest, lowest = np.flatnonzero(np.diff(np.sign(np.diff(force)))) + 1
     assert force[lowest] == pytest.approx(names["low"], rel=2e-3)
-    assert names["high"] <= force[highest] == pytest.approx(names["high"], rel=0.01)
+    assert force[highest] == pytest.approx(names["high"], rel=2e-3)
     rising = slice(0, highest + 1)
     peak = np.interp(14.3, force[rising], amplitude[rising])
     assert peak == pytest.approx(names["peak"], rel=5e-3)

@@ -19,7 +19,7 @@ from boltjoint.dataset import Quantity, quantities
 from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_root
 from boltjoint.dynamics.backbone.compiled_epmc import epmc_system
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
-from boltjoint.dynamics.backbone.peak_force import find_isolated_branches
+from boltjoint.dynamics.backbone.peak_force import find_isolated_branches, least_near
 from boltjoint.dynamics.balance.periodic_motion import energy_per_period
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.arc_length import trace
@@ -108,16 +108,37 @@ class Backbone:
                 ahead.append(inserted)
         return replace(self, states=tuple(states))
 
+    def _peak_force(self, state: ModalState) -> float:
+        """Excitation whose response has its peak at a state."""
+        excitation = self.equations.balance.joint.excitation.modes
+        return float(state.least_distance / state.excited_distance(excitation))
+
+    def _isolated_branches(self, force: NDArray[np.float64]) -> list[Quantity]:
+        """Ranges of the excitation with isolated branches, by its values at the states."""
+        joint, (appears, merges) = self.equations.balance.joint, find_isolated_branches(force)
+        lowest, highest = (
+            [least_near(function, self.states, place, self.control) for place in places]
+            for function, places in (
+                (self._peak_force, appears),
+                (lambda state: -self._peak_force(state), merges),
+            )
+        )
+        unit = joint.excitation.unit
+        begin, end = (np.array([*map(self._peak_force, of)]) for of in (lowest, highest))
+        at = np.array([one.amplitude * abs(one.mode @ joint.response_mode) for one in lowest])
+        return [
+            ("isolated_from", "isola", begin, unit, "lowest excitation with isolated branch"),
+            ("isolated_to", "isola", end, unit, "highest excitation with that branch"),
+            ("isolated_amplitude", "isola", at, "m", "response_amplitude where the branch appears"),
+        ]
+
     def to_dataset(self) -> xr.Dataset:
         """The dataset of ``backbone.nc`` (``find_backbone``)."""
         joint, states = self.equations.balance.joint, self.states
         unit = joint.excitation.unit
         amplitude = np.array([state.amplitude for state in states])
         mode = np.array([state.mode for state in states]).reshape(-1, len(joint.response_mode))
-        excitation = joint.excitation.modes
-        force = np.array(
-            [state.least_distance / state.excited_distance(excitation) for state in states]
-        )
+        force = np.array([self._peak_force(state) for state in states])
         frequency = [state.frequency for state in states]
         damping = [state.damping_ratio for state in states]
         # of the forces of the contact, not the total less the structure's: exact where little slips
@@ -136,7 +157,7 @@ class Backbone:
             ("friction_dissipation", "state", friction, "J", "friction dissipation in a period"),
             ("peak_force", "state", force, unit, "excitation whose response has its peak here"),
             ("mode_shape", ("state", "mode", "part"), shape, "1", "in linear modes, phi^H phi = 1"),
-            *find_isolated_branches(force).variables(response, unit),
+            *self._isolated_branches(force),
             ("complete", (), np.int8(self.complete), "1", "1 where the last amplitude is reached"),
             ("reason", (), self.reason, "1", "why the backbone ends before"),
         ]

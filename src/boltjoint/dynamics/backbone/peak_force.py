@@ -13,44 +13,35 @@ modes, modal interactions and isolated resonance curves. Journal of Sound and Vi
 299-310.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_minimum
 from boltjoint.dynamics.backbone.epmc import ModalState
+from boltjoint.solvers.equations import StepControl
 
 #: a smaller relative fall of the excitation between states is within the tolerance of their modes
 _ROUNDING = 1e-6
 
 
 class IsolatedBranches(NamedTuple):
-    """Excitations with isolated branches, shape (ranges,).
+    """States between whose excitations there are isolated branches, as indices, shape (ranges,).
 
-    Between ``lowest`` and ``highest`` there is one or more; they appear at the state ``first``.
+    ``appears`` has the lowest excitation of a branch, ``merges`` the highest one, before it.
     """
 
-    lowest: NDArray[np.float64]
-    highest: NDArray[np.float64]
-    first: NDArray[np.int64]
-
-    def variables(
-        self, amplitude: NDArray[np.float64], unit: str
-    ) -> tuple[tuple[str, str, NDArray[np.float64], str, str], ...]:
-        """Variables of ``backbone.nc`` by the response amplitude of its states [m]."""
-        at = amplitude[self.first]
-        return (
-            ("isolated_from", "isola", self.lowest, unit, "lowest excitation with isolated branch"),
-            ("isolated_to", "isola", self.highest, unit, "highest excitation with that branch"),
-            ("isolated_amplitude", "isola", at, "m", "response_amplitude where the branch appears"),
-        )
+    appears: NDArray[np.int64]
+    merges: NDArray[np.int64]
 
 
 def find_isolated_branches(force: NDArray[np.float64]) -> IsolatedBranches:
-    """Excitations that reach several intervals of amplitudes of a backbone.
+    """States whose excitations reach several intervals of amplitudes of a backbone.
 
     Parameters
     ----------
@@ -68,8 +59,34 @@ def find_isolated_branches(force: NDArray[np.float64]) -> IsolatedBranches:
     below = force < highest * (1 - _ROUNDING)
     edges = np.flatnonzero(np.diff(below, prepend=False, append=False))
     runs = edges.reshape(-1, 2)
-    first = np.array([begin + np.argmin(force[begin:end]) for begin, end in runs], dtype=np.int64)
-    return IsolatedBranches(force[first], highest[first], first)
+    appears = [begin + np.argmin(force[begin:end]) for begin, end in runs]
+    merges = [np.argmax(force[:begin]) for begin, _ in runs]
+    return IsolatedBranches(np.array(appears, dtype=np.int64), np.array(merges, dtype=np.int64))
+
+
+def least_near(
+    function: Callable[[ModalState], float],
+    states: Sequence[ModalState],
+    place: int,
+    control: StepControl,
+) -> ModalState:
+    """The state at a place of a backbone, or one between it and a neighbour with a lower function.
+
+    Parameters
+    ----------
+    function
+        Function of a state, no higher at this state than at its neighbours.
+    states, place
+        States of the backbone, and the index of one.
+    control
+        Tolerance of the equations, and scale of the amplitude.
+    """
+    least = states[place]
+    for first, second in pairwise(states[max(place - 1, 0) : place + 2]):
+        solved = solve_minimum(function, BetweenStates(first, second, control))
+        if solved is not None and function(solved) < function(least):
+            least = solved
+    return least
 
 
 Array = NDArray[np.float64]
