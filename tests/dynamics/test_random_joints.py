@@ -75,18 +75,6 @@ def test_the_peak_of_a_backbone_does_not_depend_on_its_steps(index):
     assert frequency == pytest.approx([frequency[0]] * 3, rel=1e-9)
 
 
-def test_no_maxima_are_sought_on_the_rough_flanks_of_a_lagged_basis():
-    joint, force, loss_factor = random_joint("variable", 97, seed=777013)
-    branch, linear = (
-        solve_branch(joint, force, method=coordinates, damping=loss_factor)
-        for coordinates in ("complex-rdnm-1", "linear")
-    )
-    # of every third solution before
-    assert 1 <= branch.located.sum() <= 10
-    # located by value, in a lagged basis
-    assert branch.peak_amplitude == pytest.approx(linear.peak_amplitude, rel=1e-5)
-
-
 def test_a_loop_between_two_corners_ends_when_it_closes(monkeypatch):
     """The full equations are followed at the corners alone, and know of those before."""
     branches, trace = [], lagged_continuation.trace

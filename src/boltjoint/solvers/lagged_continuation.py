@@ -21,7 +21,7 @@ from boltjoint.solvers.equations import (
     Vector,
 )
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin
-from boltjoint.solvers.maxima import Correction, Maxima
+from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.newton import newton
 from boltjoint.solvers.tracer import Tracer
 
@@ -54,16 +54,14 @@ def trace(
     """
     scale_at = scale if callable(scale) else lambda _: scale
     corrector = LaggedCorrector(equations, control, scale_at)
-    branch, maxima, correction = SolutionBranch(), None, None
-    if corrector.full is not None:
-        correction = partial(_corrected, equations=corrector.full.equations, control=control)
+    branch, maxima = SolutionBranch(), None
     if maximise is not None:
         arc = partial(corrector.arc_between, maximise)
-        maxima = Maxima(branch, maximise, arc, control.peak_tolerance, correction)
+        maxima = Maxima(branch, maximise, arc, control.peak_tolerance)
     tracer = LaggedTracer(corrector, window, branch, maxima)
     tracer.follow(start, window[0] if begin is None else begin)
-    if correction is not None and maximise is not None:
-        _polish_maxima(branch, maximise, correction)
+    if corrector.full is not None and maximise is not None:
+        _polish_maxima(branch, maximise, corrector.full.equations, control)
     return branch
 
 
@@ -207,19 +205,9 @@ class LaggedTracer(Tracer):
             self.maxima.sample(self.corrector.origin, length)
 
 
-def _corrected(solution: Solution, equations: Equations, control: StepControl) -> Solution | None:
-    """Solution of the full equations at the parameter of one in a lagged basis, near it."""
-    if solution.located or not solution.reduced:
-        return solution
-    corrected, _ = newton(equations, solution.x, solution.p, control)
-    change = np.linalg.norm(corrected.x - solution.x)
-    if not corrected.converged:
-        return None
-    limit = control.lagged.largest_correction * np.linalg.norm(solution.x)
-    return corrected._replace(iterations=solution.iterations) if change <= limit else None
-
-
-def _polish_maxima(branch: SolutionBranch, quantity: Quantity, correction: Correction) -> None:
+def _polish_maxima(
+    branch: SolutionBranch, quantity: Quantity, equations: Equations, control: StepControl
+) -> None:
     """Solve the full equations at the solutions around each maximum in a lagged basis.
 
     The error of a solution must not make it higher than the maximum located beside it. What is
@@ -237,6 +225,13 @@ def _polish_maxima(branch: SolutionBranch, quantity: Quantity, correction: Corre
             break
         polished |= near
         for i in near:
-            solutions[i] = correction(solutions[i]) or solutions[i]
+            solution = solutions[i]
+            if solution.located or not solution.reduced:
+                continue
+            corrected, _ = newton(equations, solution.x, solution.p, control)
+            change = np.linalg.norm(corrected.x - solution.x)
+            limit = control.lagged.largest_correction * np.linalg.norm(solution.x)
+            if corrected.converged and change <= limit:
+                solutions[i] = corrected._replace(iterations=solution.iterations)
     for i in highs:
         solutions[i] = solutions[i]._replace(located=True)

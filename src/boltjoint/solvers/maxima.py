@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint.solvers.equations import Quantity, Solution, SolutionBranch
@@ -23,17 +22,13 @@ class Observation(NamedTuple):
 Arc = Callable[[float], Observation | None]
 """Observation at a distance from the start of a step; None where no solution is found."""
 
-Correction = Callable[[Solution], Solution | None]
-"""A solution of the full equations at the parameter of an inexact one; None without one near it."""
-
 
 class Maxima:
     """Location of the local maxima of a quantity while a branch is followed.
 
     Around a solution that is no lower than its neighbours, and higher than any maximum located
     between them, a maximum is sought that the slope did not show. If nothing higher is found there,
-    the solution itself is the maximum. It is not sought where solutions are inexact and corrected
-    ones rise from each to the next, or fall: of a rough branch every third would be a maximum.
+    the solution itself is the maximum.
 
     Parameters
     ----------
@@ -46,8 +41,6 @@ class Maxima:
         passed to ``sample``.
     tolerance
         Tolerance of the location, relative to the step length.
-    correction
-        Of solutions of the branch; by default they are exact.
     """
 
     def __init__(
@@ -56,9 +49,8 @@ class Maxima:
         quantity: Quantity,
         arc_between: Callable[[Any, Any], Arc],
         tolerance: float,
-        correction: Correction | None = None,
     ) -> None:
-        self.tolerance, self._correction = tolerance, correction
+        self.tolerance = tolerance
         self.branch, self.quantity, self._arc_between = branch, quantity, arc_between
         self._samples: list[_Sample] = []
 
@@ -72,9 +64,9 @@ class Maxima:
         """Compare the last solution of the branch, at the end of a step, with those before it."""
         index = len(self.branch.solutions) - 1
         last = _Sample(index, self._value(index), origin, length)
-        self._samples = [*(sample for sample in self._samples if sample.place < index), last][-4:]
-        if len(self._samples) >= 3:
-            self._refine(*self._samples[-3:])
+        self._samples = [*(sample for sample in self._samples if sample.place < index), last][-3:]
+        if len(self._samples) == 3:
+            self._refine(*self._samples)
 
     def _refine(self, first: "_Sample", middle: "_Sample", last: "_Sample") -> None:
         """Locate a maximum between three successive solutions of which the middle is highest."""
@@ -83,8 +75,6 @@ class Maxima:
         solutions = self.branch.solutions
         between = range(first.place + 1, last.place)
         if any(solutions[i].located and self._value(i) >= middle.value for i in between):
-            return
-        if self._correction is not None and self._is_monotonic(self._correction):
             return
         steps = [
             (self._arc_between(begin.origin, end.origin), end)
@@ -109,31 +99,17 @@ class Maxima:
             sample._replace(place=sample.place + (sample.place >= at)) for sample in self._samples
         ]
 
-    def _is_monotonic(self, correction: Correction) -> bool:
-        """Whether the last three samples rise when corrected, or they fall from one before."""
-        for place, sample in enumerate(self._samples):
-            if sample.corrected is None:
-                solution = correction(self.branch.solutions[sample.place])
-                value = np.nan if solution is None else self.quantity.value(solution.x)
-                self._samples[place] = sample._replace(corrected=value)
-        changes = np.diff([sample.corrected for sample in self._samples])
-        return bool(np.all(changes[-2:] > 0) or (len(changes) == 3 and np.all(changes < 0)))
-
     def _value(self, index: int) -> float:
         return self.quantity.value(self.branch.solutions[index].x)
 
 
 class _Sample(NamedTuple):
-    """A solution by its place on the branch, and the length of the step that ends there.
-
-    ``corrected`` is the value of its correction, where that was asked for.
-    """
+    """A solution by its place on the branch, and the length of the step that ends there."""
 
     place: int
     value: float
     origin: Any
     length: float
-    corrected: float | None = None
 
 
 def _highest(arc: Arc, length: float, width: float) -> Observation | None:
