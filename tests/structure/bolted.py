@@ -3,9 +3,13 @@
 import copy
 
 import numpy as np
+import pytest
+from small_study import CASE, SETTINGS, write
 
 from boltjoint.config.makers import description_of
 from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.study import load_study
+from boltjoint.config.types import ConfigError
 from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.makers.registry import make
@@ -75,6 +79,23 @@ def built(content, **changes):
     """Description and structure."""
     description = description_of(changed(content, **changes))
     return description, make(description, None)[1]
+
+
+def study_of(folder, content, case):
+    """The study of one assembly in a folder, with other keys of its case."""
+    (folder / "config").mkdir(exist_ok=True)
+    write(folder / "config/assemblies/two_bolt.yaml", content)
+    write(folder / "config/cases/small.yaml", CASE | dict(case))
+    write(folder / "config/config.yaml", SETTINGS)
+    return load_study(folder)
+
+
+def refusal(study, changes):
+    """The one line with which a study of a changed assembly is refused."""
+    with pytest.raises(ConfigError) as refused:
+        study(**changes)
+    (said,) = refused.value.problems
+    return said
 
 
 def refined(content, factor):

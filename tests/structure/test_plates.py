@@ -17,14 +17,14 @@ from bolted import (
     first_peaks,
     mass_of,
     refined,
+    refusal,
+    study_of,
     volume_of_bolts,
 )
 from deck_of_assembly import deck_of_bodies
-from small_study import CASE, SETTINGS, write
 
 from boltjoint.config.deck import Deck
 from boltjoint.config.plates import Pattern, Plates
-from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.structure.elements.matrices import smallest_jacobian
 from boltjoint.structure.extrusion.bodies import KIND
@@ -180,11 +180,7 @@ def study(tmp_path):
     """A study of the small plates, with other keys of its assembly or case."""
 
     def read(case=(), content=PLATES, **changes):
-        (tmp_path / "config").mkdir(exist_ok=True)
-        write(tmp_path / "config/assemblies/two_bolt.yaml", changed(content, **changes))
-        write(tmp_path / "config/cases/small.yaml", CASE | dict(case))
-        write(tmp_path / "config/config.yaml", SETTINGS)
-        return load_study(tmp_path)
+        return study_of(tmp_path, changed(content, **changes), case)
 
     return read
 
@@ -253,9 +249,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("changes", "line"), REFUSED.values(), ids=REFUSED)
 def test_what_is_no_joint_is_said_in_one_line(study, changes, line):
-    with pytest.raises(ConfigError) as refused:
-        study(**changes)
-    (said,) = refused.value.problems
+    said = refusal(study, changes)
     assert said.startswith("config/assemblies/two_bolt.yaml: ")
     assert line in said
 

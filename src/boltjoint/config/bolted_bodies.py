@@ -138,13 +138,12 @@ class BoltedBodies(Described):
     @property
     def bolt_material(self) -> Material:
         """Material of the bolts."""
-        return self.bolts.material or self.material
+        return self.bolts.material_in(self.material)
 
     @property
     def washer_material(self) -> Material:
         """Material of the washers."""
-        own = None if self.bolts.washer is None else self.bolts.washer.material
-        return own or self.bolt_material
+        return self.bolts.material_of_washers_in(self.material)
 
     @property
     def bolt_count(self) -> int:

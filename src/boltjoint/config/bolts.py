@@ -102,6 +102,15 @@ class BoltDimensions(EntryWithLaterKeys):
                 yield (key,), f"must be greater than the {inner}'s diameter of {least:g} mm"
         yield from self._conflicts_of_washer()
 
+    def material_in(self, bodies: Material) -> Material:
+        """Material of the bolts, that of the bodies where they have none of their own."""
+        return self.material or bodies
+
+    def material_of_washers_in(self, bodies: Material) -> Material:
+        """Material of the washers, that of the bolts where they have none of their own."""
+        own = None if self.washer is None else self.washer.material
+        return own or self.material_in(bodies)
+
     def _conflicts_of_washer(self) -> Problems:
         if self.washer is None:
             return

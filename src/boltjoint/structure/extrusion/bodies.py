@@ -77,6 +77,15 @@ class BoltedMesh:
         return np.unique(self.hexahedron[self.part < FIRST_OF_BOLTS])
 
 
+def levels_of(thickness_mm: tuple[float, float], layers: tuple[int, int]) -> tuple[Array, Array]:
+    """Heights of the layers of the lower and of the upper body, which meet at 0 [m].
+
+    Shapes (layers + 1,), ascending.
+    """
+    (low, high), (under, above) = thickness_mm, layers
+    return np.linspace(-_MM * low, 0.0, under + 1), np.linspace(0.0, _MM * high, above + 1)
+
+
 def rings_of(described: "BoltedBodies") -> tuple[int, int, int, int]:
     """Rings of elements as ``grid_plan`` takes them."""
     mesh = described.mesh

@@ -15,6 +15,7 @@ from boltjoint.structure.extrusion.bodies import (
     BoltedMesh,
     add_bolts,
     joined_mesh,
+    levels_of,
     rings_of,
 )
 from boltjoint.structure.extrusion.bolts import radii_of
@@ -52,8 +53,7 @@ def mesh_of(described: "Flange") -> BoltedMesh:
     ring = np.arange(on_wall.size).reshape(on_wall.shape)
     tube = Plan(flange.plan.point[on_wall.ravel()], quads_of(closed(ring)))
 
-    (low, high), (under, above) = described.flange.thickness_mm, described.mesh.layers
-    levels = np.linspace(-_MM * low, 0.0, under + 1), np.linspace(0.0, _MM * high, above + 1)
+    levels = levels_of(described.flange.thickness_mm, described.mesh.layers)
     below, beyond = (_MM * length for length in described.tubes.length_mm)
     z_below = levels[0][0] + np.linspace(-below, 0.0, along[0] + 1)
     z_beyond = levels[1][-1] + np.linspace(0.0, beyond, along[1] + 1)

@@ -12,6 +12,7 @@ from boltjoint.structure.extrusion.bodies import (
     BoltedMesh,
     add_bolts,
     joined_mesh,
+    levels_of,
     rings_of,
 )
 from boltjoint.structure.extrusion.bolts import radii_of
@@ -38,8 +39,7 @@ def mesh_of(described: "Plates") -> BoltedMesh:
     axes = _MM * np.array(described.bolt_positions_mm)
     lap = grid_plan(grid, axes, radii_of(described.bolts), rings_of(described), _in_metres)
     y = _MM * places_of(grid.second)
-    (low, high), (under, above) = described.plates.thickness_mm, described.mesh.layers
-    levels = np.linspace(-_MM * low, 0.0, under + 1), np.linspace(0.0, _MM * high, above + 1)
+    levels = levels_of(described.plates.thickness_mm, described.mesh.layers)
     before, behind = described.lines_beside
     begin, end = (_MM * place for place in described.lap_mm)
     x_before = np.linspace(0.0, begin, before + 1)
