@@ -84,7 +84,7 @@ def trace(
     branch, maxima = SolutionBranch(), None
     if maximise is not None:
         arc = partial(corrector.arc, maximise)
-        maxima = Maxima(branch, maximise, lambda at, _: arc(at), control.peak_tolerance)
+        maxima = Maxima(branch, maximise, lambda at, *_: arc(at), control.peak_tolerance)
     tracer = CornerTracer(corrector, window, branch, maxima)
     tracer.follow(start, begin)
     tracer.follow_others()

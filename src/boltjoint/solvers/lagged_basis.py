@@ -225,14 +225,38 @@ class LaggedCorrector:
         highest = maxima.locate(self.corrector.arc(quantity, predictor), slope, length)
         return highest and self._to_fixed(highest)
 
+    def exact(self, origin: Origin) -> tuple[Solution, Predictor] | None:
+        """The solution of the full equations at the parameter of an origin, and its predictor.
+
+        None where there are no full equations, or their solution is another one.
+        """
+        if self.full is None:
+            return None
+        solution, jacobian = newton(self.full.equations, origin.q, origin.p, self.control)
+        change = np.linalg.norm(solution.x - origin.q)
+        limit = self.control.lagged.largest_correction * np.linalg.norm(origin.q)
+        if not solution.converged or change > limit:
+            return None
+        x, p, direction = solution.x, solution.p, origin.direction
+        return solution, self.full.predictor(x, p, jacobian, direction)
+
     def arc_between(
-        self, quantity: Quantity, begin: Origin | Predictor, end: Origin | Predictor
+        self,
+        quantity: Quantity,
+        begin: Origin | Predictor,
+        end: Origin | Predictor,
+        step_length: float,
     ) -> Arc:
-        """The branch from one solution towards the next, each point in the basis of its own."""
+        """The branch from one solution towards the next, at the length of the step between them.
+
+        By the full equations from a solution of these, else each point in the basis of its own.
+        """
+        q, p = end[0] - begin[0], end[1] - begin.p
         if isinstance(begin, Predictor):
-            assert self.full is not None  # whose tracer alone passes predictors
-            return self.full.arc(quantity, begin)
-        q, p = end[0] - begin.q, end[1] - begin.p
+            assert self.full is not None  # whose solutions alone have predictors
+            arc = self.full.arc(quantity, begin)
+            ratio = float(np.linalg.norm(np.append(q, p) * begin.weights)) / step_length
+            return lambda distance: arc(ratio * distance)
         weights = self.predictor.weights
         length = float(np.linalg.norm(np.append(q * weights[0], p * weights[-1])))
 

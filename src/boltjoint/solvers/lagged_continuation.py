@@ -13,7 +13,6 @@ import numpy as np
 from boltjoint.solvers.arc_length import CornerTracer
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, projection
 from boltjoint.solvers.equations import (
-    Equations,
     Quantity,
     Solution,
     SolutionBranch,
@@ -22,7 +21,6 @@ from boltjoint.solvers.equations import (
 )
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin
 from boltjoint.solvers.maxima import Maxima
-from boltjoint.solvers.newton import newton
 from boltjoint.solvers.tracer import Tracer
 
 
@@ -57,11 +55,9 @@ def trace(
     branch, maxima = SolutionBranch(), None
     if maximise is not None:
         arc = partial(corrector.arc_between, maximise)
-        maxima = Maxima(branch, maximise, arc, control.peak_tolerance)
+        maxima = Maxima(branch, maximise, arc, control.peak_tolerance, corrector.exact)
     tracer = LaggedTracer(corrector, window, branch, maxima)
     tracer.follow(start, window[0] if begin is None else begin)
-    if corrector.full is not None and maximise is not None:
-        _polish_maxima(branch, maximise, corrector.full.equations, control)
     return branch
 
 
@@ -203,35 +199,3 @@ class LaggedTracer(Tracer):
     def _sample(self, length: float) -> None:
         if self.maxima is not None:
             self.maxima.sample(self.corrector.origin, length)
-
-
-def _polish_maxima(
-    branch: SolutionBranch, quantity: Quantity, equations: Equations, control: StepControl
-) -> None:
-    """Solve the full equations at the solutions around each maximum in a lagged basis.
-
-    The error of a solution must not make it higher than the maximum located beside it. What is
-    still higher than both neighbours then is a maximum.
-    """
-    solutions = branch.solutions
-    polished: set[int] = set()
-    while True:
-        values = [quantity.value(solution.x) for solution in solutions]
-        highs = [
-            i for i in range(1, len(values) - 1) if values[i] >= max(values[i - 1], values[i + 1])
-        ]
-        near = {i + step for i in highs for step in (-1, 0, 1)} - polished
-        if not near:
-            break
-        polished |= near
-        for i in near:
-            solution = solutions[i]
-            if solution.located or not solution.reduced:
-                continue
-            corrected, _ = newton(equations, solution.x, solution.p, control)
-            change = np.linalg.norm(corrected.x - solution.x)
-            limit = control.lagged.largest_correction * np.linalg.norm(solution.x)
-            if corrected.converged and change <= limit:
-                solutions[i] = corrected._replace(iterations=solution.iterations)
-    for i in highs:
-        solutions[i] = solutions[i]._replace(located=True)

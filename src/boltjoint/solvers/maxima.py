@@ -22,13 +22,23 @@ class Observation(NamedTuple):
 Arc = Callable[[float], Observation | None]
 """Observation at a distance from the start of a step; None where no solution is found."""
 
+Correction = Callable[[Any], tuple[Solution, Any] | None]
+"""By an origin in a reduced basis, the exact solution at its parameter, and its own origin.
+
+None without one near it.
+"""
+
+#: samples that are compared again once one of them is corrected
+_COMPARED = 5
+
 
 class Maxima:
     """Location of the local maxima of a quantity while a branch is followed.
 
     Around a solution that is no lower than its neighbours, and higher than any maximum located
     between them, a maximum is sought that the slope did not show. If nothing higher is found there,
-    the solution itself is the maximum.
+    the solution itself is the maximum. Solutions in a reduced basis are corrected first: of a
+    branch that is rough by their error every third would be a maximum.
 
     Parameters
     ----------
@@ -38,19 +48,22 @@ class Maxima:
         The quantity.
     arc_between
         The branch by the distance from one solution towards the next, each given by the origin
-        passed to ``sample``.
+        passed to ``sample``, and the distance of the second.
     tolerance
         Tolerance of the location, relative to the step length.
+    correction
+        Correction of solutions in a reduced basis; by default there are none.
     """
 
     def __init__(
         self,
         branch: SolutionBranch,
         quantity: Quantity,
-        arc_between: Callable[[Any, Any], Arc],
+        arc_between: Callable[[Any, Any, float], Arc],
         tolerance: float,
+        correction: Correction | None = None,
     ) -> None:
-        self.tolerance = tolerance
+        self.tolerance, self._correction = tolerance, correction
         self.branch, self.quantity, self._arc_between = branch, quantity, arc_between
         self._samples: list[_Sample] = []
 
@@ -63,21 +76,45 @@ class Maxima:
     def sample(self, origin: Any, length: float) -> None:  # noqa: ANN401 - of the tracer
         """Compare the last solution of the branch, at the end of a step, with those before it."""
         index = len(self.branch.solutions) - 1
-        last = _Sample(index, self._value(index), origin, length)
-        self._samples = [*(sample for sample in self._samples if sample.place < index), last][-3:]
-        if len(self._samples) == 3:
-            self._refine(*self._samples)
+        before = [sample for sample in self._samples if sample.place < index]
+        self._samples = [*before, _Sample(index, origin, length)][-_COMPARED:]
+        while any(self._improve(place) for place in range(1, len(self._samples) - 1)):
+            pass
+
+    def _improve(self, place: int) -> bool:
+        """Locate the maximum at a sample that is highest of three; whether anything changed."""
+        first, middle, last = self._samples[place - 1 : place + 2]
+        values = [self._value(sample.place) for sample in (first, middle, last)]
+        if not values[1] >= max(values) or min(values) == max(values):
+            return False
+        between = self.branch.solutions[first.place + 1 : last.place]
+        if any(s.located and self.quantity.value(s.x) >= values[1] for s in between):
+            return False
+        if any([self._correct(at) for at in range(place - 1, place + 2)]):
+            return True
+        self._refine(first, middle, last)
+        return True
+
+    def _correct(self, place: int) -> bool:
+        """Correct a sample in a reduced basis, unless that was tried; whether it is another now."""
+        sample, solutions = self._samples[place], self.branch.solutions
+        solution = solutions[sample.place]
+        if self._correction is None or sample.is_tried or not solution.reduced or solution.located:
+            return False
+        self._samples[place] = sample._replace(is_tried=True)
+        corrected = self._correction(sample.origin)
+        if corrected is None:
+            return False
+        exact, origin = corrected
+        solutions[sample.place] = exact._replace(iterations=solution.iterations)
+        self._samples[place] = self._samples[place]._replace(origin=origin)
+        return True
 
     def _refine(self, first: "_Sample", middle: "_Sample", last: "_Sample") -> None:
         """Locate a maximum between three successive solutions of which the middle is highest."""
-        if middle.value < max(first.value, last.value) or first.value == middle.value == last.value:
-            return
         solutions = self.branch.solutions
-        between = range(first.place + 1, last.place)
-        if any(solutions[i].located and self._value(i) >= middle.value for i in between):
-            return
         steps = [
-            (self._arc_between(begin.origin, end.origin), end)
+            (self._arc_between(begin.origin, end.origin, end.length), end)
             for begin, end in ((first, middle), (middle, last))
         ]
         highest, at = None, middle.place
@@ -107,9 +144,10 @@ class _Sample(NamedTuple):
     """A solution by its place on the branch, and the length of the step that ends there."""
 
     place: int
-    value: float
     origin: Any
     length: float
+    is_tried: bool = False
+    """Whether it was corrected, or could not be."""
 
 
 def _highest(arc: Arc, length: float, width: float) -> Observation | None:
