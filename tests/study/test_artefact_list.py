@@ -8,11 +8,13 @@ import pytest
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.displays import DISPLAYS
+from boltjoint.reproduction.case_studies import INDEX, name_timed_joints
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.response_list import Response
 
 ROOT = Path(__file__).parents[2]
+INDEX_OF_TABLES = ROOT / "resources/source" / INDEX
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +83,14 @@ def test_forward_differences_are_timed_of_what_the_source_solves(contents):
     ):
         assert model in solved
         assert model not in timed
+    # of all that it solves, some have times of its own
+    printed = Contents(load_study(ROOT), DISPLAYS, name_timed_joints(INDEX_OF_TABLES))
+    assert {one[1:] for one in printed.by_differences(case)} == {
+        (joint, coordinates, 1)
+        for joint in ("node-to-node", "regions=6", "regions=6/elements=7")
+        for coordinates in ("linear", "rdnm-1")
+    }
+    assert printed.by_differences("three_bolt_variable_soft") == []
     left_out = Contents(load_study(ROOT, {"omit": ["timing"]}), DISPLAYS)
     assert left_out.by_differences(case) == []
     by_differences = {"solver": {"jacobian": "forward-difference"}}

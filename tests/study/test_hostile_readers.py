@@ -15,7 +15,7 @@ from boltjoint.config import csv_table, gap_map, measured, strict_yaml
 from boltjoint.config.distributions import Linear
 from boltjoint.config.study import load_study
 from boltjoint.config.sweep import Saltelli
-from boltjoint.reproduction.case_studies import name_case_studies, name_tables
+from boltjoint.reproduction.case_studies import name_case_studies, name_tables, name_timed_joints
 from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.study.designs import list_designs, values_of
@@ -96,6 +96,7 @@ CALLS = {
     ),
     "name_case_studies": (name_case_studies, {"folder": "."}),
     "name_tables": (name_tables, {"index": "tables.csv"}),
+    "name_timed_joints": (name_timed_joints, {"index": "tables.csv"}),
     "Published": (Published, {"folder": ".", "case": "mine"}),
     "append": (checksums.append, {"path": "table.csv"}),
     "write_text": (checksums.write_text, {"path": "written.txt", "text": "a"}),

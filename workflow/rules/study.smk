@@ -21,7 +21,12 @@ from boltjoint.names import REFERENCE, Basis, JointName, Preload
 from boltjoint.provenance import environment
 from boltjoint.provenance.code_dependencies import Sources
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.reproduction.case_studies import INDEX, name_case_studies, name_tables
+from boltjoint.reproduction.case_studies import (
+    INDEX,
+    name_case_studies,
+    name_tables,
+    name_timed_joints,
+)
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import MOST_CHOSEN
@@ -56,13 +61,14 @@ if workflow.modifier.path_modifier.replace_prefix("results/") != "results/":
     )
 
 try:
+    index_of_tables = own_file(f"{SOURCE}/{INDEX}")
     source_tables = [
-        own_file(f"{SOURCE}/{name}")
-        for name in name_tables(own_file(f"{SOURCE}/{INDEX}"))
+        own_file(f"{SOURCE}/{name}") for name in name_tables(index_of_tables)
     ]
     CASE_STUDIES = name_case_studies(
         Path(source_tables[0]).parent if source_tables else None
     )
+    timed_joints = name_timed_joints(index_of_tables)
     # jobs, which read this file again, find that of it which they need
     study = load_study(
         Path.cwd(), config, CASE_STUDIES, before=not workflow.is_main_process
@@ -88,7 +94,7 @@ if workflow.is_main_process:
         logger.warning(line)
     logger.info(estimate.summary(needed, memory, cores))
 
-contents = Contents(study, DISPLAYS)
+contents = Contents(study, DISPLAYS, timed_joints)
 resources_needed = estimate.Resources(study)
 resources_of, SMALL = resources_needed.of, resources_needed.SMALL
 

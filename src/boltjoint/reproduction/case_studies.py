@@ -13,6 +13,9 @@ INDEX = "tables.csv"
 #: files of the folder that are no table of the source: the indices, and frequencies in its figures
 _BESIDE_TABLES = (INDEX, "figures.csv", "natural_frequencies.csv")
 
+#: kinds of tables of times, which are of joints around the first resonance
+_TIMES = ("times", "reductions")
+
 
 def name_case_studies(folder: Path | None) -> list[str]:
     """Names of the case studies among published tables; none without their folder.
@@ -37,6 +40,24 @@ def name_tables(index: str | Path) -> list[str]:
     if not index.is_file():
         return []
     return sorted({*_BESIDE_TABLES, *(f"{name}.csv" for name in _column(index, "file"))})
+
+
+def name_timed_joints(index: str | Path) -> dict[str, list[str]]:
+    """Names of the joints with published solution times by the case study, by the index of tables.
+
+    Raises
+    ------
+    ConfigError
+        If the index cannot be read.
+    """
+    index = checks.path("index", index)
+    timed: dict[str, list[str]] = {}
+    if index.is_file():
+        columns = (_column(index, name) for name in ("case", "kind", "joint"))
+        for case, kind, joint in zip(*columns, strict=True):
+            if kind in _TIMES:
+                timed.setdefault(case, []).append(joint)
+    return timed
 
 
 def _column(path: Path, name: str) -> list[str]:

@@ -1,7 +1,7 @@
 """The contents of a study: one list of all files that it makes."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -111,10 +111,17 @@ class Contents(Responses):
         The study, as it is configured.
     displays
         The figures and tables that studies have.
+    timed
+        As for ``Responses``.
     """
 
-    def __init__(self, study: "Study", displays: "Iterable[Listed]" = ()) -> None:
-        super().__init__(study)
+    def __init__(
+        self,
+        study: "Study",
+        displays: "Iterable[Listed]" = (),
+        timed: Mapping[str, Collection[str]] | None = None,
+    ) -> None:
+        super().__init__(study, timed)
         self._displays = tuple(displays)
 
     @cached_property

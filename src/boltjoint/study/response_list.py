@@ -1,6 +1,6 @@
 """The responses of a study: what is solved, compared, checked and timed, and bases by trust."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from boltjoint.config.case import Case
@@ -44,10 +44,13 @@ class Responses:
     ----------
     study
         The study, as it is configured.
+    timed
+        Joints of each case study of the source whose times it has around the first resonance; by
+        default it has those of all.
     """
 
-    def __init__(self, study: "Study") -> None:
-        self.study = study
+    def __init__(self, study: "Study", timed: Mapping[str, Collection[str]] | None = None) -> None:
+        self.study, self._timed = study, timed
         self._responses: dict[str, list[Response]] = {}
 
     def cases_and_bases(self) -> list[tuple[str, Basis]]:
@@ -127,7 +130,7 @@ class Responses:
         return any(one.published is not None for one in cases)
 
     def by_differences(self, case: str, basis: str | None = None) -> list[Response]:
-        """The responses that are timed with forward differences too, as the source solves them."""
+        """The responses that are timed with forward differences too, as the source timed them."""
         is_left_out = "timing" in self.study.omit or not self.is_compared(case)
         if is_left_out or self.study.solver.jacobian == "forward-difference":
             return []
@@ -137,7 +140,15 @@ class Responses:
             if not response.basis.is_contact_adapted
             and response.joint.is_published
             and response.coordinates.kind in ("linear", "real")
+            and self._is_timed(case, response)
         ]
+
+    def _is_timed(self, case: str, response: Response) -> bool:
+        """Whether the source has times of a response."""
+        if self._timed is None:
+            return True
+        joints = self._timed.get(self.study.case(case).published or "", ())
+        return response.joint in joints and response.resonance == 1
 
     def checked(self, case: str, basis: str | None = None) -> list[Response]:
         """The responses whose residual in time is found: all equations solved, forces analytic."""
