@@ -12,7 +12,7 @@ from small_joint import make_joint
 from boltjoint import dataset
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response import stability
-from boltjoint.dynamics.response.branch import OutputPoint
+from boltjoint.dynamics.response.branch import BranchError, OutputPoint
 from boltjoint.dynamics.response.folds import FoldedBranch, find_folds
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.response.response_file import to_dataset
@@ -208,6 +208,23 @@ def test_stability_is_found_only_near_folds():
     none = find_stability(*solutions, find_folds(np.sort(branch.frequency)))
     assert (none.stable == -1).all()
     assert np.isnan(none.largest_multiplier).all()
+
+
+def test_no_motion_is_sought_of_solutions_that_do_not_balance_all_modes(monkeypatch):
+    joint, branch, balance, folds = folded(60.0, 5.0)
+    solutions = balance, branch.frequency, branch.modal_coordinate, folds
+    holds = np.arange(branch.frequency.size) < folds.at[1]
+    every, some = find_stability(*solutions), find_stability(*solutions, holds=holds)
+    assert (some.stable[~holds] == -1).all()
+    np.testing.assert_array_equal(some.stable[holds], every.stable[holds])
+    assert some.frequency_range == every.frequency_range
+    monkeypatch.setattr(FoldedBranch, "__init__", None)
+    # the estimated errors of all are beyond the limit
+    wrong = [BranchError(np.full(holds.size, 0.06), 0.06, 0.06)]
+    response = to_dataset(joint, [branch], DAMPING, wrong)
+    assert (response["stable"] == -1).all()
+    assert np.isnan(response["folded_from_converged"]).all()
+    assert np.isfinite(response["folded_from"]).all()
 
 
 def sampled(joint, components, x, samples=2000):

@@ -76,13 +76,14 @@ def to_dataset(
         errors = [BranchError(np.zeros(branch.frequency.size), 0.0, 0.0) for branch in branches]
     folds = [find_folds(branch.frequency, branch.complete) for branch in branches]
     residuals, energy_errors, stabilities = [], [], []
-    for branch, fold in zip(branches, folds, strict=True):
+    for branch, fold, error in zip(branches, folds, errors, strict=True):
         balance = HarmonicBalance(joint.distinct, damping, branch.force)
         at = list(zip(branch.modal_coordinate, 2 * np.pi * branch.frequency, strict=True))
         residuals += [relative_residual(balance, x, w) for x, w in at]
         energy_errors += [energy_error(balance, x, w) for x, w in at]
         solutions = branch.frequency, branch.modal_coordinate
-        stabilities.append(find_stability(balance, *solutions, fold, stability))
+        holds = error.of_solutions <= limits.of_peak
+        stabilities.append(find_stability(balance, *solutions, fold, stability, holds=holds))
     components, values = _modal_coordinates(joint, branches)
     dimensions = ("solution", "mode", "component")
     modal_coordinate = (dimensions, values, "kg^1/2 m", "amplitude of the linear modes")

@@ -2,7 +2,7 @@
 
 The motion that belongs to a solution of one harmonic, or of few, is balanced with more first
 (``folds.FoldedBranch``): at a turning point, which one harmonic misplaces, its multipliers are not
-those of the solution.
+those of the solution. To a solution that does not balance all linear modes no motion belongs.
 
 A small change of a periodic motion is sought as ``exp(r t)`` times a change with the harmonics of
 the solution. With the Jacobian J of the balance at the solution, the exponents r obey::
@@ -165,6 +165,8 @@ def find_stability(
     x: Array,
     folds: Folds,
     options: StabilityOptions = StabilityOptions(),
+    *,
+    holds: NDArray[np.bool_] | None = None,
 ) -> Stability:
     """Stability of the motions at the solutions of a branch where it folds.
 
@@ -180,24 +182,32 @@ def find_stability(
         Folds of the branch (``find_folds``).
     options
         Where it is found, and how.
+    holds
+        Solutions for which the balance holds, shape (solutions,), by default all: the motions of
+        others are not known.
     """
+    holds = np.ones(frequency.size, bool) if holds is None else holds
     multiplier, harmonics = np.full(frequency.size, np.nan), np.zeros(frequency.size, np.int64)
-    low, high = several = folds.frequency_range
+    low, high = folds.frequency_range
+    several = np.nan, np.nan
     # sliders in the plane have no delay of their own
     elements = by_samples(balance.joint.law, options.samples).elements
     has_delay = elements.at_samples.in_modes(balance.contact.rows, 0.0) is not None
-    if folds.turning_points and has_delay:
-        finite = np.flatnonzero(np.isfinite(x).all(axis=1))
+    folded = (frequency >= low) & (frequency <= high)
+    if (folded & holds).any() and has_delay:
+        finite = np.isfinite(x).all(axis=1)
         of_few = balance.components.highest
         finer = None
-        if of_few < options.harmonics and finite.size == frequency.size:
+        if of_few >= options.harmonics:
+            several = low, high
+        elif finite.all():
             finer = FoldedBranch(balance, frequency, x, folds, options.harmonics, options.samples)
             several = finer.frequency_range
         low, high = np.fmin(low, several[0]), np.fmax(high, several[1])
         missing = 0
         inside = np.flatnonzero((frequency >= low) & (frequency <= high))
         around = np.arange(-options.further_solutions, options.further_solutions + 1)
-        for i in np.intersect1d(inside[:, None] + around, finite):
+        for i in np.intersect1d(inside[:, None] + around, np.flatnonzero(finite & holds)):
             w, motion = 2 * np.pi * frequency[i], None
             if finer is not None and missing < _GIVEN_UP:
                 motion = finer.motion_of(int(i))
