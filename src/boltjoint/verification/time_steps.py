@@ -153,11 +153,13 @@ def _update(
     """Add to a matrix what elements have changed by; whether any has."""
     changed, modes = False, jacobian.shape[0]
     for e in range(used.shape[1]):
-        by_x, by_n, load_by_n = by_motion[:, e] - used[:, e]
+        by_x, by_n = by_motion[0, e] - used[0, e], by_motion[1, e] - used[1, e]
+        load_by_n = by_motion[2, e] - used[2, e]
         if by_x == 0.0 and by_n == 0.0 and load_by_n == 0.0:
             continue
         changed = True
-        used[:, e] = by_motion[:, e]
+        for k in range(3):
+            used[k, e] = by_motion[k, e]
         for i in range(modes):
             for j in range(modes):
                 jacobian[i, j] += R[e, i] * by_x * X[e, j]
