@@ -89,6 +89,10 @@ def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
     assert expected > 1e-4
     # the amplitude changes with the phase in second order
     assert change[1] == pytest.approx(expected, rel=0.01)
+    # a motion so far away that the bar would be as large as the peak is another one
+    for safety, is_near in ((0.9 / change[1], True), (1.1 / change[1], False)):
+        at = balance, few.motion, few.frequency, replace(thrice, safety=safety)
+        assert np.isfinite(change_by_left_out_harmonics(*at)).all() == is_near
 
 
 def test_left_out_harmonics_are_added_a_few_at_a_time_where_all_do_not_converge():

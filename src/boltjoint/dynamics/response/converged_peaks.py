@@ -48,7 +48,7 @@ class ConvergedPeak(NamedTuple):
     """The peaks of a force level, with the truncation errors and a superharmonic of the last.
 
     ``truncation_error`` of frequency and amplitude, relative; not a number where no peak with more
-    harmonics than the first is found, or no motion with further ones.
+    harmonics than the first is found, or no motion with further ones near.
     """
 
     sequence: PeakSequence = PeakSequence(())
@@ -116,7 +116,7 @@ def converge_peaks(
                 )
             if at.sequence.has_more_harmonics and np.isnan(at.truncation_error[1]):
                 logger.warning(
-                    "%g N: no motion with further harmonics was found: the peak has no error bar",
+                    "%g N: no motion with more harmonics was found near: the peak has no error bar",
                     force,
                 )
             peaks[place] = at

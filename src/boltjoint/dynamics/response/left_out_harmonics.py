@@ -99,7 +99,8 @@ def change_by_left_out_harmonics(
     Returns
     -------
     ndarray
-        Shape (2,), without sign: the largest; not a number where the motion is not found.
+        Shape (2,), without sign: the largest; not a number where the motion is not found, or so far
+        from the peak that an error bar would be as large as that.
     """
     law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
     mode = balance.joint.response_mode
@@ -118,6 +119,8 @@ def change_by_left_out_harmonics(
         motion, frequency = found
         after = np.array([frequency, abs(motion.amplitude(mode))])
         largest = np.maximum(largest, abs(after / before - 1))
+        if options.safety * largest[1] >= 1:
+            return np.full(2, np.nan)
     return largest
 
 
