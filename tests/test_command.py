@@ -8,6 +8,8 @@ import sys
 import venv
 from pathlib import Path
 
+import meshio
+import numpy as np
 import pandas as pd
 import pytest
 import pyuff
@@ -209,3 +211,11 @@ def check_exports(folder):
     assert (sets[0]["data"].imag < 0).all()
     peak = sets[0]["data"][abs(sets[0]["data"]).argmax()]
     assert abs(peak.real) < 0.1 * abs(peak)
+    written = export_responses(folder, to, "pvd")
+    assert len(written) == response.sizes["force"]
+    motion = meshio.read(to / f"{of_response}_{float(response['force_level'][-1]):g}/008.vtu")
+    largest = np.linalg.norm(motion.point_data["displacement"], axis=1).max()
+    # the motion lags by a quarter of a period, and is largest in its middle
+    assert largest == pytest.approx(float(response["peak_amplitude"][-1]), rel=0.1)
+    state = motion.point_data["contact_state"]
+    assert set(state[~np.isnan(state)]) == set(response["contact_state"][-1].to_numpy())

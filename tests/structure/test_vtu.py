@@ -1,10 +1,12 @@
 """VTU files: what ParaView reads is what the datasets hold, and bytes repeat."""
 
+import xml.etree.ElementTree as ElementTree
+
 import meshio
 import numpy as np
 import pytest
 
-from boltjoint.structure.vtu import write_mesh, write_modes, write_preload
+from boltjoint.structure.vtu import write_mesh, write_modes, write_period, write_preload
 
 
 def test_mesh_by_part(assembly, tmp_path):
@@ -44,6 +46,30 @@ def test_contact_as_a_surface(assembly, coarse, preload, tmp_path):
         / 2
     )
     assert area == pytest.approx(float(assembly["area"].sum()), rel=1e-12)
+
+
+def test_a_period_as_a_time_series(assembly, modes, tmp_path):
+    motion = np.random.default_rng(3).normal(size=(3, modes.sizes["mode"]))
+    state = np.full(assembly.sizes["pair"], np.nan)
+    state[[0, 2]] = 1, 3
+    write_period(assembly, modes, motion, 50.0, state, tmp_path / "peak.pvd", instants=8)
+    steps = ElementTree.parse(tmp_path / "peak.pvd").getroot().findall("Collection/DataSet")
+    assert [float(step.get("timestep")) for step in steps] == pytest.approx(np.arange(8) / 400)
+    shape = modes["mode_shape"].transpose("mode", "node", "axis").to_numpy()
+    # after a quarter of the period the sine is one, after a half the cosine is minus one
+    for place, expected in ((2, motion[0] + motion[1]), (4, motion[0] - motion[2])):
+        read = meshio.read(tmp_path / steps[place].get("file"))
+        displacement = np.einsum("m,mna->na", expected, shape)
+        size = abs(displacement).max()
+        np.testing.assert_allclose(
+            read.point_data["displacement"], displacement, rtol=0, atol=1e-6 * size
+        )
+    pair = assembly["pair_node"].sel(side="A").to_numpy()
+    np.testing.assert_array_equal(read.point_data["contact_state"][pair], state)
+    with pytest.raises(ValueError, match="has no nodes"):
+        write_period(
+            assembly, modes.drop_vars("mode_shape"), motion, 50.0, state, tmp_path / "peak.pvd"
+        )
 
 
 def test_bytes_repeat(assembly, modes, preload, tmp_path):

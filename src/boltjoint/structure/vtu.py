@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 
 Array = NDArray[np.float64]
@@ -92,6 +93,64 @@ def write_preload(assembly: xr.Dataset, preload: xr.Dataset, path: str | Path) -
     _write(path, assembly, of_nodes, of_pairs)
 
 
+def write_period(
+    assembly: xr.Dataset,
+    modes: xr.Dataset,
+    motion: Array,
+    frequency: float,
+    contact_state: Array,
+    path: str | Path,
+    *,
+    instants: int = 16,
+) -> None:
+    """Write a period of motion as a time series: a PVD file, and beside it a VTU file an instant.
+
+    Each has the ``displacement`` [m] of the nodes from where the preload holds them, and the
+    ``contact_state`` of the pairs over the period (``friction.contact_states``).
+
+    Parameters
+    ----------
+    assembly, modes
+        As for ``write_modes``, with nodes.
+    motion
+        Mean, sine and cosine of the modal coordinates [kg^1/2 m], shape (3, modes).
+    frequency
+        Of the motion [Hz].
+    contact_state
+        States by pair, NaN where a pair has no element, shape (pairs,).
+    path
+        The file to write, ending in ``.pvd``; the others lie in a folder of its name without that.
+    instants
+        How many, equally spaced from the begin of the period.
+
+    Raises
+    ------
+    ValueError
+        If the modes are of another mesh or without nodes, or an argument has another shape.
+    """
+    if "mode_shape" not in modes or "coordinate" not in assembly:
+        raise ValueError("the structure has no nodes: its motion cannot be drawn")
+    shape = _of(assembly, "node", modes["mode_shape"].transpose("mode", "node", "axis"), 1)
+    motion = checks.array("motion", motion, (3, modes.sizes["mode"]))
+    contact_state = checks.array(
+        "contact_state", contact_state, (assembly.sizes["pair"],), finite=False
+    )
+    period = 1 / checks.number("frequency", frequency, above=0)
+    instants = checks.whole("instants", instants, above=0)
+    path = Path(path)
+    mean, sine, cosine = np.einsum("cm,mna->cna", motion, shape)
+    entries = []
+    for i, phase in enumerate(2 * np.pi * np.arange(instants) / instants):
+        file = f"{path.stem}/{i:03d}.vtu"
+        displacement = mean + np.sin(phase) * sine + np.cos(phase) * cosine
+        of_nodes = {"displacement": displacement.astype(np.float32)}
+        _write(path.parent / file, assembly, of_nodes, {"contact_state": contact_state})
+        entries.append(f'<DataSet timestep="{period * i / instants:.9g}" file="{file}"/>')
+    series = "\n".join(entries)
+    text = f'<VTKFile type="Collection"><Collection>\n{series}\n</Collection></VTKFile>\n'
+    path.write_text(text, encoding="utf-8")
+
+
 def _write(
     path: str | Path,
     assembly: xr.Dataset,
@@ -131,7 +190,7 @@ def _write(
 
 def _spread(value: Array, place: NDArray[np.int64], points: int) -> Array:
     """A quantity at all points, of some of them; NaN at others."""
-    whole = np.full((points, *value.shape[1:]), np.nan)
+    whole = np.full((points, *value.shape[1:]), np.nan, np.result_type(value, np.float32))
     whole[place] = value
     return whole
 

@@ -1,4 +1,4 @@
-"""Responses of a study for other programs: CSV tables, MATLAB files and universal files."""
+"""Responses of a study for other programs: CSV, MATLAB and universal files, motion for ParaView."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,11 +7,20 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from boltjoint import checks, dataset
+from boltjoint.config.study import load_study
 from boltjoint.harmonics import Components
+from boltjoint.names import REFERENCE
+from boltjoint.structure.vtu import write_period
 
 _CASES = "results/cases"
+#: every response, and those of all contact pairs in linear modes, whose motion the bodies have
+_EVERY, _OF_PAIRS = "**/response.nc", f"*/*/{'/'.join(REFERENCE)}/*/response.nc"
+
+#: distance of an element from its pair, over the extent of the contact
+_SAME_PLACE = 1e-9
 
 #: of each peak, in files that have it
 _OF_PEAKS = (
@@ -34,7 +43,8 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     form
         ``csv``: a table of solutions and one of peaks; ``mat``: a file of MATLAB with arrays of
         both; ``uff``: a universal file with a data set 58 for each force, the displacement of the
-        output point over the force, which needs pyuff.
+        output point over the force, which needs pyuff; ``pvd``: of node-to-node joints in linear
+        modes, a period of motion at the peak of each force, for ParaView.
 
     Returns
     -------
@@ -44,19 +54,28 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     Raises
     ------
     ValueError
-        If the form is not known, there is no response, or pyuff is not installed.
+        If the form is not known, there is no response, or pyuff is not installed; if a motion is
+        asked for of a structure without nodes.
     """
     write, cases = _FORMS[checks.choice("form", form, _FORMS)], Path(folder) / _CASES
     written = []
-    for path in sorted(cases.glob("**/response.nc")):
-        joint, *_ = path.parents[2:]
+    for path in sorted(cases.glob(_OF_PAIRS if write is _write_pvd else _EVERY)):
         name = "_".join(path.relative_to(cases).parent.parts)
-        stored = dataset.load(path), dataset.load(joint / "joint.nc")
         Path(to).mkdir(parents=True, exist_ok=True)
-        written += write(Path(to) / name, _solutions(*stored), _peaks(stored[0]))
+        written += write(Path(to) / name, path)
     if not written:
         raise ValueError(f"{cases} has no response.nc: run the study first")
     return written
+
+
+def _response_and_joint(path: Path) -> tuple[xr.Dataset, xr.Dataset]:
+    return dataset.load(path), dataset.load(path.parents[2] / "joint.nc")
+
+
+def _tables(path: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Solutions and peaks of a response."""
+    response, joint = _response_and_joint(path)
+    return _solutions(response, joint), _peaks(response)
 
 
 def _solutions(response: xr.Dataset, joint: xr.Dataset) -> pd.DataFrame:
@@ -90,18 +109,19 @@ def _peaks(response: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _write_csv(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list[Path]:
+def _write_csv(stem: Path, path: Path) -> list[Path]:
     files = []
-    for what, table in (("response", solutions), ("peaks", peaks)):
+    for what, table in zip(("response", "peaks"), _tables(path), strict=True):
         files.append(stem.with_name(f"{stem.name}_{what}.csv"))
         table.to_csv(files[-1], index=False)
     return files
 
 
-def _write_mat(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list[Path]:
+def _write_mat(stem: Path, path: Path) -> list[Path]:
     from scipy.io import savemat
 
     file = stem.with_name(f"{stem.name}.mat")
+    solutions, peaks = _tables(path)
     content = {"response": _arrays(solutions), "peaks": _arrays(peaks)}
     savemat(file, content, long_field_names=True, oned_as="column")
     return [file]
@@ -141,13 +161,14 @@ _DATA_SET = {
 }
 
 
-def _write_uff(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list[Path]:
+def _write_uff(stem: Path, path: Path) -> list[Path]:
     try:
         import pyuff
     except ImportError:
         raise ValueError("uff needs pyuff: pip install boltjoint[uff]") from None
     file = stem.with_name(f"{stem.name}.uff")
     file.unlink(missing_ok=True)
+    solutions, _ = _tables(path)
     excitation, universal = solutions.columns[0], pyuff.UFF(str(file))
     for force, branch in solutions.groupby(excitation):
         # excitation goes with the sine: as multiples of e^(i w t) both are sine + i cosine
@@ -163,8 +184,48 @@ def _write_uff(stem: Path, solutions: pd.DataFrame, peaks: pd.DataFrame) -> list
     return [file]
 
 
-_FORMS: dict[str, Callable[[Path, pd.DataFrame, pd.DataFrame], list[Path]]] = {
+def _write_pvd(stem: Path, path: Path) -> list[Path]:
+    """A period of motion at each peak, with the harmonics that the response was solved with."""
+    response, joint = _response_and_joint(path)
+    basis, case, _, results, folder = path.parents[3:8]
+    of_assembly = results / "assemblies" / load_study(folder).case(case.name).assembly
+    assembly = dataset.load(of_assembly / "assembly.nc")
+    modes = dataset.load(of_assembly / basis.name / "modes.nc")
+    files = []
+    for place, force in enumerate(response["force_level"].to_numpy()):
+        at = response.isel(force=place)
+        of_force = response["excitation_force"] == force
+        peak = np.flatnonzero(of_force & (response["frequency"] == at["peak_frequency"]))
+        if not peak.size:
+            continue
+        motion = response["modal_coordinate"].isel(solution=peak[0])
+        files.append(stem.with_name(f"{stem.name}_{force:g}.pvd"))
+        write_period(
+            assembly,
+            modes,
+            motion.sel(component=["bias", "sin", "cos"]).transpose("component", "mode").to_numpy(),
+            float(at["peak_frequency"]),
+            _state_by_pair(assembly, joint, at["contact_state"].to_numpy()),
+            files[-1],
+        )
+    return files
+
+
+def _state_by_pair(
+    assembly: xr.Dataset, joint: xr.Dataset, state: NDArray[np.int8]
+) -> NDArray[np.float64]:
+    """Contact states of elements by the pairs at whose place they are, NaN at others."""
+    place = assembly["position"].to_numpy()
+    distance, pair = KDTree(place).query(joint["element_position"].to_numpy())
+    is_there = distance <= _SAME_PLACE * np.ptp(place, axis=0).max()
+    of_pairs = np.full(len(place), np.nan)
+    of_pairs[pair[is_there]] = state[is_there]
+    return of_pairs
+
+
+_FORMS: dict[str, Callable[[Path, Path], list[Path]]] = {
     "csv": _write_csv,
     "mat": _write_mat,
     "uff": _write_uff,
+    "pvd": _write_pvd,
 }
